@@ -150,7 +150,7 @@ def test_methods_with_a_law_of_their_own_refuse(slab):
     body = replace(slab, material=replace(slab.material, law=exponential(8.0)))
     for method in ("xpbd", "vertex_block_descent", "projective_dynamics"):
         with pytest.raises(Refused, match=rf"{method} has the corotational law, and .* is exponential\(8\)"):
-            refuse_law(type("Case", (), {"body": body})(), method)
+            refuse_law(body, method)
     particles = particles_of(body, 0, surface=False)
     elements = LinearElements(particles, particles.tissue)
     with pytest.raises(InputError, match="steps corotational elements or triangles, and the elastic effect is exp"):

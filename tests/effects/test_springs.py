@@ -97,12 +97,6 @@ def grid(n):
     return np.concatenate([corner + np.array(cut) for cut in ([0, n, n + 1], [0, n + 1, 1])])
 
 
-def test_every_edge_of_a_solid_is_one_spring(slab):
-    pairs, stiffness = volume_springs(particles_of(slab, 0, False))
-    assert np.array_equal(pairs, slab.coarse.edges)
-    assert (stiffness > 0).all()
-
-
 def test_stiffness_is_paper_2_eq_5(box, soft):
     """And Σ k l² = 6 E V, which is 9λ + 6μ = 3λ + 12μ of the isotropic material with E and the Poisson ratio 1/4."""
     body = nest("cube", box([3, 3, 3], [0.1, 0.1, 0.1], jitter=0.2), 0, np.array([0]), soft)
@@ -154,15 +148,6 @@ def test_a_node_returns_as_a_damped_oscillator(slab):
     decay, swing = ratio * frequency * h * steps, np.sqrt(1 - ratio**2) * frequency * h * steps
     expected = start * np.exp(-decay) * (np.cos(swing) + ratio / np.sqrt(1 - ratio**2) * np.sin(swing))
     assert np.abs(x - particles.nodes - expected).max() < 3e-4 * np.abs(start).max()
-
-
-def test_rest_is_where_nothing_pulls(slab, force_of):
-    particles = particles_of(slab, 0, True)
-    tie = body_springs.make(particles, blocks.BodySprings(stiffness_n_m=5.0, damping_ratio=0.5), None)
-    assert not force_of(tie, particles.nodes).any()
-    assert tie.energy(particles.nodes) == 0.0
-    moved = tie.energy(particles.nodes + np.array([0.01, 0, 0]))
-    assert moved == pytest.approx(0.5 * 5.0 * 1e-4 * len(particles.nodes))
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from fixtures.games import LONG, WITHIN
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused
-from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem, relaxed
@@ -106,7 +105,7 @@ def test_a_frame_before_helps_as_far_as_the_method_has_come_by_itself(pressed, e
 def test_a_press_grows_evenly_up_to_the_frame_before(pressed):
     case, load = pressed
     model, grown = relaxed.Relaxed(case, LONG["xpbd"].having(start="frame")), []
-    model._relax = lambda x, force, before=None: (x, grown.append(force))
+    model._body.relax = lambda x, force, before=None: (x, grown.append(force))
     model.precede(load)
     shares = fem.BEFORE * np.arange(1, relaxed.FRAMES + 1) / relaxed.FRAMES
     assert np.allclose(grown, shares[:, None, None] * model._nodal(load), rtol=1e-12, atol=0.0)
@@ -115,11 +114,10 @@ def test_a_press_grows_evenly_up_to_the_frame_before(pressed):
 def test_a_motion_goes_on_where_it_was_left(pressed):
     """Ten steps at once are five and five."""
     case, load = pressed
-    (elements, held), rest = coarse(case), case.body.coarse.nodes
-    nodal, masses = Simulation(case, 0, 1e-8).nodal(load), particles_of(case.body, 0, surface=False).masses
-    relax = relaxed.relaxes("xpbd", elements, masses, held, LONG["xpbd"].having(steps=5))
-    whole, (middle, before) = relax(rest, nodal, steps=10)[0], relax(rest, nodal)
-    assert np.abs(relax(middle, nodal, before=before)[0] - whole).max() < 1e-9 * np.abs(whole).max()
+    nodal, rest, held = Simulation(case, 0, 1e-8).nodal(load), case.body.coarse.nodes, coarse(case)[1]
+    once, twice = (relaxed.ByXpbd(case.body, 0, held, LONG["xpbd"].having(steps=steps)) for steps in (5, 10))
+    whole, (middle, before) = twice.relax(rest, nodal)[0], once.relax(rest, nodal)
+    assert np.abs(once.relax(middle, nodal, before)[0] - whole).max() < 1e-9 * np.abs(whole).max()
 
 
 def test_a_radius_that_is_too_large_does_no_harm(pressed, equilibrium):

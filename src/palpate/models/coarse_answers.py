@@ -3,6 +3,7 @@
 Methods are trained on the same kind of coarse answer that queries will receive.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -50,6 +51,12 @@ def fitting_to(case: Case) -> Fitting:
     """
     db = case.use_training()
     return Fitting.of(db, np.arange(len(db.contact)), "live", case.options)
+
+
+def enriched(case: Case, kind: str, samples: int | None, fit: Callable[[Fitting], Method]) -> "Enriched":
+    """Return coarse answers of a ``kind`` with what ``fit`` makes of so many samples, None all, that have such ones."""
+    coarse = coarse_solver(case, kind)
+    return Enriched(fit(fitting_to(seen_with(case, kind, coarse).first(samples))), coarse)
 
 
 class Enriched(Solver):

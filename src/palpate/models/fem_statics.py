@@ -183,6 +183,11 @@ def with_unknowns(body: Body, level: int, order: int) -> Body:
     return with_midpoints(body, level) if order == 2 else body
 
 
+def held_on(body: Body, level: int) -> np.ndarray:
+    """Return which nodes (n,) bool of a level are anchors."""
+    return np.isin(np.arange(len(body.levels[level].nodes)), body.anchors[level])
+
+
 def to_surface(body: Body, level: int, order: int = 1) -> sparse.csr_array:
     """Return the interpolation from the nodes of elements to the fine surface nodes, (n_surface, n_nodes).
 

@@ -49,12 +49,12 @@ TOUCH_MODELS: dict[str, tuple[str, dict]] = {
     "fem": ("palpate.models.touch.fem", {}),
     "modes": ("palpate.models.touch.modes", {}),
     "linear": ("palpate.models.touch.linear", {}),
-    "xpbd": ("palpate.models.touch.relaxed", {"method": "xpbd"}),
-    "vertex_block_descent": ("palpate.models.touch.relaxed", {"method": "vertex_block_descent"}),
-    "projective_dynamics": ("palpate.models.touch.relaxed", {"method": "projective_dynamics"}),
+    "xpbd": ("palpate.models.relaxed", {"method": "xpbd"}),
+    "vertex_block_descent": ("palpate.models.relaxed", {"method": "vertex_block_descent"}),
+    "projective_dynamics": ("palpate.models.relaxed", {"method": "projective_dynamics"}),
     "springs": ("palpate.models.touch.springs", {"volume": False}),
     "springs_volume": ("palpate.models.touch.springs", {"volume": True}),
-    "shape_matching": ("palpate.models.touch.shape_matching", {}),
+    "shape_matching": ("palpate.models.shape_matching", {}),
 }
 """Models of touches: modules with ``settings(case)`` and ``online(case, **setting)``, as ``TouchSolver`` says."""
 

@@ -1,44 +1,160 @@
 """Answer with methods that games relax bodies with: element by element, vertex by vertex, or by one matrix.
 
 All three end at the equilibrium of corotational linear elements on a level of the body, if they are given the time.
+Contact is what each of them has for it in practice, at the nodes of the surface: an inequality constraint of extended
+position-based dynamics, whose multiplier is the force; a projection with a weight in projective dynamics; a penalty in
+vertex block descent.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+from palpate.benchmark.cut_truth import Pulled
 from palpate.benchmark.load import Load, Refused
-from palpate.benchmark.model import Case, OfBody, Solver, held_mb
+from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels
+from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
+from palpate.bodies.body import Body
+from palpate.bodies.cutting.cut import Cut
+from palpate.bodies.cutting.ways import VIRTUAL_NODES
 from palpate.bodies.material import LAWS
 from palpate.bodies.particles import particles_of
 from palpate.effects.bed import BedSprings
+from palpate.effects.instrument import GRASP, Pose
+from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.linear_elements import LinearElements
+from palpate.errors import NotConverged
 from palpate.models import kinds
+from palpate.models.cut.opened import CutCase, LevelModel
 from palpate.models.fem import BEFORE
-from palpate.models.fem_statics import ContactShares, to_surface
+from palpate.models.fem_statics import ContactShares, held_on, to_surface
+from palpate.models.touch.pushing import NodeTouch, Relaxing, dragged
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
-from palpate.solvers.xpbd import Xpbd
+from palpate.solvers.xpbd import Obstacle, Xpbd
 
 LAW = LAWS[0]
 FRAMES = 33
 """Frames in which a press has grown to the share BEFORE of its force: half a second, at 60 frames a second."""
+PENALTY = 100.0
+"""Stiffness of a node's contact over what resists its displacement if all others stand still."""
+TOLERANCE = 1e-6
+"""Of the residual of projective dynamics, relative to what the instrument pushes with before a step."""
 
-Relax = Callable[..., tuple[np.ndarray, np.ndarray]]
-"""From positions (n, 3) [m] and nodal forces (n, 3) [N] to relaxed positions, and those a step before; ``before`` may
-be given, too, to go on with the motion."""
 
-
-def refuse_law(case: OfBody, method: str) -> None:
+def refuse_law(body: Body, method: str) -> None:
     """Raise Refused for a body whose law is not the one that ``method`` has."""
-    if (law := case.body.material.law) != LAW:
-        raise Refused(f"{method} has the corotational law, and {case.body.name} is {law}")
+    if (law := body.material.law) != LAW:
+        raise Refused(f"{method} has the corotational law, and {body.name} is {law}")
+
+
+class RelaxedElements:
+    """Linear elements on a ``level`` of a body and on its bed; ``held`` (n,) bool stand still.
+
+    asked : the numbers of the method, such as those of ``benchmark.settings.Xpbd``
+    """
+
+    _relax: Callable[..., tuple[np.ndarray, np.ndarray]]
+
+    def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
+        mesh = body.levels[level]
+        self._elements, self._asked = LinearElements(mesh, body.tissue(level)), asked
+        self._bed = None if body.bed is None else BedSprings(mesh, body.bed)
+
+    def relax(
+        self, x: np.ndarray, load: np.ndarray | None = None, before: np.ndarray | None = None, **met: Any
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return relaxed positions (n, 3) [m] from ``x``, and those a step before.
+
+        load : (n, 3) [N], or None for none; before : positions a step before ``x``, to go on with a motion
+        met : what it is in contact with, as the method names it
+        """
+        return self._relax(x, np.zeros_like(x) if load is None else load, before=before, **met)
+
+    def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
+        """Return what relaxes the body, of which ``nodes`` (k,) may touch an instrument at ``pose``."""
+        raise NotImplementedError
+
+    def force(self, x: np.ndarray) -> np.ndarray:
+        """Return the forces (n, 3) [N] of elements and bed on all nodes."""
+        return self._elements.force(x) + self._borne(x)
+
+    def supported(self, x: np.ndarray, anchored: np.ndarray) -> np.ndarray:
+        """Return the force (3,) [N] on what holds ``anchored`` nodes and on the bed."""
+        return self._elements.force(x)[anchored].sum(axis=0) - self._borne(x).sum(axis=0)
+
+    def _borne(self, x: np.ndarray) -> np.ndarray:
+        borne = np.zeros_like(x)
+        if self._bed is not None:
+            self._bed.add_force(x, None, borne)
+        return borne
+
+    def _penalised(self, nodes: np.ndarray, pose: Pose) -> NodeContact:
+        return NodeContact(nodes, PENALTY * self._elements.resistance()[nodes], pose)
+
+
+class ByXpbd(RelaxedElements):
+    """Steps whose length is measured by the time in which a node would swing if all others stood still."""
+
+    def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
+        super().__init__(body, level, held, asked)
+        masses = particles_of(body, level, surface=False).masses
+        self._step_s = asked.step * float(np.median(np.sqrt(masses / self._elements.resistance())))
+        xpbd = Xpbd(self._elements, masses, held, self._bed)
+        self._relax = partial(xpbd.relax, steps=asked.steps, iterations=asked.iterations, step_s=self._step_s)
+
+    def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
+        obstacle = Obstacle(nodes, pose)
+        relax = partial(self.relax, obstacle=obstacle)
+        return Relaxing(obstacle, lambda x: relax(x)[0], lambda x: obstacle.pushes(x, self._step_s))
+
+
+class ByBlockDescent(RelaxedElements):
+    """Sweeps over the nodes."""
+
+    def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
+        super().__init__(body, level, held, asked)
+        descent = VertexBlockDescent(self._elements, held, self._bed)
+        self._relax = partial(descent.relax, sweeps=asked.sweeps, radius=asked.radius)
+
+    def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
+        contact = self._penalised(nodes, pose)
+        relax = partial(self.relax, contact=contact)
+        return Relaxing(contact, lambda x: relax(x)[0], contact.pushes)
+
+
+class ByProjections(RelaxedElements):
+    """Iterations with one constant matrix."""
+
+    def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
+        super().__init__(body, level, held, asked)
+        self._projective = ProjectiveDynamics(self._elements, held, self._bed)
+        self._relax = partial(self._projective.relax, iterations=asked.iterations, memory=asked.memory)
+
+    def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
+        contact, asked = self._penalised(nodes, pose), self._asked
+        descent = self._projective.pressed(contact)
+        return Relaxing(contact, lambda x: descent.relax(x, asked.iterations, asked.memory, TOLERANCE), contact.pushes)
+
+
+METHODS: dict[str, type[RelaxedElements]] = {
+    "xpbd": ByXpbd,
+    "vertex_block_descent": ByBlockDescent,
+    "projective_dynamics": ByProjections,
+}
+
+
+def relaxed(method: str, body: Body, level: int, held: np.ndarray, asked: Any) -> RelaxedElements:
+    """Return the elements of a level as ``method`` relaxes them; Refused for a body of another law."""
+    refuse_law(body, method)
+    return METHODS[method](body, level, held, asked)
 
 
 class Relaxed(Solver):
-    """Linear elements on a level that are relaxed from rest, or from the frame before.
+    """Elements that are relaxed from rest, or from the frame before.
 
     To that frame the method has come by itself, over FRAMES in which the press grows, with as many steps in each as for
     the answer. So it lags behind, unlike a method that converges in every frame. Answers whose nodes are not all finite
@@ -47,13 +163,7 @@ class Relaxed(Solver):
 
     def __init__(self, case: Case, model: kinds.XPBD | kinds.VertexBlockDescent | kinds.ProjectiveDynamics):
         body, level = case.body, model.level
-        mesh, tissue = body.levels[level], body.tissue(level)
-        refuse_law(case, model.name)
-        self._rest = mesh.nodes
-        held = np.isin(np.arange(len(self._rest)), body.anchors[level])
-        bed = None if body.bed is None else BedSprings(mesh, body.bed)
-        masses = particles_of(body, level, surface=False).masses
-        self._relax = relaxes(model.name, LinearElements(mesh, tissue), masses, held, model, bed)
+        self._body, self._rest = relaxed(model.name, body, level, held_on(body, level), model), body.levels[level].nodes
         self._shares, self._up = ContactShares(case, level), to_surface(body, level)
         self._follows = model.start == "frame"
         self._frames: dict[tuple[bytes | int, ...], tuple[np.ndarray, np.ndarray]] = {}
@@ -61,48 +171,97 @@ class Relaxed(Solver):
     @property
     def memory_mb(self) -> float:
         """The memory that is held between queries [MB], with one frame and not those of all queries."""
-        return held_mb((self._relax, self._shares, self._up, next(iter(self._frames.values()), None)))
+        return held_mb((self._body, self._shares, self._up, next(iter(self._frames.values()), None)))
 
     def precede(self, load: Load) -> None:
         """Press up to the frame before, if that is what answers start from; not timed."""
         if not self._follows or load.key in self._frames:
             return
         whole = BEFORE * self._nodal(load)
-        at = self._relax(self._rest, whole / FRAMES)
+        at = self._body.relax(self._rest, whole / FRAMES)
         for frame in range(2, FRAMES + 1):
-            at = self._relax(at[0], frame / FRAMES * whole, before=at[1])
+            at = self._body.relax(at[0], frame / FRAMES * whole, before=at[1])
         self._frames[load.key] = at
 
     def respond(self, load: Load) -> np.ndarray:
         x, before = self._frames.get(load.key, (self._rest, None))
-        return self._up @ (self._relax(x, self._nodal(load), before=before)[0] - self._rest)
+        return self._up @ (self._body.relax(x, self._nodal(load), before=before)[0] - self._rest)
 
     def _nodal(self, load: Load) -> np.ndarray:
         return self._shares.spread(load.forces(), len(self._rest))
 
 
-def relaxes(
-    method: str,
-    elements: LinearElements,
-    masses: np.ndarray,
-    held: np.ndarray,
-    setting: Any,
-    bed: BedSprings | None = None,
-) -> Relax:
-    """Return ``method``; masses (n,) [kg], held (n,) bool, ``bed`` what the body lies on.
-
-    setting : an object with the numbers of the method, such as ``benchmark.settings.Xpbd``
-    """
-    if method == "xpbd":
-        # a step is measured by the time in which a node would swing if all others stood still
-        step_s = setting.step * float(np.median(np.sqrt(masses / elements.resistance())))
-        steps, iterations = setting.steps, setting.iterations
-        return partial(Xpbd(elements, masses, held, bed).relax, steps=steps, iterations=iterations, step_s=step_s)
-    if method == "vertex_block_descent":
-        descent = VertexBlockDescent(elements, held, bed)
-        return partial(descent.relax, sweeps=setting.sweeps, radius=setting.radius)
-    projective = ProjectiveDynamics(elements, held, bed)
-    return partial(projective.relax, iterations=setting.iterations, memory=setting.memory)
-
-
 prepare = Relaxed
+
+
+class RelaxedTouch(NodeTouch):
+    """Elements that are relaxed at each step of the instrument."""
+
+    def __init__(self, case: TouchCase, method: str, level: int, asked: Any):
+        super().__init__(case, level)
+        self._body = relaxed(method, case.body, level, self.held, asked)
+
+    def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
+        return self._body.under(nodes, pose)
+
+    def supported(self, x: np.ndarray) -> np.ndarray:
+        return self._body.supported(x, self.held)
+
+
+class RelaxedGrasp(TouchSolver):
+    """The same elements for each place that is grasped, with its nodes held, too; NotConverged where there are none."""
+
+    def __init__(self, case: TouchCase, method: str, level: int, asked: Any):
+        self._shape, self._mesh, self._up = case.body, case.body.levels[level], to_surface(case.body, level)
+        self._anchored = held_on(case.body, level)
+        self._holding = partial(relaxed, method, case.body, level, asked=asked)
+        self._places: dict[int, tuple[np.ndarray, RelaxedElements]] = {}
+
+    def prepare(self, touch: Touch) -> None:
+        nodes = touch.patch(self._shape).nodes_of(self._mesh)
+        if not len(nodes):
+            raise NotConverged("no node of this level lies on what is grasped; take a finer one", [float("nan")])
+        held = self._anchored | np.isin(np.arange(len(self._anchored)), nodes)
+        self._places[touch.node] = nodes, self._holding(held=held)
+
+    def respond(self, touch: Touch) -> Touched:
+        (nodes, body), rest = self._places[touch.node], self._mesh.nodes
+        shifts = np.broadcast_to(touch.depth_m * touch.direction, rest.shape)
+        x = dragged(rest, nodes, shifts, lambda x: body.relax(x)[0])
+        force, felt = -body.force(x)[nodes].sum(axis=0), body.supported(x, self._anchored)
+        way = touch.direction
+        return Touched(self._up @ (x - rest), float(force @ way), reaction_n=float(felt @ way))
+
+
+def settings(case: TouchCase, method: str) -> list[Setting]:
+    """List the grid's settings of ``method`` on levels that the body has."""
+    return on_own_levels(case, getattr(case.grid.relaxed, method))
+
+
+def online(case: TouchCase, method: str, level: int, **asked: float) -> TouchSolver:
+    """Return what answers touches by instruments, or grasps of places that are prepared when that is asked.
+
+    asked : fields of the method's settings
+    """
+    kind = RelaxedGrasp if case.instrument.kind == GRASP else RelaxedTouch
+    return kind(case, method, level, SimpleNamespace(**asked))
+
+
+class CutRelaxed(LevelModel):
+    """Elements on a cut level that are relaxed at each step of the hooks; ``asked`` as of ``online``."""
+
+    def __init__(self, method: str, case: CutCase, level: int, way: str = VIRTUAL_NODES, **asked: float):
+        super().__init__(case, level, way)
+        self._method, self._asked = method, SimpleNamespace(**asked)
+        refuse_law(case.body, method)
+
+    def cut(self, cuts: Sequence[Cut]) -> None:
+        cut = self._opened = self._part(cuts)
+        self._body = relaxed(self._method, cut.parted.body, 0, cut.held | cut.moved, self._asked)
+
+    def pull(self) -> Pulled:
+        cut = self._opened
+        x = dragged(cut.rest, cut.moved, cut.shifts, lambda x: self._body.relax(x)[0])
+        if not np.isfinite(x).all():
+            raise NotConverged(f"{self._method} left the finite numbers", [float("nan")])
+        return cut.answer(x, self._body.force(x))

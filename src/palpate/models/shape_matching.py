@@ -1,39 +1,98 @@
-"""Answer with shape matching as fitted: clusters of particles that a force presses until they settle."""
+"""Answer with shape matching as fitted: clusters of particles that settle, pressed, under an instrument or cut.
 
-from collections.abc import Callable
+Pressed, how far goals follow the particles, α and the scale of forces are fitted to training samples. Under an
+instrument, which the particles are pushed out of in every step, the force is the momentum that this gives to them over
+the time of a step, as a mean over the later half of the steps; how far goals follow is fitted to the displacement under
+calibrating touches, and the time of a step to their forces. On a cut level clusters that the cut severs are split; how
+far goals follow is fitted to quadratic elements before the cut, and one factor of the hooks' forces to theirs.
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Literal
 
 import numpy as np
 from scipy.optimize import OptimizeResult, minimize
 
+from palpate.benchmark.cut_truth import Pulled
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Solver, held_mb, refuse_regions
+from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels, refuse_bed, refuse_regions
+from palpate.benchmark.touch import TouchCase, Touched
+from palpate.bodies.cutting.cut import Cut
+from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, whole
 from palpate.bodies.mesh import Mesh
-from palpate.bodies.particles import particles_of
+from palpate.bodies.particles import Particles, particles_of
+from palpate.effects import settings as effects
 from palpate.effects import shape_matching
 from palpate.effects.bed import BedSprings
-from palpate.effects.settings import Clusters, ShapeMatching
+from palpate.effects.instrument import Pose
+from palpate.effects.shape_matching import Clusters, ShapeMatching
 from palpate.errors import InputError, NotConverged
 from palpate.models import kinds
+from palpate.models.cut.opened import CutCase, LevelModel, Opened
+from palpate.models.cut.springs import before_cut
 from palpate.models.fem_statics import ContactShares, to_surface
+from palpate.models.touch.pushing import NodeTouch, Relaxing, calibration, dragged, force_scale
+from palpate.solvers.xpbd import Obstacle
 
+LAW = "shape matching"
 LEFT = 0.01
 """What damping leaves of a swing after all steps: as little damping as that, or slow modes would not arrive."""
 ALPHAS = (1.0, 0.5)
 """The α tried in each fit. At rest goals and load balance at α (x − g) = φ f/m, so only φ/α counts; on the way there
 the training samples decide which is better."""
+BETAS = (0.0, 0.3, 0.6, 0.8, 0.95)
+"""Shares of the deformation in the goals that are tried under an instrument and of a cut body."""
 EDGE, SPAN, OVERLAP = 0.25, 2.5, 0.5
 """Of cubes that make clusters: their side in parts of the body's size, but not less than so many of its edges, below
 which neighbours share too few particles to hold together; and what part neighbours share."""
 
 
-def cubes(mesh: Mesh) -> Clusters:
+def cubes(mesh: Mesh) -> effects.Clusters:
     """Return clusters that suit a mesh."""
     ends = mesh.nodes[mesh.edges]
     mean = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
-    return Clusters(kind="cubes", edge_m=max(EDGE * mesh.size, SPAN * mean), overlap=OVERLAP)
+    return effects.Clusters(kind="cubes", edge_m=max(EDGE * mesh.size, SPAN * mean), overlap=OVERLAP)
+
+
+def settle(
+    matching: ShapeMatching,
+    x: np.ndarray,
+    still: np.ndarray,
+    steps: int,
+    load: Callable[[np.ndarray, np.ndarray], None] | None = None,
+    keep_out: Callable[[int, np.ndarray], None] | None = None,
+) -> np.ndarray:
+    """Return positions (n, 3) [m] after so many steps from rest at ``x``.
+
+    The goal-position scheme in lengths a step, w = h v: w' = d w + α (g − x), x' = x + w'.
+    still : nodes that do not move; load : what changes w' (n, 3) [m] in place at x
+    keep_out : what corrects x' in place, after the step of a number; w' is then what remains of the way
+    """
+    keep, w, goals = LEFT ** (2.0 / steps), np.zeros_like(x), np.empty_like(x)
+    for step in range(steps):
+        matching.goals(x, goals)
+        goals -= x
+        goals *= matching.alpha
+        w *= keep
+        w += goals
+        if load is not None:
+            load(x, w)
+        w[still] = 0.0
+        moved = x + w
+        if keep_out is not None:
+            keep_out(step, moved)
+            w = moved - x
+        x = moved
+    return x
+
+
+def refuse_loose(particles: Particles, bedded: bool) -> None:
+    """Raise InputError for a body that nothing holds."""
+    if not len(particles.held) and not bedded:
+        raise InputError(f"{particles.name}: nothing is held, so shapes do not come to rest; give it anchors.")
 
 
 @dataclass(frozen=True)
@@ -51,52 +110,41 @@ class Shapes:
     up : (n_surface, n), from particles to the fine surface
     """
 
-    def __init__(self, case: Case, mode: str, clusters: Clusters):
+    def __init__(self, case: Case, mode: str, clusters: effects.Clusters):
         self.particles = particles_of(case.body, 0, surface=False)
         refuse_regions(case, "shapes")
         # springs of the bed, all at the nodes: the stiffness (n, 1) [N/m] of each over its mass
         beds, nodes = self.particles.beds, len(self.particles.nodes)
         springs = BedSprings(self.particles, beds).lumped if beds else np.zeros(nodes)
         self._springs = (springs / self.particles.masses)[:, None]
-        if not len(self.particles.held) and not beds:
-            raise InputError(f"{case.body.name}: nothing is held, so shapes do not come to rest; give it anchors.")
+        refuse_loose(self.particles, bool(beds))
         self.up = to_surface(case.body, 0)
         self._mode, self._clusters = mode, clusters
         self._shares = ContactShares(case, 0)
 
     def soften(self, softness: Softness) -> None:
         """Make its shapes as soft as that."""
-        self._scale, self._alpha = softness.scale_s2, softness.alpha
-        soft = {"alpha": softness.alpha, "beta": softness.beta}
-        matching = ShapeMatching.model_validate({"mode": self._mode, "clusters": self._clusters} | soft)
-        self._matching = shape_matching.make(self.particles, matching)
+        self._scale = softness.scale_s2
+        asked = {"mode": self._mode, "clusters": self._clusters, "alpha": softness.alpha, "beta": softness.beta}
+        self._matching = shape_matching.make(self.particles, effects.ShapeMatching.model_validate(asked))
 
     def settle(self, contact: int, force: np.ndarray, steps: int) -> np.ndarray:
         """Return displacements (n, 3) [m] after so many steps from rest under ``force`` (3,) [N].
 
-        InputError for a contact that cannot be pressed.
-
-        The goal-position scheme in lengths a step, w = h v: w' = d w + α (g − x) + h² f/m, x' = x + w'. Springs of a
-        bed are counted at x': they may be stiffer than such a step allows.
+        InputError for a contact that cannot be pressed. Springs of a bed are counted at x': they may be stiffer than
+        such a step allows.
         """
         nodes, shares = self._shares.of(contact)
-        push = np.zeros_like(self.particles.nodes)
-        push[nodes] = self._scale * np.outer(shares / self.particles.masses[nodes], force)
-        keep, held = LEFT ** (2.0 / steps), self.particles.held
         rest, springs = self.particles.nodes, self._scale * self._springs
-        x, w, goals = self.particles.nodes.copy(), np.zeros_like(push), np.empty_like(push)
-        for _ in range(steps):
-            self._matching.goals(x, goals)
-            goals -= x
-            goals *= self._alpha
-            w *= keep
-            w += goals
+        push = np.zeros_like(rest)
+        push[nodes] = self._scale * np.outer(shares / self.particles.masses[nodes], force)
+
+        def load(x: np.ndarray, w: np.ndarray) -> None:
             w += push
             w -= springs * (x - rest)
             w /= 1.0 + springs
-            w[held] = 0.0
-            x += w
-        return x - self.particles.nodes
+
+        return settle(self._matching, rest, self.particles.held, steps, load) - rest
 
 
 def fit(shapes: Shapes, samples: Database, steps: int, count: int, evaluations: int) -> Softness:
@@ -170,3 +218,145 @@ class ShapesAtRest(Solver):
 
     def respond(self, load: Load) -> np.ndarray:
         return self._shapes.up @ self._shapes.settle(*load.single(), self._steps)
+
+
+def settings(case: TouchCase) -> list[Setting]:
+    """List level, mode, clusters and steps, from cheap to expensive."""
+    return on_own_levels(case, case.grid.shape_matching)
+
+
+class ShapesTouch(NodeTouch):
+    """Shapes that are given so many ``steps`` to settle wherever the instrument stops on its way.
+
+    InputError for a body that nothing holds, or that its clusters do not hold together; LeftOut for one on a bed;
+    NotConverged for one of several stiffnesses, or whose calibrating touches are not felt.
+    """
+
+    def __init__(
+        self, case: TouchCase, level: int, mode: Literal["rigid", "linear", "quadratic"], clusters: str, steps: int
+    ):
+        refuse_bed(case, "shapes")
+        refuse_regions(case, "shapes")
+        super().__init__(case, level)
+        particles = particles_of(case.body, level, surface=False)
+        refuse_loose(particles, False)
+        self._steps, self._masses, self._step_s = steps, particles.masses, 1.0
+        self._inverse = np.where(self.held, 0.0, 1.0 / particles.masses)
+        grouped = cubes(self.mesh).but(kind=clusters)
+        touches, right = zip(*calibration(case), strict=True)
+        tried = []
+        for alpha in ALPHAS:
+            for beta in BETAS:
+                words = effects.ShapeMatching(mode=mode, alpha=alpha, beta=beta, clusters=grouped)
+                self._matching = shape_matching.make(particles, words)
+                found = [self.respond(touch) for touch in touches]
+                off = [_rmse(one, other) for one, other in zip(found, right, strict=True)]
+                tried.append((float(np.mean(off)), self._matching, found))
+        least, self._matching, found = min(tried, key=lambda each: each[0])
+        if not np.isfinite(least):
+            raise NotConverged(f"{case.body.name}: shapes do not come to rest under any touch", [float("nan")])
+        # a force goes as the inverse of the square of the step
+        self._step_s = 1.0 / np.sqrt(force_scale(found, right))
+
+    def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
+        obstacle, given = Obstacle(nodes, pose), np.zeros((len(nodes), 3))
+        bouncing = self._steps // 2
+
+        def keep_out(step: int, moved: np.ndarray) -> None:
+            obstacle.multipliers = np.zeros(len(nodes))
+            obstacle.keep_out(moved, self._inverse)
+            if step >= bouncing:  # particles bounce, so that single steps tell little
+                given[:] += obstacle.pushes(moved, self._step_s) / (self._steps - bouncing)
+
+        def relax(x: np.ndarray) -> np.ndarray:
+            given[:] = 0.0
+            return settle(self._matching, x, self.held, self._steps, keep_out=keep_out)
+
+        return Relaxing(obstacle, relax, lambda x: given)
+
+    def supported(self, x: np.ndarray) -> np.ndarray:
+        goals = np.empty_like(x)
+        self._matching.goals(x, goals)
+        pulls = self._matching.alpha / self._step_s**2 * self._masses[:, None] * (goals - x)
+        return pulls[self.held].sum(axis=0)
+
+
+def _rmse(one: Touched, other: Touched) -> float:
+    """Return the RMSE over the peak of the displacement, infinite if it is not a number."""
+    off = np.sqrt(np.mean(np.sum((one.displacement - other.displacement) ** 2, axis=1)))
+    peak = np.linalg.norm(other.displacement, axis=1).max()
+    return float(off / peak) if np.isfinite(off) else np.inf
+
+
+online = ShapesTouch
+
+
+class CutShapes(LevelModel):
+    """Shapes that are given so many ``steps`` to settle at each stop of the hooks."""
+
+    def __init__(self, case: CutCase, level: int, mode: str, clusters: str, steps: int, way: str = VIRTUAL_NODES):
+        super().__init__(case, level, way)
+        self._steps, self._mode, before = steps, mode, whole(case.body, level, 0)
+        refuse_regions(case, "shapes")
+        self._clusters = shape_matching.make_clusters(
+            particles_of(before.body, 0, surface=False), cubes(before.mesh).but(kind=clusters)
+        )
+        right, forces = before_cut(case, level)
+        uncut, tried = self._looked_at(before), []
+        for self._beta in BETAS:
+            self._ready(uncut, self._clusters)
+            x, force = self._settled()
+            tried.append((float(np.linalg.norm(x - uncut.rest - right)), self._beta, uncut.answer(x, force).force))
+        _, self._beta, own = min(tried, key=lambda each: each[0])
+        self._factor = float(own @ forces / (own @ own))
+
+    def cut(self, cuts: Sequence[Cut]) -> None:
+        cut = self._part(cuts)
+        self._ready(cut, split(self._clusters, cut.parted, cuts))
+
+    def _ready(self, cut: Opened, clusters: Clusters) -> None:
+        particles = particles_of(cut.parted.body, 0, surface=False)
+        self._opened, self._masses, self._still = cut, particles.masses[:, None], cut.held | cut.moved
+        self._matching = ShapeMatching(particles, clusters, self._mode, 1.0, self._beta)
+
+    def pull(self) -> Pulled:
+        x, force = self._settled()
+        return self._opened.answer(x, self._factor * force)
+
+    def _settled(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions (n, 3) [m], and what pulls particles to their goals, (n, 3) [kg m] as no step is long."""
+        cut = self._opened
+        relax = partial(settle, self._matching, still=self._still, steps=self._steps)
+        x = dragged(cut.rest, cut.moved, cut.shifts, relax)
+        goals = np.empty_like(x)
+        self._matching.goals(x, goals)
+        if not np.isfinite(goals).all():
+            raise NotConverged("shapes left the finite numbers", [float("nan")])
+        return x, self._masses * (goals - x)
+
+
+def split(clusters: Clusters, parted: Parted, cuts: Sequence[Cut]) -> Clusters:
+    """Return the clusters of a whole mesh on its ``parted`` one, in parts that see each other.
+
+    A cluster has all copies of its nodes. Those on the other side of a cut than its middle are another part if the cut
+    is between (Steinemann, Otaduy and Gross 2006), or has doubled them.
+    """
+    copies = np.bincount(parted.origin, minlength=len(parted.whole.nodes))
+    first = np.cumsum(copies) - copies
+    owner = np.repeat(np.arange(len(clusters.starts) - 1), np.diff(clusters.starts))
+    middles = (
+        np.add.reduceat(parted.whole.nodes[clusters.members], clusters.starts[:-1]) / np.diff(clusters.starts)[:, None]
+    )
+    each = copies[clusters.members]
+    number = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
+    nodes = np.argsort(parted.origin, kind="stable")[np.repeat(first[clusters.members], each) + number]
+    owner, rest, part = np.repeat(owner, each), parted.mesh.nodes, np.zeros(each.sum(), dtype=np.int64)
+    corners = parted.mesh.tetrahedra
+    for c, cut in enumerate(cuts):
+        total = np.bincount(corners.ravel(), np.repeat(parted.sides[:, c], 4), minlength=len(rest))
+        side = np.where(total == 0.0, cut.across(rest), total) >= 0.0
+        other = side[nodes] != (cut.across(middles) >= 0.0)[owner]
+        part = 2 * part + (other & (cut.severs(middles[owner], rest[nodes]) | (copies[parted.origin[nodes]] > 1)))
+    order = np.lexsort((nodes, part, owner))
+    new = np.flatnonzero(np.diff(owner[order]) + np.abs(np.diff(part[order]))) + 1
+    return Clusters(nodes[order], np.concatenate([[0], new, [len(nodes)]]))

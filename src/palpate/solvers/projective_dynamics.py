@@ -12,8 +12,6 @@ squared distance, which has no Poisson's ratio; the term of λ is in the force h
 scene's law.
 """
 
-import math
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
@@ -94,43 +92,37 @@ class Prefactored:
         return step
 
 
-def make(system: System, stepping: Stepping) -> "ProjectiveSteps":
-    """Make the integrator; InputError as ``RelaxedParts``."""
-    own = stepping.projective_dynamics or settings.ProjectiveDynamics()
-    return ProjectiveSteps(RelaxedParts(system, "projective_dynamics"), own.iterations, own.memory)
+class ProjectiveSteps(RelaxedParts):
+    """Steps of so many iterations each, with a memory of as many, 0 for the original."""
 
-
-class ProjectiveSteps:
-    """Steps of so many ``iterations`` each, with a ``memory`` of as many, 0 for the original."""
-
-    limit_s = math.inf
-
-    def __init__(self, parts: RelaxedParts, iterations: int, memory: int):
-        self._parts, self._iterations, self._memory = parts, iterations, memory
-        system = parts.system
-        self._laplacian = laplacian(parts.elements, len(system.masses))
-        self._cords = [
-            _isotropic(each.touching(system.particles.nodes, True), len(system.masses)) for each in parts.cords
-        ]
+    def __init__(self, system: System, stepping: Stepping):
+        super().__init__(system, "projective_dynamics")
+        own, count = stepping.projective_dynamics or settings.ProjectiveDynamics(), len(system.masses)
+        self._iterations, self._memory = own.iterations, own.memory
+        self._laplacian = laplacian(self.elements, count)
+        self._cords = [_isotropic(each.touching(system.particles.nodes, True), count) for each in self.cords]
         self._factored_s = 0.0
         self._factor: Prefactored | None = None
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        problem = _Step(self._parts, x, v, h)
+        problem = _Step(self, x, v, h)
         begin = min((x, problem.target), key=problem.energy)
         found = minimise_by_lbfgs(problem, self._prefactored(h).solve, begin, 0.0, self._iterations, kept=self._memory)
-        return self._parts.end(x, found.x, v, h)
+        return self.end(x, found.x, v, h)
 
     def _prefactored(self, h: float) -> Prefactored:
         """Return the factor for steps of ``h`` [s]; all of a scene are as long."""
         if self._factor is None or h != self._factored_s:
-            parts, masses = self._parts, self._parts.system.masses
-            matrix = (1.0 + parts.stiffness_time / h) * self._laplacian
-            matrix = matrix + sparse.diags_array(masses * (1.0 / h**2 + parts.mass_rate / h))
-            for stiffness in [*self._cords, *([] if parts.springs is None else [parts.springs.scalar])]:
+            masses = self.system.masses
+            matrix = (1.0 + self.stiffness_time / h) * self._laplacian
+            matrix = matrix + sparse.diags_array(masses * (1.0 / h**2 + self.mass_rate / h))
+            for stiffness in [*self._cords, *([] if self.springs is None else [self.springs.scalar])]:
                 matrix = matrix + stiffness
-            self._factored_s, self._factor = h, Prefactored(matrix, parts.still)
+            self._factored_s, self._factor = h, Prefactored(matrix, self.still)
         return self._factor
+
+
+make = ProjectiveSteps
 
 
 def _isotropic(touching: tuple[np.ndarray, np.ndarray, np.ndarray], count: int) -> sparse.csc_array:

@@ -5,6 +5,7 @@ triangles, its bending or bed, its loads, and Rayleigh's damping: that by mass a
 stiffness for each element's strain.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,7 +75,7 @@ def springs_of(effect: BedSprings | Bending, rest: np.ndarray) -> LinearSprings:
 
 
 class RelaxedParts:
-    """The parts of a ``system``, which ``method`` steps; InputError for an effect that it cannot.
+    """The parts of a ``system``, which ``method`` steps, as far as it likes; InputError for an effect that it cannot.
 
     elements, springs : of the law, and those of constant stiffness or None
     cords : what pulls between points, as threads do
@@ -82,6 +83,8 @@ class RelaxedParts:
     inverse_masses : (n,) [1/kg], 0 where a node is held or moves with another, and still : (n,) bool, where
     mass_rate, stiffness_time : Rayleigh's α [1/s] and β [s]; β damps the elements alone
     """
+
+    limit_s = math.inf
 
     def __init__(self, system: System, method: str):
         self.system, self._method = system, method

@@ -9,7 +9,6 @@ resists each vertex' own motion, and so that of the whole body, too; here the ch
 resisted, as Rayleigh's damping does for small strain. Contact is projected at the end of each step.
 """
 
-import math
 from typing import NamedTuple
 
 import numba
@@ -99,40 +98,34 @@ class VertexBlockDescent:
         return x, before
 
 
-def make(system: System, stepping: Stepping) -> "BlockDescentSteps":
-    """Make the integrator; InputError as ``RelaxedParts``."""
-    own = stepping.vertex_block_descent or settings.VertexBlockDescent()
-    return BlockDescentSteps(RelaxedParts(system, "vertex_block_descent"), own.sweeps, own.radius)
+class BlockDescentSteps(RelaxedParts):
+    """Steps of so many sweeps each, with Chebyshev's weights of a radius, 0 for none."""
 
-
-class BlockDescentSteps:
-    """Steps of so many ``sweeps`` each, with Chebyshev's weights of ``radius``, 0 for none."""
-
-    limit_s = math.inf
-
-    def __init__(self, parts: RelaxedParts, sweeps: int, radius: float):
-        self._parts, self._sweeps, self._radius = parts, sweeps, radius
-        self._descent = VertexBlockDescent(parts.elements, parts.still, parts.springs)
-        count = len(parts.elements.tetrahedra)
+    def __init__(self, system: System, stepping: Stepping):
+        super().__init__(system, "vertex_block_descent")
+        own = stepping.vertex_block_descent or settings.VertexBlockDescent()
+        self._sweeps, self._radius = own.sweeps, own.radius
+        self._descent = VertexBlockDescent(self.elements, self.still, self.springs)
+        count = len(self.elements.tetrahedra)
         self._turns, self._stresses = np.zeros((count, 4)), np.zeros((count, 3, 3))
         self._before: np.ndarray | None = None
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        parts, elements, start = self._parts, self._parts.elements, x
-        slower, slow = 1.0 / (1.0 + h * parts.mass_rate), parts.stiffness_time / h
-        force = parts.outer(start, v) + parts.pushes
-        pushed = parts.inverse_masses[:, None] * force
+        elements, start = self.elements, x
+        slower, slow = 1.0 / (1.0 + h * self.mass_rate), self.stiffness_time / h
+        force = self.outer(start, v) + self.pushes
+        pushed = self.inverse_masses[:, None] * force
         if slow > 0.0:
             _stresses(
-                start, elements.tetrahedra, elements.gradients, *elements.moduli, parts.flat, self._turns, slow,
+                start, elements.tetrahedra, elements.gradients, *elements.moduli, self.flat, self._turns, slow,
                 self._stresses,
             )  # fmt: skip
-        inertia = parts.system.masses / (slower * h**2)
+        inertia = self.system.masses / (slower * h**2)
         moving = Inertia(inertia, start + slower * (h * v + h**2 * pushed), slow, self._stresses)
         guess = start + h * v + h**2 * self._likely(pushed, v, h)
         self._before = v
         x = self._descent.relax(guess, np.zeros_like(x), self._sweeps, self._radius, moving=moving)[0]
-        return parts.end(start, x, v, h)
+        return self.end(start, x, v, h)
 
     def _likely(self, pushed: np.ndarray, v: np.ndarray, h: float) -> np.ndarray:
         """Return what part of the loads' accelerations (n, 3) [m/s²] nodes have lately followed (Chen et al., 3.7)."""
@@ -141,6 +134,9 @@ class BlockDescentSteps:
         sizes = np.linalg.norm(pushed, axis=1)
         along = np.einsum("ni,ni->n", (v - self._before) / h, pushed) / np.maximum(sizes, 1e-300)
         return (np.clip(along, 0.0, sizes) / np.maximum(sizes, 1e-300))[:, None] * pushed
+
+
+make = BlockDescentSteps
 
 
 def _for_sweeps(contact: NodeContact, count: int) -> tuple:

@@ -9,8 +9,6 @@ of its triangles: three combinations of the corners' displacements, whose square
 inequality of each node, without compliance.
 """
 
-import math
-
 import numba
 import numpy as np
 
@@ -127,31 +125,27 @@ class Xpbd:
         return float(np.sum(self._masses[:, None] * moved**2))
 
 
-def make(system: System, stepping: Stepping) -> "XpbdSteps":
-    """Make the integrator; InputError as ``RelaxedParts``."""
-    return XpbdSteps(RelaxedParts(system, "xpbd"), (stepping.xpbd or settings.Xpbd()).iterations)
+class XpbdSteps(RelaxedParts):
+    """Steps of XPBD with so many iterations each."""
 
-
-class XpbdSteps:
-    """Steps of XPBD with so many ``iterations`` each."""
-
-    limit_s = math.inf
-
-    def __init__(self, parts: RelaxedParts, iterations: int):
-        self._parts, self._iterations = parts, iterations
-        self._constraints = Constraints(parts.elements, parts.springs)
+    def __init__(self, system: System, stepping: Stepping):
+        super().__init__(system, "xpbd")
+        self._iterations = (stepping.xpbd or settings.Xpbd()).iterations
+        self._constraints = Constraints(self.elements, self.springs)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        parts, start = self._parts, x
-        slower = 1.0 / (1.0 + h * parts.mass_rate)
-        inverse = slower * parts.inverse_masses
-        x = start + slower * h * v + h**2 * inverse[:, None] * (parts.outer(start, v) + parts.pushes)
+        start, slower = x, 1.0 / (1.0 + h * self.mass_rate)
+        inverse = slower * self.inverse_masses
+        x = start + slower * h * v + h**2 * inverse[:, None] * (self.outer(start, v) + self.pushes)
         self._constraints.begin()
         for iteration in range(self._iterations):
-            self._constraints.meet(x, inverse, h, start, parts.stiffness_time)
-            for cord in parts.cords:
+            self._constraints.meet(x, inverse, h, start, self.stiffness_time)
+            for cord in self.cords:
                 cord.correct(x, inverse, h, iteration == 0)
-        return parts.end(start, x, v, h)
+        return self.end(start, x, v, h)
+
+
+make = XpbdSteps
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -9,7 +9,7 @@ from palpate.bodies.cutting.ways import SPLIT_FACES, VIRTUAL_NODES, part, whole
 from palpate.bodies.particles import particles_of
 from palpate.effects.settings import Clusters
 from palpate.effects.shape_matching import make_clusters
-from palpate.models.cut.shapes import CutShapes, split
+from palpate.models.shape_matching import CutShapes, split
 
 SETTING = {"level": 1, "mode": "linear", "clusters": "tetrahedra", "steps": 300}
 

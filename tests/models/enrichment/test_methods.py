@@ -8,7 +8,7 @@ from scipy.sparse import csr_array
 
 from palpate.models.enrichment.features import kinds
 from palpate.models.enrichment.methods import build
-from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, DescribedSamples
+from palpate.models.enrichment.paper_enrichment import Blend, DescribedSamples
 from palpate.models.enrichment.pod_rbf import PodRbf
 from palpate.models.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
 from palpate.models.enrichment.training_samples import gather
@@ -140,11 +140,3 @@ def test_rivals_learn_from_seen_contacts(db, settings):
     ridge, kernel, pod, plain = (np.mean([of_peak(predict(m, db, i), db, i) for i in seen]) for m in methods)
     assert ridge < plain and kernel < plain
     assert pod < np.mean([of_peak(db.fine[train].mean(axis=0), db, i) for i in seen])
-
-
-@pytest.mark.parametrize("name", ["unordered", "ordered", "framed"])
-def test_duplicate_training_samples_change_nothing_bad(db, settings, name):
-    known = described(db, name, settings, np.concatenate([TRAIN, TRAIN[:5]]))
-    blends = [Blend(known, kind, known.choose_sigma(kind)) for kind in WEIGHTS]
-    for method in (*blends, *rivals(db, known.training, settings)):
-        assert np.isfinite(predict(method, db, 20)).all()

@@ -1,4 +1,4 @@
-"""The genetic algorithm: its rules, monotonic fitness, repeatability, and continuation where it stopped."""
+"""The genetic algorithm: its rules, monotonic fitness, and repeatability."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def test_the_best_never_falls_and_half_is_new(cube):
         before = population.individuals.copy()
         population.advance()
         assert (population.individuals[:, None] == before[None, :10]).all(axis=2).any(axis=0).all()
-    history = np.array(population.history)
+    history = population.fit().history
     assert (np.diff(history[:, 2]) >= 0.0).all()
     assert history[-1, 2] > 0.5 * history[0, 2]
     assert history[:, 0].tolist() == list(range(20, 321, 10))
@@ -59,33 +59,3 @@ def test_recombination_is_between_and_a_little_beyond():
 def test_same_seed_same_result_another_seed_another():
     one, again, other = (evolve(hill, 20, Rules(10, LIMITS, seed), 40).young for seed in (1, 1, 2))
     assert np.array_equal(one, again) and not np.array_equal(one, other)
-
-
-def test_it_goes_on_where_it_stopped(tmp_path):
-    rules, path = Rules(10, LIMITS, 5), tmp_path / "genetic.npz"
-    whole = evolve(hill, 20, rules, 100)
-    reported = []
-
-    def stop(generation, best):
-        reported.append((generation, best))
-        if generation == 70:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        evolve(hill, 20, rules, 100, path, stop)
-    reported.clear()
-    again = evolve(hill, 20, rules, 100, path, lambda *what: reported.append(what))
-    assert reported[0][0] == 51 and reported[-1] == (100, whole.fitness)
-    assert np.array_equal(again.young, whole.young)
-    assert np.array_equal(again.history[:, [0, 2]], whole.history[:, [0, 2]])
-    assert (np.diff(again.history[:, 1]) > 0.0).all()
-
-
-def test_a_checkpoint_of_something_else_is_not_used(tmp_path):
-    path = tmp_path / "genetic.npz"
-    evolve(hill, 20, Rules(10, LIMITS, 5), 50, path)
-    rules = Rules(10, LIMITS, 6)
-    other = evolve(hill, 20, rules, 50)
-    assert np.array_equal(evolve(hill, 20, rules, 50, path).young, other.young)
-    path.write_bytes(path.read_bytes()[:200])
-    assert np.array_equal(evolve(hill, 20, rules, 50, path).young, other.young)

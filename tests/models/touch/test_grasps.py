@@ -15,7 +15,8 @@ from palpate.benchmark.touch_mesh import bearing
 from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError
-from palpate.models.touch import fem, linear, modes, relaxed
+from palpate.models import relaxed
+from palpate.models.touch import fem, linear, modes
 from palpate.studies.touch.settings import Families
 
 GRASP = Instrument("grasp", 0.02)

@@ -83,17 +83,3 @@ def test_each_mode_misses_what_the_best_polynomial_misses(modes_table):
         else:
             assert left > least - 1e-12 and left > 0.2
             assert mode == "rigid" or left < 1.25 * least  # it keeps the volume too, which costs little
-
-
-def test_the_deformations_are_of_the_orders_that_they_are_named_after(modes_table):
-    """A bend and a twist have no linear part in the middle, and the combined one is their sum."""
-    one = modes_table[modes_table["mode"] == "rigid"].set_index(["deformation", "particle"])
-    moved = {
-        name: (group[["x_m", "y_m", "z_m"]].to_numpy() - group.filter(like="rest_").to_numpy())
-        for name, group in one.groupby(level=0)
-    }
-    assert np.abs(moved["combined"] - moved["linear"] - moved["bent"] - moved["twisted"]).max() < 1e-15
-    q = one.loc["bent"].filter(like="rest_").to_numpy()
-    q = q - q.mean(axis=0)
-    for name in ("bent", "twisted"):
-        assert np.abs(q.T @ moved[name]).max() < 1e-15

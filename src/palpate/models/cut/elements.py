@@ -13,7 +13,7 @@ from palpate.benchmark.cut_truth import TOLERANCE, CutMesh, Pulled, with_patches
 from palpate.bodies.cutting.conform import cut_body
 from palpate.bodies.cutting.cut import Cut, Cuts
 from palpate.bodies.mesh import Mesh
-from palpate.models.cut.opened import CutCase, Opened, opened, skin_of
+from palpate.models.cut.opened import CutCase, LevelModel, Opened
 from palpate.solvers.grasping import Grasping, Patch
 
 CONFORM = "conform"
@@ -29,15 +29,11 @@ class Nodes(Patch):
         return self.nodes
 
 
-class PartedElements:
+class PartedElements(LevelModel):
     """Linear elements on a level that is cut in one of the ways."""
 
-    def __init__(self, case: CutCase, level: int, way: str):
-        self.case, self._level, self._way = case, level, way
-        self._skin = skin_of(case, self._level)
-
     def cut(self, cuts: Sequence[Cut]) -> None:
-        self._opened = opened(self.case, self._level, self._skin, cuts, self._way)
+        self._opened = self._part(cuts)
         self.problem = grasping(self._opened)
 
     @property

@@ -20,7 +20,8 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.linalg.block_pattern import hold
 from palpate.linalg.multigrid import Factor
 from palpate.models.cut.elements import grasping
-from palpate.models.cut.opened import CutCase, opened, skin_of
+from palpate.models.cut.opened import CutCase, LevelModel
+from palpate.models.fem_statics import held_on
 from palpate.solvers.grasping import SMALL
 
 LARGEST = 3000
@@ -38,14 +39,11 @@ def online(case: CutCase, level: int, update: bool, way: str = VIRTUAL_NODES) ->
     return (Updated if update else Anew)(case, level, way)
 
 
-class Anew:
+class Anew(LevelModel):
     """Linear elements on the cut level, with a factor of their own."""
 
-    def __init__(self, case: CutCase, level: int, way: str):
-        self.case, self._level, self._way, self._skin = case, level, way, skin_of(case, level)
-
     def cut(self, cuts: Sequence[Cut]) -> None:
-        self._opened = opened(self.case, self._level, self._skin, cuts, self._way)
+        self._opened = self._part(cuts)
         self._problem = grasping(self._opened)
 
     def pull(self) -> Pulled:
@@ -56,18 +54,18 @@ class Anew:
         return cut.answer(cut.rest + largest * way, largest * force)
 
 
-class Updated:
+class Updated(LevelModel):
     """The compliance (3n, 3n) [m/N] of the whole level, and what a cut adds to its stiffness."""
 
     def __init__(self, case: CutCase, level: int, way: str):
-        self.case, self._level, self._way = case, level, way
-        self._skin, mesh = skin_of(case, self._level), case.body.levels[self._level]
-        if self._way == REMOVAL:
+        super().__init__(case, level, way)
+        mesh = case.body.levels[level]
+        if way == REMOVAL:
             raise Refused("a compliance is not updated where nodes are lost")
         if (count := len(mesh.nodes)) > LARGEST:
             raise Refused(f"the compliance of {count} nodes takes {72e-9 * count**2:.1f} GB")
-        self._held = np.isin(np.arange(count), case.body.anchors[self._level])
-        matrix = LinearElements(mesh, case.body.tissue(self._level)).stiffness(mesh.nodes)
+        self._held = held_on(case.body, level)
+        matrix = LinearElements(mesh, case.body.tissue(level)).stiffness(mesh.nodes)
         hold(matrix.indptr, matrix.indices, matrix.data, self._held)
         factor, free = Factor(matrix), dofs(np.flatnonzero(~self._held))
         self._compliance = np.zeros((3 * count, 3 * count))
@@ -77,7 +75,7 @@ class Updated:
             self._compliance[:, part] = factor.solve(units.reshape(count, 3, -1)).reshape(3 * count, -1)
 
     def cut(self, cuts: Sequence[Cut]) -> None:
-        cut = self._opened = opened(self.case, self._level, self._skin, cuts, self._way)
+        cut = self._opened = self._part(cuts)
         parted, count, given = cut.parted, len(self._held), cut.held | cut.moved
         changed = (parted.origin[parted.mesh.tetrahedra] != parted.mesh.tetrahedra).any(axis=1)
         changed |= parted.body.tissue(0).share != 1.0

@@ -11,7 +11,7 @@ from scipy import sparse
 from palpate.benchmark.cut_truth import Hook, Pulled, skin_map
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Cut
-from palpate.bodies.cutting.ways import Parted, part
+from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, part
 from palpate.bodies.mesh import unit
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import to_fine
@@ -103,6 +103,15 @@ class Opened:
         return Pulled(*self.case.parted(self._skin @ (x - self.rest)), np.array(forces))
 
 
-def opened(case: CutCase, level: int, skin: sparse.csr_array, cuts: Sequence[Cut], way: str) -> Opened:
-    """Cut a ``level`` of the body in a ``way``, see ``ways``."""
-    return Opened(case, level, skin, part(case.body, level, cuts, way), cuts)
+class LevelModel:
+    """What every model on one ``level`` of the body has, which is cut in a ``way``, see ``ways``."""
+
+    def __init__(self, case: CutCase, level: int, way: str = VIRTUAL_NODES):
+        self.case, self._level, self._way, self._skin = case, level, way, skin_of(case, level)
+
+    def _part(self, cuts: Sequence[Cut]) -> Opened:
+        """Cut the level."""
+        return self._looked_at(part(self.case.body, self._level, cuts, self._way), cuts)
+
+    def _looked_at(self, parted: Parted, cuts: Sequence[Cut] = ()) -> Opened:
+        return Opened(self.case, self._level, self._skin, parted, cuts)

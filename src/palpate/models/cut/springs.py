@@ -19,7 +19,7 @@ from palpate.effects.springs import Springs
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold, pattern_of, product
 from palpate.linalg.multigrid import Factor
-from palpate.models.cut.opened import CutCase, Opened, opened, skin_of
+from palpate.models.cut.opened import CutCase, LevelModel, Opened
 from palpate.models.springs.spring_motion import spring_model
 from palpate.models.touch.springs import CALIBRATING_ITERATIONS
 from palpate.solvers.grasping import Grasping, Patch
@@ -59,23 +59,22 @@ def before_cut(case: CutCase, level: int) -> tuple[np.ndarray, np.ndarray]:
     return (x - problem.mesh.nodes)[:count], forces_on(problem, case.hooks, x)
 
 
-class CutSprings:
+class CutSprings(LevelModel):
     """A network that makes so many quasi-Newton ``iterations`` from its linear answer."""
 
     def __init__(self, case: CutCase, level: int, way: str, iterations: int):
-        self.case, self._level, self._way = case, level, way
+        super().__init__(case, level, way)
         self._iterations, self._factor = CALIBRATING_ITERATIONS, 1.0
-        self._skin = skin_of(case, self._level)
-        self._ready(Opened(case, self._level, self._skin, whole(case.body, self._level, 0), ()))
-        before, right = self.pull().force, before_cut(case, self._level)[1]
+        self._ready(self._looked_at(whole(case.body, level, 0)))
+        before, right = self.pull().force, before_cut(case, level)[1]
         self._factor, self._iterations = float(before @ right / (before @ before)), iterations
 
     def cut(self, cuts: Sequence[Cut]) -> None:
         if self._way != DELETED:
-            self._ready(opened(self.case, self._level, self._skin, cuts, self._way))
+            self._ready(self._part(cuts))
             return
         before = whole(self.case.body, self._level, len(cuts))
-        self._ready(Opened(self.case, self._level, self._skin, Torn(**vars(before), cuts=cuts), cuts), deleted=cuts)
+        self._ready(self._looked_at(Torn(**vars(before), cuts=cuts), cuts), deleted=cuts)
 
     def _ready(self, cut: Opened, deleted: Sequence[Cut] = ()) -> None:
         self._opened, rest = cut, cut.rest

@@ -4,13 +4,15 @@ This is what the EZyRB library does; it comes with a GPU build of torch of sever
 RBFInterpolator stands in for it.
 """
 
+from functools import partial
+
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case
 from palpate.models import kinds
-from palpate.models.coarse_answers import Enriched, coarse_solver, fitting_to, seen_with
+from palpate.models.coarse_answers import Enriched, enriched
 from palpate.models.enrichment.paper_enrichment import median_distance, squared_distances
 from palpate.models.enrichment.training_samples import Fitting, Training
 
@@ -78,5 +80,4 @@ def _interpolator(points: np.ndarray, values: np.ndarray, kernel: str, shape: fl
 
 def prepare(case: Case, model: kinds.PODRBF) -> Enriched:
     """Choose kernel and width by cross-validation on the training samples."""
-    coarse = coarse_solver(case, model.coarse)
-    return Enriched(fit(fitting_to(seen_with(case, model.coarse, coarse)), model.modes), coarse)
+    return enriched(case, model.coarse, None, partial(fit, modes=model.modes))

@@ -4,13 +4,15 @@ Both are solved in dual form, (K + λ I)⁻¹ of the k × k kernel matrix, becau
 than there are samples. All settings are chosen by cross-validation on the training samples.
 """
 
+from functools import partial
+
 import numpy as np
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case
 from palpate.benchmark.settings import FitOptions
 from palpate.models import kinds
-from palpate.models.coarse_answers import Enriched, coarse_solver, fitting_to, seen_with
+from palpate.models.coarse_answers import Enriched, enriched
 from palpate.models.enrichment.paper_enrichment import eigen, gaussian, median_distance, squared_distances
 from palpate.models.enrichment.training_samples import Fitting, Training
 
@@ -124,6 +126,4 @@ def fit(fitting: Fitting, kernel: bool) -> RidgeUpsampling | KernelRidgeDetail:
 
 def prepare(case: Case, model: kinds.Ridge) -> Enriched:
     """Choose widths and ridges by cross-validation on the training samples."""
-    coarse = coarse_solver(case, model.coarse)
-    seen = seen_with(case, model.coarse, coarse).first(model.samples)
-    return Enriched(fit(fitting_to(seen), model.kernel), coarse)
+    return enriched(case, model.coarse, model.samples, partial(fit, kernel=model.kernel))

@@ -76,12 +76,13 @@ def experiment(asked: Any, poisson: float) -> Experiment:
 
 
 def simulate_references(experiment: Experiment, substeps: int) -> dict[str, Motion]:
-    """Simulate the motion of finite elements under each press."""
+    """Simulate the motion of finite elements under each press; what is read back lies in memory as this does."""
     particles, model, settings = experiment.particles, experiment.model, experiment.settings
-    return {
-        name: spring_motion.reference_motion(particles, model, press, settings, substeps)
-        for name, press in experiment.presses.items()
-    }
+    found = {}
+    for name, press in experiment.presses.items():
+        x, v = spring_motion.reference_motion(particles, model, press, settings, substeps)
+        found[name] = np.ascontiguousarray(x), np.ascontiguousarray(v)
+    return found
 
 
 def save_references(references: dict[str, Motion], path: str | Path) -> None:
@@ -109,7 +110,10 @@ def paper_cube(side_m: float) -> TetMesh:
     largest, 12.8°.
     """
     points = _points(SEED)
-    tetrahedra = _orient(points, Delaunay(points).simplices.astype(np.int64))
+    tetrahedra = Delaunay(points).simplices.astype(np.int64)
+    volumes = TetMesh(points, tetrahedra).volumes
+    tetrahedra[volumes < 0.0] = tetrahedra[volumes < 0.0][:, [0, 2, 1, 3]]
+    tetrahedra = tetrahedra[np.abs(volumes) > 1e-9]  # Delaunay's triangulation has flat ones on a face
     while len(tetrahedra) > TETRAHEDRA:
         tetrahedra = _remove_edge(points, tetrahedra)
     return TetMesh(side_m * points, tetrahedra)
@@ -137,13 +141,6 @@ def _points(seed: int) -> np.ndarray:
     dropped += rng.choice(np.flatnonzero(inside), 3, replace=False).tolist()
     move = np.where(outer | ~(faces | inside)[:, None], 0.0, rng.uniform(-JITTER, JITTER, grid.shape) / 4.0)
     return np.delete(grid + move, dropped, axis=0)
-
-
-def _orient(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
-    """Orient tetrahedra positively and drop the flat ones that Delaunay's triangulation has on a face."""
-    volumes = TetMesh(points, tetrahedra).volumes
-    tetrahedra[volumes < 0.0] = tetrahedra[volumes < 0.0][:, [0, 2, 1, 3]]
-    return tetrahedra[np.abs(volumes) > 1e-9]
 
 
 def _remove_edge(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:

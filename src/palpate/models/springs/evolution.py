@@ -1,16 +1,10 @@
-"""Search spring moduli by evolution: paper 2's genetic algorithm, with checkpoints, and its rival CMA-ES."""
+"""Search spring moduli by evolution: paper 2's genetic algorithm, and its rival CMA-ES."""
 
-import json
-import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from time import perf_counter
-from typing import Any
 
 import numpy as np
 
-from palpate.files import write_whole
 from palpate.models.springs.fitness import LANES, Fit, Range, Track
 
 EXTENSION = 0.5
@@ -39,27 +33,22 @@ class Genetic:
     """
 
     def __init__(self, fitness: Callable[[np.ndarray], np.ndarray], nodes: int, rules: Rules):
-        self._fitness, self._rules = fitness, rules
+        self._track, self._rules = Track(fitness), rules
         self._random = np.random.default_rng(rules.seed)
-        start = perf_counter()
         young = self._random.uniform(rules.range.low_pa, rules.range.high_pa, (rules.population, nodes))
-        self._keep(young, fitness(young))
+        self._keep(young, self._track(young))
         self.generation = 0
-        self.history = [[rules.population, perf_counter() - start, self.fitness[0]]]
 
     def advance(self) -> None:
         """Advance by one generation."""
-        start = perf_counter()
         new = np.array([self._child() for _ in range(self._rules.population // 2)])
-        fitness, survivors = self._fitness(new), self._rules.population - len(new)
+        fitness, survivors = self._track(new), self._rules.population - len(new)
         self._keep(np.vstack([self.individuals[:survivors], new]), np.concatenate([self.fitness[:survivors], fitness]))
         self.generation += 1
-        count, seconds, _ = self.history[-1]
-        self.history.append([count + len(new), seconds + perf_counter() - start, self.fitness[0]])
 
     def fit(self) -> Fit:
-        """Return the best individual so far."""
-        return Fit(self.individuals[0].copy(), float(self.fitness[0]), np.array(self.history))
+        """Return the best individual so far, with a row of history a generation."""
+        return self._track.fit()
 
     def _keep(self, individuals: np.ndarray, fitness: np.ndarray) -> None:
         order = np.argsort(-fitness, kind="stable")
@@ -77,52 +66,19 @@ class Genetic:
             child[chosen] = random.normal(child[chosen], sigma)
         return np.clip(child, limits.low_pa, limits.high_pa)
 
-    def save(self, path: Path, key: np.ndarray) -> None:
-        """Write everything that the next generations depend on, with the ``key`` of the search."""
-        names = ("individuals", "fitness", "generation", "history")
-        state: dict[str, Any] = {name: np.array(getattr(self, name)) for name in names}
-        with write_whole(path) as part, open(part, "wb") as file:
-            np.savez(file, key=key, random=json.dumps(self._random.bit_generator.state), **state)
-
-    def resume(self, path: Path, key: np.ndarray, generations: int) -> None:
-        """Continue from what ``save`` wrote, unless that is missing, damaged, of another ``key`` or too late.
-
-        The key holds the first generation and its fitness, so that a state of it is whole: it was written whole or not.
-        """
-        try:
-            with np.load(path) as file:
-                state = {name: file[name] for name in file.files}
-            if not np.array_equal(state["key"], key) or int(state["generation"]) > generations:
-                return
-            self._random.bit_generator.state = json.loads(str(state["random"]))
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-            return
-        self.individuals, self.fitness = state["individuals"], state["fitness"]
-        self.generation, self.history = int(state["generation"]), state["history"].tolist()
-
 
 def evolve(
     fitness: Callable[[np.ndarray], np.ndarray],
     nodes: int,
     rules: Rules,
     generations: int,
-    checkpoint: Path | None = None,
     report: Callable[[int, float], None] = lambda generation, best: None,
 ) -> Fit:
-    """Run until ``generations`` generations, and call ``report`` with each one's number and best fitness [m].
-
-    ``checkpoint`` stores the state, every 50 generations and at the end; if it exists with the same rules and
-    the same fitness, the run continues from it, and ends as if it had never been stopped.
-    """
+    """Run so many ``generations``, and call ``report`` with each one's number and best fitness [m]."""
     population = Genetic(fitness, nodes, rules)
-    key = np.concatenate([population.fitness, population.individuals.sum(axis=1)])
-    if checkpoint:
-        population.resume(checkpoint, key, generations)
     while population.generation < generations:
         population.advance()
         report(population.generation, float(population.fitness[0]))
-        if checkpoint and (population.generation % 50 == 0 or population.generation == generations):
-            population.save(checkpoint, key)
     return population.fit()
 
 

@@ -69,6 +69,10 @@ class Fitness:
         self._constants = constants(model, press, settings)
         self._reference_arguments = (settings.keys.corners, settings.keys.shares, positions, velocities, settings.every)
 
+    def of(self, model: SpringModel) -> "Fitness":
+        """Return the fitness of other springs between the same nodes."""
+        return Fitness(model, self.press, self.settings, self.positions, self.velocities)
+
     def __call__(self, young: np.ndarray) -> np.ndarray:
         """Compute the fitness (k,) [m] of individuals ``young`` (k, n) [Pa]."""
         stiffness = stiffnesses(self.model, young)

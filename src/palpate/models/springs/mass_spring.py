@@ -28,12 +28,6 @@ TOLERANCE, REQUIRED_RESIDUAL, MAX_ITERATIONS = 1e-6, 1e-3, 300
 """Residuals relative to the load at which a search ends and which it must reach; and after how many iterations."""
 
 
-def supports(particles: Particles) -> dict[str, Effect]:
-    """Return the effects that hold ``particles``: anchors, a bed, both or none."""
-    held: dict[str, Effect] = {"held": Held(particles.held)} if len(particles.held) else {}
-    return held | ({"bed": BedSprings(particles, particles.beds)} if particles.beds else {})
-
-
 class LoadedSprings:
     """Springs between ``particles``, what holds these, and a load: the energy that a search for equilibrium lowers.
 
@@ -43,7 +37,9 @@ class LoadedSprings:
 
     def __init__(self, particles: Particles):
         self.particles, self.rest = particles, particles.nodes
-        self._supports = supports(particles)
+        self._supports: dict[str, Effect] = {"held": Held(particles.held)} if len(particles.held) else {}
+        if particles.beds:
+            self._supports["bed"] = BedSprings(particles, particles.beds)
         if not self._supports:
             raise InputError(f"{particles.name}: nothing is held, so springs have no equilibrium; give it anchors.")
 

@@ -15,7 +15,7 @@ from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.effects.instrument import Pose
 from palpate.effects.instrument_penalty import NodeContact, may_touch
 from palpate.errors import NotConverged
-from palpate.models.fem_statics import to_surface
+from palpate.models.fem_statics import held_on, to_surface
 from palpate.solvers.xpbd import Obstacle
 
 SHARES = (0.2, 0.4, 0.6, 0.8, 1.0)
@@ -45,7 +45,7 @@ class NodeTouch(TouchSolver):
 
     def __init__(self, case: TouchCase, level: int):
         self.shape, self.mesh, self._up = case.body, case.body.levels[level], to_surface(case.body, level)
-        self.held = np.isin(np.arange(len(self.mesh.nodes)), case.body.anchors[level])
+        self.held = held_on(case.body, level)
 
     def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
         """Return what relaxes the body, of which ``nodes`` (k,) may touch an instrument at ``pose``."""
@@ -69,6 +69,17 @@ class NodeTouch(TouchSolver):
         area = float(mesh.areas[nodes[pushes.any(axis=1)]].sum())
         reaction = 0.0 if x is mesh.nodes else float(self.supported(x) @ touch.direction)
         return Touched(self._up @ (x - mesh.nodes), force, area, reaction)
+
+
+def dragged(
+    rest: np.ndarray, nodes: np.ndarray, shifts: np.ndarray, relax: Callable[[np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """Return positions (n, 3) [m] after ``nodes`` have moved by ``shifts`` (n, 3) [m], relaxed at each of SHARES."""
+    x = rest.copy()
+    for share in SHARES:
+        x[nodes] = (rest + share * shifts)[nodes]
+        x = relax(x)
+    return x
 
 
 COUNT, DEPTHS = 4, (0.3, 0.7)

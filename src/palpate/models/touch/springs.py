@@ -5,24 +5,20 @@ multiplied by one factor, by which forces fit those of calibrating touches.
 """
 
 import numpy as np
-from scipy import sparse
 
 from palpate.benchmark.model import Setting, on_own_levels, refuse_bed, refuse_regions
 from palpate.benchmark.touch import Touch, TouchCase, Touched
 from palpate.bodies.particles import particles_of
-from palpate.effects.effect import Energy
 from palpate.effects.instrument import Pose
 from palpate.effects.instrument_penalty import NodeContact
-from palpate.effects.springs import Springs, volume_springs
+from palpate.effects.springs import make
 from palpate.effects.volume_preservation import Volume
-from palpate.errors import InputError
 from palpate.linalg.multigrid import Factor
 from palpate.models.springs.fitness import volume_stiffness
-from palpate.models.springs.mass_spring import supports
+from palpate.models.springs.mass_spring import LoadedSprings
 from palpate.models.springs.spring_motion import spring_model
 from palpate.models.touch.pushing import NodeTouch, Relaxing, calibration, force_scale
 from palpate.solvers.pressed_descent import STILL, PressedDescent
-from palpate.solvers.system import System
 
 LAW = "springs"
 PENALTY, TOLERANCE, MEMORY = 100.0, 1e-6, 8
@@ -47,19 +43,13 @@ class SpringsTouch(NodeTouch):
         refuse_regions(case, "springs")
         super().__init__(case, level)
         particles = particles_of(case.body, level, surface=False)
-        if not len(particles.held):
-            raise InputError(f"{case.body.name}: nothing is held, so springs have no equilibrium; give it anchors.")
-        pairs, stiffness = volume_springs(particles)
-        model = spring_model(particles)
-        own: dict[str, Energy] = {"springs": Springs(pairs, stiffness, model.rest_m)}
-        if volume and (kappa := volume_stiffness(model, particles.material)) > 0.0:
-            own["volume"] = Volume(particles, kappa)
-        system = System(particles, own | supports(particles))
-        matrix = system.stiffness(particles.nodes, definite=False)
-        self._penalty = PENALTY * sparse.bsr_array(matrix).diagonal().reshape(-1, 3).mean(axis=1)
-        system.hold(matrix)
-        self._solve = Factor(matrix).solve
-        self._own = list(own.values())
+        network, springs = LoadedSprings(particles), make(particles, None)
+        kappa = volume_stiffness(spring_model(particles), particles.material) if volume else 0.0
+        volumes = {"volume": Volume(particles, kappa)} if kappa > 0.0 else {}
+        network.act(springs, **volumes)
+        matrix = network.stiffness(network.rest)
+        self._penalty = PENALTY * matrix.diagonal().reshape(-1, 3).mean(axis=1)
+        self._solve, self._own = Factor(matrix).solve, [springs, *volumes.values()]
         self._iterations, self._scale = CALIBRATING_ITERATIONS, 1.0
         self._scale = case.share(("factor of springs", level, volume), lambda: self._fitted(case))
         self._iterations = iterations

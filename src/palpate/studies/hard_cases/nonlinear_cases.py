@@ -18,13 +18,12 @@ from palpate.benchmark.model import Model
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import NAMED, stiffening_of
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import nodal_load, patch_at, patch_shares
 from palpate.models import kinds
-from palpate.models.relaxed import relaxes
+from palpate.models.relaxed import relaxed
 from palpate.scenes.run_scene import initial_positions
 from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
@@ -196,10 +195,8 @@ def _relaxed(
     load = np.outer(stage.end_face(mesh), [0.0, 0.0, times * LOAD * body.material.young_pa * 0.05**2])
     with locking_is_measured():
         moved = Equilibrium(body, 0).solve(load, 1e-10).x - mesh.nodes
-    masses = particles_of(body, 0, surface=False).masses
-    relax = relaxes(method, LinearElements(mesh, body.tissue(0)), masses, held, SETTINGS[method])
     begin = mesh.nodes * [-1.0, 1.0, 1.0] if mirrored else mesh.nodes
-    found = relax(begin, load)[0]
+    found = relaxed(method, body, 0, held, SETTINGS[method]).relax(begin, load)[0]
 
     def error(x: np.ndarray) -> float:
         return float(np.linalg.norm(x - mesh.nodes - moved) / np.linalg.norm(moved))

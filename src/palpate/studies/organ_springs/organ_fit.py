@@ -16,9 +16,8 @@ from palpate.effects.settings import ShapeMatching
 from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
 from palpate.models.shape_matching import cubes
-from palpate.models.springs.descent import descend
-from palpate.models.springs.evolution import Rules, cma_es, evolve
-from palpate.models.springs.fitness import CLOSED, Fit, Fitness, uniform
+from palpate.models.springs.fitness import CLOSED
+from palpate.models.springs.searches import SEEDED, find
 from palpate.models.springs.spring_motion import Load, Settings, SpringModel, reference_motion, simulate
 from palpate.run.job import rarely
 from palpate.solvers.goal_position import GoalPosition
@@ -29,8 +28,6 @@ from palpate.table_declaration import Table
 
 METHODS = (*CLOSED, "uniform", "genetic", "cma_es", "gradient")
 """Ways to find moduli, in the order of tables."""
-SEEDED = ("genetic", "cma_es")
-"""Those that draw random numbers, and are repeated."""
 Report = Callable[[int, float], None]
 
 ORGAN_HISTORY = Table(
@@ -51,7 +48,8 @@ def measure(
     seed : the first of ``searches.seeds`` consecutive ones
     report(what) : gives the function that is told how far a search is
     """
-    errors, histories = [], []
+    errors, histories, material = [], [], found.particles(0).material
+    young = np.full(len(found.model.masses), float(material.young_pa))
     for volume_force in found.settings.volume_force:
         settings = found.spring_settings(volume_force)
         fitnesses = found.fitnesses(settings, references)
@@ -61,7 +59,9 @@ def measure(
         seeds = range(seed, seed + found.settings.searches.seeds)
         runs = [(method, one) for method in METHODS for one in (seeds if method in SEEDED else seeds[:1])]
         for method, one in runs:
-            model, fit = find(method, found, fitnesses, one, report(method))
+            model, fit = find(
+                method, fitnesses, material, young, found.limits, found.settings.searches, one, report(method)
+            )
             labels = {"model": method, "volume_force": volume_force, "seed": one}
             judged = judge(found, model, fit.young, settings, references)
             judged["offline_s"], judged["evaluations"] = fit.history[-1, 1], int(fit.history[-1, 0])
@@ -69,28 +69,6 @@ def measure(
             rises = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"])
             histories.append(rises.assign(**labels, generation=np.arange(len(rises))))
     return pd.concat(errors, ignore_index=True), pd.concat(histories, ignore_index=True)
-
-
-def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report: Report) -> tuple[SpringModel, Fit]:
-    """Find moduli by one of METHODS; the searches maximise the sum of ``fitnesses``, of the fitted presses."""
-    material, searches, nodes = found.particles(0).material, found.settings.searches, len(found.model.masses)
-
-    def fitness(young: np.ndarray) -> np.ndarray:
-        return np.sum([press(young) for press in fitnesses], axis=0)
-
-    start = np.full(nodes, float(material.young_pa))
-    if method in CLOSED:
-        begin = perf_counter()
-        model, young = CLOSED[method](found.model, material)
-        return model, Fit(young, np.nan, np.array([[0, perf_counter() - begin, float(fitness(young[None])[0])]]))
-    if method == "uniform":
-        return found.model, uniform(fitness, nodes, found.limits)
-    if method == "genetic":
-        rules = Rules(searches.population, found.limits, seed)
-        return found.model, evolve(fitness, nodes, rules, searches.generations, report=report)
-    if method == "cma_es":
-        return found.model, cma_es(fitness, start, found.limits, searches.cma_es_evaluations, seed, report)
-    return found.model, descend(fitnesses, start, found.limits, searches.gradient_evaluations)[0]
 
 
 def judge(

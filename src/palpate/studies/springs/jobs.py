@@ -15,36 +15,29 @@ def simulate_spring_reference(output, calibration: Settings, poisson: float):
 
 def fit_springs(input, output, wildcards, say, calibration: Settings, searches: Searches, seed: int):
     from palpate.models.springs.cube_experiment import experiment, load_references
-    from palpate.studies.springs.spring_fit import SEEDED, tables
+    from palpate.models.springs.searches import SEEDED
+    from palpate.studies.springs.spring_fit import tables
 
     method = wildcards.method
     seeds = range(seed, seed + (searches.seeds if method in SEEDED else 1))
-    references, found = load_references(input.reference), {}
+    references = load_references(input.reference)
     for force in ("springs", "volume"):
-        folder = Path(output[force][0]).parent
         found = tables(
             experiment(calibration, calibration.material.poisson), method, force == "volume", references,
-            searches, {one: folder / f"state_{one}.npz" for one in seeds},
-            rarely(say, f"{method}, {force}: seed, generation, best fitness"),
+            searches, seeds, rarely(say, f"{method}, {force}: seed, generation, best fitness"),
         )  # fmt: skip
         for path in output[force]:
             write_table(found[Path(path).stem], path)
 
 
 def measure_spring_floor(say, calibration: Settings, poissons: list[float], evaluations: int):
-    from tempfile import TemporaryDirectory
-
     import pandas as pd
 
-    from palpate.models.springs.cube_experiment import experiment, load_references, save_references, simulate_references
+    from palpate.models.springs.cube_experiment import experiment, simulate_references
     from palpate.studies.springs.spring_fit import INCOMPRESSIBLE, measure
 
     stiffest, floors = experiment(calibration, INCOMPRESSIBLE).volume_n_m(), []
     for poisson in steps(say, "springs' floor: Poisson's ratio")(poissons):
         found = experiment(calibration, poisson)
-        # read back as fit_springs does: arrays that lie otherwise in memory sum to other last digits
-        with TemporaryDirectory() as folder:
-            save_references(simulate_references(found, calibration.substeps), Path(folder, "reference.npz"))
-            references = load_references(Path(folder, "reference.npz"))
-        floors.append(measure(found, references, stiffest, evaluations))
+        floors.append(measure(found, simulate_references(found, calibration.substeps), stiffest, evaluations))
     return pd.concat(floors)

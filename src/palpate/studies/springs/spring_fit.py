@@ -1,61 +1,17 @@
 """Methods for spring parameters on paper 2's cube, fitted to one press and evaluated on all, and the least error."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
-from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 import pandas as pd
 
 from palpate.models.springs.cube_experiment import Experiment, Motion
-from palpate.models.springs.descent import descend, descend_smoothly, value_and_gradient
-from palpate.models.springs.evolution import Rules, cma_es, evolve
-from palpate.models.springs.fitness import CLOSED, Fit, Fitness, uniform
+from palpate.models.springs.descent import descend, value_and_gradient
+from palpate.models.springs.searches import find
 from palpate.models.springs.spring_motion import SpringModel, simulate
 from palpate.studies.springs.settings import Searches
 from palpate.table_declaration import Table
-
-SEEDED = ["genetic", "cma_es"]
-
-
-def find(
-    method: str,
-    trial: Experiment,
-    fitnesses: list[Fitness],
-    searches: Searches,
-    seed: int,
-    checkpoint: Path | None = None,
-    report: Callable[[int, float], None] = lambda count, best: None,
-) -> tuple[SpringModel, Fit]:
-    """Find the parameters by one of the methods of style.FITS, and the model that they belong to.
-
-    gradient_smooth regularises the differences of moduli; gradient_all is fitted to all presses and shows the accuracy
-    that the model can reach when it sees them.
-    fitnesses : of the presses, of which all but gradient_all use the first only
-    searches : the config's limits: generations and population of the genetic algorithm, evaluations of the others
-    """
-    model, fitness, limits, nodes = trial.model, fitnesses[0], trial.limits, len(trial.model.masses)
-    if method in CLOSED:
-        begin = perf_counter()
-        model, young = CLOSED[method](model, trial.particles.material)
-        seconds = perf_counter() - begin
-        scored = Fitness(model, fitness.press, fitness.settings, fitness.positions, fitness.velocities)
-        value = float(scored(young[None])[0])
-        return model, Fit(young, value, np.array([[0, seconds, value]]))
-    if method == "genetic":
-        rules = Rules(searches.population, limits, seed)
-        return model, evolve(fitness, nodes, rules, searches.generations, checkpoint, report)
-    if method == "cma_es":
-        return model, cma_es(fitness, trial.start(), limits, searches.cma_es_evaluations, seed, report)
-    if method == "uniform":
-        fit = uniform(fitness, nodes, limits)
-        return model, Fit(fit.young, fit.fitness, fit.history[-1:])
-    if method == "gradient_smooth":
-        return model, descend_smoothly(fitness, trial.start(), limits, searches.gradient_evaluations)
-    chosen = fitnesses if method == "gradient_all" else [fitness]
-    return model, descend(chosen, trial.start(), limits, searches.gradient_evaluations)[0]
-
 
 SPRING_HISTORY = Table(
     "spring_history",
@@ -101,11 +57,10 @@ def judge(
     """
     rows, steps = [], []
     rest = trial.settings.keys.of(trial.model.nodes)
-    for press, (positions, velocities) in references.items():
+    for press, (positions, _) in references.items():
         error = simulate(model, young, trial.presses[press], trial.settings)[0] - positions
         rmse, moved = float(np.sqrt((error**2).sum(axis=2).mean())), np.linalg.norm(positions - rest, axis=2)
-        scored = Fitness(model, trial.presses[press], trial.settings, positions, velocities)
-        value = float(scored(young[None])[0])
+        value = float(trial.fitness(press, references).of(model)(young[None])[0])
         most = np.abs(error).max(axis=(0, 1))
         rows.append((press, press in used, rmse, rmse / float(moved.max()), *most, value))
         signed = pd.DataFrame(error[:, moved.max(axis=0).argmax()], columns=["error_x_m", "error_y_m", "error_z_m"])
@@ -122,36 +77,38 @@ def tables(
     volume_force: bool,
     references: dict[str, Motion],
     searches: Searches,
-    runs: dict[int, Path],
+    seeds: Iterable[int],
     report: Callable[[int, int, float], None],
 ) -> dict[str, pd.DataFrame]:
     """Compute the method's part of spring_fit, spring_history and spring_errors, with one run for each seed.
 
-    references : that of the fitted press first; runs : path of the genetic algorithm's checkpoint by seed
+    references : that of the fitted press first, to which all are fitted but gradient_all, which shows the accuracy that
+        the model can reach when it sees all of them
     report : called with seed, generation and best fitness
     """
     trial = found.with_volume(found.volume_n_m()) if volume_force else found
     fitnesses = [trial.fitness(press, references) for press in references]
-    used = list(references) if method == "gradient_all" else [fitnesses[0].press.name]
+    used = fitnesses if method == "gradient_all" else fitnesses[:1]
+    names = [each.press.name for each in used]
     parts: dict[str, list[pd.DataFrame]] = {"spring_fit": [], "spring_history": [], "spring_errors": []}
     fitnesses[0](trial.start()[None])  # so that compilation is not timed
     value_and_gradient(fitnesses[0], trial.start(), trial.settings.volume_n_m)
-    for seed, checkpoint in runs.items():
-        model, fit = find(method, trial, fitnesses, searches, seed, checkpoint, partial(report, seed))
-        # closed forms have a single row
-        rises = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"]).astype({"evaluations": int})
+    for seed in seeds:
+        limits, material = trial.limits, trial.particles.material
+        model, fit = find(method, used, material, trial.start(), limits, searches, seed, partial(report, seed))
+        # of the search for one modulus its end alone
+        history = fit.history[-1:] if method == "uniform" else fit.history
+        rises = pd.DataFrame(history, columns=["evaluations", "seconds", "fitness"]).astype({"evaluations": int})
         rises.insert(0, "generation", np.arange(len(rises)))
         last = rises.iloc[-1]
         labels = {"method": method, "volume_force": volume_force, "seed": seed}
-        judged, grown = judge(trial, model, fit.young, references, used)
+        judged, grown = judge(trial, model, fit.young, references, names)
         judged = judged.assign(
             generations=int(last["generation"]),
             evaluations=int(last["evaluations"]),
             seconds=last["seconds"],
             volume_n_m=trial.settings.volume_n_m,
         )
-        if checkpoint:
-            checkpoint.unlink(missing_ok=True)
         for name, table in zip(parts, (judged, rises, grown), strict=True):
             parts[name].append(table.assign(**labels)[[*labels, *table.columns]])
     return {name: pd.concat(found, ignore_index=True) for name, found in parts.items()}

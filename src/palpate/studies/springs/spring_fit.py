@@ -28,7 +28,7 @@ def find(
     checkpoint: Path | None = None,
     report: Callable[[int, float], None] = lambda count, best: None,
 ) -> tuple[SpringModel, Fit]:
-    """Find the parameters by one of the methods of style.FITS, and the model that they belong to.
+    """Find the parameters by one of the methods of model_looks.FITS, and the model that they belong to.
 
     gradient_smooth regularises the differences of moduli; gradient_all is fitted to all presses and shows the accuracy
     that the model can reach when it sees them.

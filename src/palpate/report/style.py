@@ -110,18 +110,6 @@ def plain_log(axis) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def frames(axis, budgets_ms: Sequence[float]) -> None:
-    """Draw those budgets of a frame [ms] that lie in a panel whose abscissa is in ms."""
-    low, high = axis.get_xlim()
-    for budget in budgets_ms:
-        if low < budget < high:
-            axis.axvline(budget, color="#b5b5b5", ls=":", lw=1, zorder=1)
-            axis.annotate(
-                f"{budget:g} ms", (budget, 1), (0, 3), xycoords=("data", "axes fraction"),
-                textcoords="offset points", ha="center", va="bottom", fontsize=7.5, color="#444444",
-            )  # fmt: skip
-
-
 @styled
 def save(figure: Figure, stem: str | Path) -> None:
     """Write ``stem``.png and ``stem``.svg, each under a temporary name first, then renamed.

@@ -1,13 +1,16 @@
 """Figures of paper 1's tables: features, width, premises, complexity, times, accuracy over cost."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from palpate.benchmark.ranking import front
 from palpate.report import model_looks, style, tables
 from palpate.report.words import seconds as written
+from palpate.report.words import spaced
+from palpate.report.work_precision import curves, finish, frames, points, steps
+from palpate.report.work_precision import handles as handles_of
 
 
 @style.figure("feature_vectors", tables=("feature_vectors", "premise_bodies"))
@@ -268,61 +271,50 @@ def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost) -> 
     joined = accuracy.merge(online_cost, on=["body", "protocol", "method"], how="left")
     names = tables.bodies(joined)
     rows = list(dict.fromkeys(zip(joined["protocol"], joined["regime"], strict=True)))
-    figure = Figure(figsize=(4.0 * len(names) + 2.4, 2.35 * len(rows) + 0.6), layout="constrained")
+    figure = Figure(figsize=(4.0 * len(names) + 2.4, 2.6 * len(rows) + 0.6), layout="constrained")
     grid = figure.subplots(len(rows), len(names), sharex=True, sharey=True, squeeze=False)
+    joined = joined.assign(model=joined["method"], late=1e3 * joined["online_p95_s"])
+    drawn = {}
     for axes, (protocol, regime) in zip(grid, rows, strict=True):
         for axis, body in zip(axes, names, strict=True):
             panel = tables.where(joined, body=body, protocol=protocol, regime=regime)
-            _points(axis, panel)
-            _lines(axis, tables.where(fem_cost, body=body, regime=regime)["seconds"])
-            axis.set_title(f"{body}, {protocol} protocol, {regime} loads")
+            drawn[axis] = _points(axis, panel)
+            fine = 1e3 * tables.where(fem_cost, body=body, regime=regime)["seconds"].median()
+            axis.axvline(fine, color=model_looks.look("fine_fem").colour, ls="-.", lw=1, zorder=1)
+            axis.set_title(f"{body}, {protocol} protocol, {spaced(regime)} loads", pad=18)
         axes[0].set_ylabel("RMSE [% of peak]")
     for axis in grid[-1]:
         axis.set_xlabel("online time a query [ms]")
-        style.plain_log(axis.xaxis)
     low, high = grid[0, 0].get_ylim()
-    grid[0, 0].set_ylim(low / 6, high)  # room for the names of lines and failures
-    style.plain_log(grid[0, 0].yaxis)
-    figure.legend(handles=_method_legend(joined["method"]), loc="outside right center", title="less of both is better")
+    grid[0, 0].set_ylim(low / 2, high)  # room for the names of failures
+    for axis, part in drawn.items():
+        steps(axis, part)
+    finish(grid.ravel(), frames())
+    handles = handles_of(
+        points(
+            joined.sort_values("method", key=lambda names: names.map(list(model_looks.METHODS).index)),
+            "online_median_s",
+            "rmse_of_peak",
+        ),
+        lines=False,
+    )
+    handles.append(Line2D([], [], color=style.INK, lw=1, label="Pareto front"))
+    handles.append(Line2D([], [], color=model_looks.look("fine_fem").colour, ls="-.", lw=1, label="fine FEM"))
+    figure.legend(handles=handles, loc="outside right center", title="less of both is better")
     return figure
 
 
-def _points(axis, panel) -> None:
-    milliseconds = 1e3 * panel["online_median_s"].to_numpy()
-    late = 1e3 * panel["online_p95_s"].to_numpy()
-    error = 100 * panel["rmse_of_peak"].to_numpy()
-    for method, t, p95, e in zip(panel["method"], milliseconds, late, error, strict=True):
-        look = model_looks.look(method)
-        size = 13 if look.marker == "*" else 6.5
-        axis.plot([t, p95], [e, e], color=look.colour, lw=1, zorder=3)
-        axis.plot(t, e, look.marker, color=look.colour, mec="white", mew=0.6, ms=size, zorder=4)
-    best = front(milliseconds, error)
-    axis.plot(milliseconds[best], error[best], color=style.INK, lw=1, drawstyle="steps-post", zorder=2)
-    failed = panel["method"][~(np.isfinite(milliseconds) & np.isfinite(error))]
+def _points(axis, panel) -> pd.DataFrame:
+    """Draw the points of all methods with the 95th percentiles of their times, and name those that failed."""
+    drawn = points(panel, "online_median_s", "rmse_of_peak")
+    curves(axis, drawn)
+    colours = [model_looks.look(method).colour for method in drawn["model"]]
+    axis.hlines(drawn["error"], drawn["time"], panel.loc[drawn.index, "late"], colors=colours, lw=1, zorder=3)
+    failed = panel["method"][~panel.index.isin(drawn.index)]
     if len(failed):
         text = "failed: " + ", ".join(model_looks.look(m).label for m in failed)
         axis.text(0.01, 0.03, text, transform=axis.transAxes, fontsize=7, color="#aa0000")
-    axis.set(xscale="log", yscale="log")
-
-
-def _lines(axis, fem_seconds) -> None:
-    # haptics, 60 pictures a second, and a response that still seems immediate
-    budgets_s = {"1 ms": 1e-3, "16.7 ms": 1 / 60, "100 ms": 0.1}
-    budgets = [(name, 1e3 * s, "#b5b5b5", ":", 0) for name, s in budgets_s.items()]
-    fine = ("fine FEM", 1e3 * float(fem_seconds.median()), model_looks.look("fine_fem").colour, "-.", 1)
-    places = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
-    looks = {"rotation": 90, "ha": "right", "fontsize": 7, "color": "#666666"}
-    for name, x, colour, dashes, end in [*budgets, fine]:
-        axis.axvline(x, color=colour, ls=dashes, lw=1, zorder=1)
-        axis.annotate(name, (x, end), (-1.5, 2 - 4 * end), va="top" if end else "bottom", **places, **looks)
-
-
-def _method_legend(present) -> list[Line2D]:
-    handles = []
-    for look in (look for method, look in model_looks.METHODS.items() if method in set(present)):
-        size = 9 if look.marker == "*" else 6
-        handles.append(Line2D([], [], ls="", marker=look.marker, color=look.colour, ms=size, label=look.label))
-    return [*handles, Line2D([], [], color=style.INK, lw=1, label="Pareto front")]
+    return drawn
 
 
 _REGIMES = (("#0072b2", "o"), ("#d55e00", "^"), ("#009e73", "s"), ("#7d7d7d", "D"))

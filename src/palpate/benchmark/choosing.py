@@ -1,11 +1,13 @@
 """Choose by one rule which setting to take: within a time, at a speed or below an error; or none, and the nearest."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from palpate import number_text
 from palpate.benchmark.conformal import FEWEST, bound_factor, bounds, finite
 from palpate.benchmark.judge import SIDES, TRAINING
 from palpate.benchmark.ranking import (
@@ -20,6 +22,8 @@ from palpate.benchmark.ranking import (
     same_settings,
 )
 
+
+percent = partial(number_text.percent, table=True)
 NONE = "none"
 """The word that stands for a model where none fits."""
 MARGIN = 0.2
@@ -333,11 +337,6 @@ class Candidates:
         """Name model and setting as the tables do."""
         model, setting = self.rows[["model", "setting"]].iloc[place]
         return model if setting == "default" else f"{model} {setting}"
-
-
-def percent(share: float) -> str:
-    """Return a share in per cent, with two digits."""
-    return f"{100 * share:.2g} %"
 
 
 def kept(errors: np.ndarray, contact: np.ndarray, most: float) -> float:

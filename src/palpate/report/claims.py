@@ -1,19 +1,21 @@
 """Judge what papers claim: one row a claim, with the premise that it was tested in."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from palpate.report.words import two_digits
+from palpate.number_text import percent as written
 
 CONFIRMED = "confirmed"
 REFUTED = "refuted"
 CONFIRMED_OUTSIDE = "confirmed outside its premise"
 REFUTED_OUTSIDE = "refuted outside its premise"
 BOUND = "true as a bound"
+percent = partial(written, table=True)
 NOT_TESTABLE = "not testable"  # followed by a colon and the reason
 
 
@@ -52,11 +54,6 @@ def geometric_mean(values: pd.Series) -> float:
 def not_testable(why: str) -> str:
     """Return the verdict on a claim that this project cannot test."""
     return f"{NOT_TESTABLE}: {why}"
-
-
-def percent(share: float) -> str:
-    """Write a share with two digits: "12 %"."""
-    return f"{two_digits(100 * share)} %"
 
 
 def judge_of(place: str) -> Callable[[dict[str, pd.DataFrame]], Iterable[Claim]]:

@@ -1,11 +1,91 @@
 """Give every model of the trade-off its name, colour and marker, the user's own included."""
 
 import re
+from dataclasses import dataclass
 from pathlib import PurePath
 
 from palpate.bodies.material import stiffening_of
-from palpate.report.style import METHODS, WEIGHTS, Look
 from palpate.report.words import spaced
+
+
+@dataclass(frozen=True)
+class Look:
+    """Label, colour and marker of a method in every figure and table."""
+
+    label: str
+    colour: str
+    marker: str
+
+
+WEIGHTS = {
+    "signed": ("signed inverse", "o"),
+    "nonnegative_a": ("non-negative (a)", "s"),
+    "nonnegative_b": ("non-negative (b)", "D"),
+    "clipped": ("clipped inverse", "^"),
+}
+"""Label and marker of each way of computing the blend weights."""
+
+# Hues after Okabe and Ito (2008), distinguishable with any colour vision; within one hue lightness and marker vary
+FEATURES = {
+    "unordered": ("unordered", ("#003f66", "#0072b2", "#3f9bd1", "#8cc4e6")),
+    "ordered": ("contact-ordered", ("#8a3c00", "#d55e00", "#ee8742", "#f7b78a")),
+    "framed": ("contact-ordered, own frame", ("#7a3b63", "#b8578f", "#cc79a7", "#e3b1cd")),
+}
+"""Feature vectors of the regressors: label and one shade for each of WEIGHTS."""
+
+METHODS = {
+    f"{features}_{weights}": Look(f"{name}, {how}", shade, marker)
+    for features, (name, shades) in FEATURES.items()
+    for (weights, (how, marker)), shade in zip(WEIGHTS.items(), shades, strict=True)
+} | {
+    "interpolation": Look("linear interpolation", "#7d7d7d", "X"),
+    "ridge_upsampling": Look("ridge upsampling", "#e6b400", "v"),
+    "kernel_ridge_detail": Look("kernel ridge on detail", "#56b4e9", "P"),
+    "pod_rbf": Look("POD + RBF", "#6b4f2a", "p"),
+    "linear_fem": Look("linear fine FEM", "#3b3b8f", "h"),
+    "detail_correction_unturned": Look("corrected coarse FEM, not turned", "#b5e3d2", "d"),
+    "detail_correction_untaught": Look("corrected coarse FEM, nothing learnt", "#66c2a5", "d"),
+    "detail_correction": Look("corrected coarse FEM", "#009e73", "*"),
+    "live_all_in": Look("corrected coarse FEM, live all-in", "#00664a", "*"),
+    "coarse_fem": Look("coarse FEM", "#bdbdbd", "<"),
+    "fine_fem": Look("fine FEM", "#111111", "8"),
+}
+"""Every method of paper 1 and its rivals that may occur in a table, in table order."""
+
+FITS = {
+    "uniform": Look("one E for all nodes", "#7d7d7d", "X"),
+    "van_gelder": Look("Van Gelder", "#6b4f2a", "P"),
+    "lloyd": Look("Lloyd", "#e6b400", "v"),
+    "genetic": Look("genetic algorithm (the paper)", "#d55e00", "o"),
+    "cma_es": Look("CMA-ES", "#0072b2", "s"),
+    "gradient": Look("gradient by the adjoint", "#009e73", "*"),
+    "gradient_smooth": Look("gradient, regularised moduli", "#cc79a7", "D"),
+    "gradient_all": Look("gradient, fitted to all presses", "#66c2a5", "*"),
+}
+"""Every method for spring parameters, in table order."""
+DASHES = {False: "--", True: "-"}
+"""Line styles without and with the volume force."""
+FORCES = {False: "springs alone", True: "springs and volume force"}
+
+OPERATIONS = {
+    "sorting": "sorting by distance",
+    "building_phi": "building Φ",
+    "building_a": "building A = Φ⁻¹",
+    "building_w": "building w",
+}
+"""The steps of the paper's table 3."""
+
+PAPERS = "ordered_nonnegative_a"
+"""The method the paper proposes: contact-ordered features, its nearest non-negative matrix."""
+
+BASELINE = "unordered_nonnegative_a"
+"""The method the paper compares with: all coarse displacements in mesh order."""
+
+ALIASES = {"unordered": BASELINE, "contact_ordered": PAPERS}
+"""Names of the paper's two methods in enrichment_timing.csv."""
+
+SHORT = {BASELINE: "unordered\n(paper's baseline)", PAPERS: "contact-ordered\n(the paper)"}
+"""Short names for narrow places; the paper's two methods by their role in it."""
 
 _NAMED = {
     "fem_p1": Look("linear elements (P1)", "#7a7a7a", "8"),
@@ -55,12 +135,17 @@ _SUITS = ("$\u2663$", "$\u2660$", "$\u2666$", "$\u2665$", "P", "X")
 
 def look(model: str) -> Look:
     """Return the look of a model; a user's own gets one of five colours and six markers, always the same."""
-    if model in _NAMED:
-        return _NAMED[model]
-    if model in METHODS:
-        return METHODS[model]
+    model = ALIASES.get(model, model)
+    for known in (_NAMED, METHODS, FITS):
+        if model in known:
+            return known[model]
     number = sum(place * letter for place, letter in enumerate(model.encode(), 1))
     return Look(spaced(model), _OWN[number % len(_OWN)], _SUITS[number % len(_SUITS)])
+
+
+def short(model: str) -> str:
+    """Return a name of at most two lines."""
+    return SHORT.get(ALIASES.get(model, model), look(model).label.replace(" (", "\n("))
 
 
 def label(model: str, setting: str) -> str:

@@ -1,7 +1,6 @@
-"""Style of all figures: fonts, looks of methods, grids of pictures, and files that repeat byte for byte."""
+"""Style of all figures: fonts, colours of effects, grids of pictures, and files that repeat byte for byte."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from palpate.errors import InputError
 from palpate.files import write_whole
 
 STYLE: dict[Any, Any] = {
@@ -47,85 +45,6 @@ ERROR = "YlOrRd"
 INK, FAINT = "#222222", "#9a9a9a"
 
 
-@dataclass(frozen=True)
-class Look:
-    """Label, colour and marker of a method in every figure and table."""
-
-    label: str
-    colour: str
-    marker: str
-
-
-WEIGHTS = {
-    "signed": ("signed inverse", "o"),
-    "nonnegative_a": ("non-negative (a)", "s"),
-    "nonnegative_b": ("non-negative (b)", "D"),
-    "clipped": ("clipped inverse", "^"),
-}
-"""Label and marker of each way of computing the blend weights."""
-
-# Hues after Okabe and Ito (2008), distinguishable with any colour vision; within one hue lightness and marker vary
-FEATURES = {
-    "unordered": ("unordered", ("#003f66", "#0072b2", "#3f9bd1", "#8cc4e6")),
-    "ordered": ("contact-ordered", ("#8a3c00", "#d55e00", "#ee8742", "#f7b78a")),
-    "framed": ("contact-ordered, own frame", ("#7a3b63", "#b8578f", "#cc79a7", "#e3b1cd")),
-}
-"""Feature vectors of the regressors: label and one shade for each of WEIGHTS."""
-
-METHODS = {
-    f"{features}_{weights}": Look(f"{name}, {how}", shade, marker)
-    for features, (name, shades) in FEATURES.items()
-    for (weights, (how, marker)), shade in zip(WEIGHTS.items(), shades, strict=True)
-} | {
-    "interpolation": Look("linear interpolation", "#7d7d7d", "X"),
-    "ridge_upsampling": Look("ridge upsampling", "#e6b400", "v"),
-    "kernel_ridge_detail": Look("kernel ridge on detail", "#56b4e9", "P"),
-    "pod_rbf": Look("POD + RBF", "#6b4f2a", "p"),
-    "linear_fem": Look("linear fine FEM", "#3b3b8f", "h"),
-    "detail_correction_unturned": Look("corrected coarse FEM, not turned", "#b5e3d2", "d"),
-    "detail_correction_untaught": Look("corrected coarse FEM, nothing learnt", "#66c2a5", "d"),
-    "detail_correction": Look("corrected coarse FEM", "#009e73", "*"),
-    "live_all_in": Look("corrected coarse FEM, live all-in", "#00664a", "*"),
-    "coarse_fem": Look("coarse FEM", "#bdbdbd", "<"),
-    "fine_fem": Look("fine FEM", "#111111", "8"),
-}
-"""Every method of paper 1 and its rivals that may occur in a table, in table order."""
-
-FITS = {
-    "uniform": Look("one E for all nodes", "#7d7d7d", "X"),
-    "van_gelder": Look("Van Gelder", "#6b4f2a", "P"),
-    "lloyd": Look("Lloyd", "#e6b400", "v"),
-    "genetic": Look("genetic algorithm (the paper)", "#d55e00", "o"),
-    "cma_es": Look("CMA-ES", "#0072b2", "s"),
-    "gradient": Look("gradient by the adjoint", "#009e73", "*"),
-    "gradient_smooth": Look("gradient, regularised moduli", "#cc79a7", "D"),
-    "gradient_all": Look("gradient, fitted to all presses", "#66c2a5", "*"),
-}
-"""Every method for spring parameters, in table order."""
-DASHES = {False: "--", True: "-"}
-"""Line styles without and with the volume force."""
-FORCES = {False: "springs alone", True: "springs and volume force"}
-
-OPERATIONS = {
-    "sorting": "sorting by distance",
-    "building_phi": "building Φ",
-    "building_a": "building A = Φ⁻¹",
-    "building_w": "building w",
-}
-"""The steps of the paper's table 3."""
-
-PAPERS = "ordered_nonnegative_a"
-"""The method the paper proposes: contact-ordered features, its nearest non-negative matrix."""
-
-BASELINE = "unordered_nonnegative_a"
-"""The method the paper compares with: all coarse displacements in mesh order."""
-
-ALIASES = {"unordered": BASELINE, "contact_ordered": PAPERS}
-"""Names of the paper's two methods in enrichment_timing.csv."""
-
-SHORT = {BASELINE: "unordered\n(paper's baseline)", PAPERS: "contact-ordered\n(the paper)"}
-"""Short names for narrow places; the paper's two methods by their role in it."""
-
 # One hue for elastic effects, another for loads and contact, a third for damping
 _ELASTIC = ("corotational", "stable_neo_hookean", "neo_hookean", "st_venant_kirchhoff", "exponential", "own_law")
 EFFECTS = dict.fromkeys((*_ELASTIC, "triangles", "springs", "shape_matching"), "#009e73") | {
@@ -153,19 +72,6 @@ EFFECTS = dict.fromkeys((*_ELASTIC, "triangles", "springs", "shape_matching"), "
 """The colour of every effect, and of energies and costs outside effects."""
 
 _OWN_EFFECTS = ("#8b0000", "#5f9ea0", "#bc8f00", "#4b0082", "#708090")
-
-
-def short(method: str) -> str:
-    """Return a name of at most two lines."""
-    return SHORT.get(ALIASES.get(method, method), look(method).label.replace(" (", "\n("))
-
-
-def look(method: str) -> Look:
-    """Look up the look of a method; raises InputError for an unknown one, so that no figure invents a colour."""
-    try:
-        return (METHODS | FITS)[ALIASES.get(method, method)]
-    except KeyError:
-        raise InputError(f"method {method} has no colour: give it one in palpate/report/style.py") from None
 
 
 def effect_colour(effect: str) -> str:
@@ -202,18 +108,6 @@ def plain_log(axis) -> None:
     axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 60 * low else (1,)))
     axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
-
-
-def frames(axis, budgets_ms: Sequence[float]) -> None:
-    """Draw those budgets of a frame [ms] that lie in a panel whose abscissa is in ms."""
-    low, high = axis.get_xlim()
-    for budget in budgets_ms:
-        if low < budget < high:
-            axis.axvline(budget, color="#b5b5b5", ls=":", lw=1, zorder=1)
-            axis.annotate(
-                f"{budget:g} ms", (budget, 1), (0, 3), xycoords=("data", "axes fraction"),
-                textcoords="offset points", ha="center", va="bottom", fontsize=7.5, color="#444444",
-            )  # fmt: skip
 
 
 @styled

@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from palpate.number_text import percent, two_digits
+
 
 def spaced(name: str) -> str:
     """Return the name of a scene, a body or an effect without underscores."""
@@ -19,21 +21,6 @@ def listed(parts: Iterable[str]) -> str:
 def capital(sentence: str) -> str:
     """Begin a sentence with a capital letter."""
     return sentence[:1].upper() + sentence[1:]
-
-
-def two_digits(value: float) -> str:
-    """Write a number with two significant digits, and below a million without a power of ten: "130"."""
-    return f"{float(f'{value:.2g}'):g}"
-
-
-def percent(share: float) -> str:
-    """Format a fraction as per cent with two significant digits and no exponent, "failed" if it is not finite."""
-    if not np.isfinite(share):
-        return "failed"
-    value = 100 * share
-    if 0 < value < 0.001:
-        return "<\u00a00.001\u00a0%"
-    return f"{value:.0f}\u00a0%" if value >= 10 else f"{two_digits(value)}\u00a0%"
 
 
 def span(values: Iterable[float], write: Callable[[float], str] = percent) -> str:

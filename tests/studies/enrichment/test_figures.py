@@ -8,7 +8,7 @@ from fixtures.drawn import texts
 
 from palpate.errors import InputError
 from palpate.files import read_yaml
-from palpate.report import style
+from palpate.report import model_looks, style
 from palpate.studies.enrichment.figures import bodies, charts
 
 
@@ -53,7 +53,7 @@ def test_rows_go_from_local_to_global(results):
     labels = [label.get_text() for label in left.get_yticklabels()]
     assert [label.split("\n")[0] for label in labels] == ["pad", "bent", "own*"]
     assert labels[0].endswith("20 % of the surface moves")
-    ordered = style.look("ordered_nonnegative_a").colour
+    ordered = model_looks.look("ordered_nonnegative_a").colour
     marks = [line for line in right.lines if line.get_color() == ordered and line.get_marker() == "s"]
     assert [line.get_xdata()[0] for line in marks] == pytest.approx([0.2, 0.9, 1.0])
 

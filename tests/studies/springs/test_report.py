@@ -3,7 +3,7 @@
 import pytest
 from fixtures.material import numbers, page
 
-from palpate.report.style import look
+from palpate.report.model_looks import look
 
 PUBLISHED = {"source": "Chen", "fitness_m": -0.05, "generations": 1000, "seconds": 3600}
 

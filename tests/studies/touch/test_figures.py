@@ -5,7 +5,8 @@ from fixtures.drawn import texts
 from matplotlib.colors import same_color
 
 from palpate.report.model_looks import look
-from palpate.studies.touch.figures import OWN_COLOUR, draw_touch_precision
+from palpate.report.work_precision import OWN_COLOUR
+from palpate.studies.touch.figures import draw_touch_precision
 
 SCENE = "liver_sphere_8mm"
 
@@ -53,4 +54,4 @@ def test_a_curve_joins_the_settings_of_a_model_and_failures_are_hollow(figure):
 
 def test_a_scene_without_a_truth_is_drawn(touch):
     touch[["rmse_of_peak", "patch_rms_of_peak", "force_error_size"]] = float("nan")
-    assert texts(draw_touch_precision(touch, scene=SCENE)).count("the truth is not known") == 3
+    assert texts(draw_touch_precision(touch, scene=SCENE)).count("the error of the truth itself is not known") == 3

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
-from palpate.report.style import Look
+from palpate.report.model_looks import Look
 from palpate.studies.collision.compare_trees import STAGES, exponents
 
 STRUCTURES = {

@@ -1,16 +1,13 @@
 """Draw errors after a cut against the time from the blade's move to the first answer, and how far the lips open."""
 
-from textwrap import fill
-
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from palpate.benchmark.ranking import EXACT, TRUTH, front
+from palpate.benchmark.ranking import TRUTH
 from palpate.report import style, tables
 from palpate.report.model_looks import look
-from palpate.report.words import percent, spaced
+from palpate.report.words import spaced
+from palpate.report.work_precision import frames, handles, legend, panels, points
 
 PANELS = {
     "surface_error": "surface: RMS error [% of peak]",
@@ -18,7 +15,6 @@ PANELS = {
     "force_error": "hooks: largest error of a force [%]",
 }
 """The errors that are drawn, a panel each."""
-ERRORS = tuple(PANELS)
 WAYS = {
     "removal": ("elements removed", "X"),
     "deleted": ("springs deleted", "v"),
@@ -28,8 +24,6 @@ WAYS = {
     "enriched": ("jumps added to the whole", "h"),
 }
 """How a level is cut, in words, with a marker each."""
-SIZES = {"*": 11}
-"""Sizes of markers that look smaller than others."""
 FRAMES_MS = (16.7, 100.0)
 """Times of an answer: of 60 pictures a second, of an immediate reaction."""
 TOLD = {
@@ -53,61 +47,21 @@ def draw_cut_precision(cut, *, scene: str) -> Figure:
     Lines join the settings of one model and way that no other of these beats; what failed is named below.
     """
     rows = tables.where(cut, scene=scene)
+    ways = pd.DataFrame([way_of(row) for _, row in rows.iterrows()], columns=["meaning", "marker"], index=rows.index)
+    drawn = [points(rows, "first_median_s", column, marker=ways["marker"]) for column in PANELS]
     figure = Figure(figsize=(10.2, 5.2), layout="constrained")
     figure.suptitle(f"{spaced(scene)}: error against time", x=0.01, ha="left", fontsize=10, fontweight="bold")
     parts = figure.subplot_mosaic([list(PANELS), ["legend"] * len(PANELS)], height_ratios=[4.6, 0.8])
-    for column, name in PANELS.items():
-        axis = parts[column]
-        axis.set(xscale="log", yscale="log", xlabel="from the blade's move to the first answer [ms]")
+    axes = [parts[column] for column in PANELS]
+    for axis, name in zip(axes, PANELS.values(), strict=True):
+        axis.set_xlabel("from the blade's move to the first answer [ms]")
         axis.set_title(name, pad=18)
-        for _, part in rows.groupby(
-            ["model", "way", rows["setting"].str.extract("((?:update|order)=.*)")[0].fillna("")]
-        ):
-            _curve(axis, part, column)
-        own = rows[f"own_{column}"].iloc[0]
-        low = min(axis.get_ylim()[0], 50 * own)
-        axis.set_ylim(low, None)
-        axis.axhspan(low, 100 * own, color="#ececec", zorder=0)
-        axis.annotate(
-            f"grey: the truth's own error, {percent(own)}", (0, 0), (4, 4),
-            xycoords="axes fraction", textcoords="offset points", fontsize=7.5, color="#555555",
-        )  # fmt: skip
-        style.plain_log(axis.xaxis)
-        style.plain_log(axis.yaxis)
-        style.frames(axis, FRAMES_MS)
-    _legend(parts["legend"], rows)
-    return figure
-
-
-def _curve(axis, rows: pd.DataFrame, column: str) -> None:
-    """Draw the settings of one model and way, a line through those that no other of it beats."""
-    rows = rows[np.isfinite(rows[column]) & np.isfinite(rows["first_median_s"])]
-    if rows.empty:
-        return
-    (_, marker), shown = way_of(rows.iloc[0]), look(rows["model"].iloc[0])
-    t, error = 1e3 * rows["first_median_s"].to_numpy(), 100 * rows[column].clip(lower=EXACT).to_numpy()
-    best = front(t, error)
-    axis.plot(t[best], error[best], color=shown.colour, lw=1.2, zorder=2)
-    axis.plot(
-        t, error, ls="", marker=marker, color=shown.colour, mec="white", mew=0.7, ms=SIZES.get(marker, 7), zorder=3
-    )
-
-
-def _legend(axis, rows: pd.DataFrame) -> None:
-    """List models by colour and ways by marker; below, what failed."""
-    axis.set_axis_off()
-    looks = [look(model) for model in dict.fromkeys(rows["model"])]
-    handles = [Line2D([], [], color=shown.colour, lw=3, label=shown.label) for shown in looks]
-    ways = dict.fromkeys(way_of(row) for _, row in rows.iterrows())
-    handles += [
-        Line2D([], [], ls="", marker=marker, color="#777777", ms=SIZES.get(marker, 7), label=label)
-        for label, marker in ways
-    ]
-    axis.legend(handles=handles, loc="upper left", ncols=6, fontsize=7.5, borderaxespad=0, columnspacing=1.2)
+    panels(axes, drawn, (rows[f"own_{column}"].iloc[0] for column in PANELS), frames(FRAMES_MS))
+    shown = handles(pd.concat(drawn, ignore_index=True), dict(zip(ways["marker"], ways["meaning"], strict=True)))
     failed = rows[rows["failure"].fillna("") != ""]
     names = [f"{look(row.model).label} ({row.setting})" for row in failed.itertuples()]
-    words = f"no answer: {', '.join(names)}" if names else ""
-    axis.text(0, 0, fill(words, 160), transform=axis.transAxes, va="bottom", fontsize=7.5, color="#666666")
+    legend(parts["legend"], shown, f"no answer: {', '.join(names)}" if names else "", ncols=6, width=160)
+    return figure
 
 
 @style.figure("cut_opening", tables=("cut_opening",))

@@ -8,7 +8,7 @@ from palpate.report.model_looks import look
 from palpate.report.report import Report
 from palpate.report.words import percent, seconds
 from palpate.studies.cut.claims import compared
-from palpate.studies.cut.figures import ERRORS, FRAMES_MS, WAYS, way_of
+from palpate.studies.cut.figures import FRAMES_MS, PANELS, WAYS, way_of
 
 
 def numbers(report: Report) -> dict[str, Any]:
@@ -25,7 +25,7 @@ def numbers(report: Report) -> dict[str, Any]:
 
 def _beside(pairs: pd.DataFrame) -> dict[str, list[str]]:
     """Write errors and times of finite elements, and in brackets those of springs."""
-    writers = dict.fromkeys(ERRORS, percent) | dict.fromkeys(("change_median_s", "first_median_s"), seconds)
+    writers = dict.fromkeys(PANELS, percent) | dict.fromkeys(("change_median_s", "first_median_s"), seconds)
     return {
         name: [
             f"{write(ours) if ours == ours else 'failed'} ({write(springs)})"

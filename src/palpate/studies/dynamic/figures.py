@@ -13,6 +13,7 @@ from palpate.benchmark.advice import QUADRATIC
 from palpate.report import style, tables
 from palpate.report.model_looks import look
 from palpate.report.words import spaced
+from palpate.report.work_precision import curves, finish, handles, own_error, points
 from palpate.studies.dynamic.forces import LIMIT
 
 
@@ -44,45 +45,29 @@ VARIED = {
 @style.figure("dynamic_accuracy", tables=("dynamic_accuracy",))
 def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
     """Draw one panel for each scene; settings that did not converge are counted in the panel's title."""
-    table = dynamic_accuracy
-    looks = {model: look(model) for model in dict.fromkeys(table["model"])}
-    figure, axes = panels(tables.scenes(table), 3.6, "RMSE [% of peak]")
+    table = dynamic_accuracy[dynamic_accuracy["failures"] == 0]
+    varied = table["varied"].where(table["varied"].isin(VARIED), "")
+    told = {"marker": varied.map(lambda name: VARIED[name][0] if name else ""), "line": "load"}
+    told["line"] = told["marker"].map(lambda marker: "" if marker else "load")
+    drawn = points(table, "real_time_factor", "rmse_of_peak", 1.0, part=table["level"], **told)
+    figure, axes = panels(tables.scenes(dynamic_accuracy), 3.6, "RMSE [% of peak]")
     for scene, axis in axes.items():
-        rows = tables.where(table, scene=scene)
-        for model, its in looks.items():
-            _curve(axis, tables.where(rows, model=model, failures=0), its)
-        axis.axvline(1.0, color=style.FAINT, lw=1)
-        first = rows.iloc[0]
+        curves(axis, drawn[table.loc[drawn.index, "scene"] == scene])
+        failed = int(tables.where(dynamic_accuracy, scene=scene)["failures"].sum())
+        axis.set_xlabel("seconds for a second of motion")
+        axis.set_title(spaced(scene) + (f", {failed} did not converge" if failed else ""), pad=18)
+        low, high = axis.get_xlim()
+        axis.set_xlim(min(low, 0.8), max(high, 1.25))  # real time is seen
+    for scene, axis in axes.items():
+        first = tables.where(dynamic_accuracy, scene=scene).iloc[0]
         true = first["reference"] == QUADRATIC
-        known = np.isfinite(first["reference_error"])
-        if known:
-            axis.axhline(100 * first["reference_error"], color=style.FAINT, ls=":", lw=1)
-        failed = int(rows["failures"].sum())
-        axis.set(xscale="log", yscale="log", xlabel="seconds for a second of motion")
-        axis.set_title(spaced(scene) + (f", {failed} did not converge" if failed else ""))
-        judge = "from the truth" if true else f"standard on level {first['reference_level']:g}"
-        judge += "" if known else ", its own error not known"
-        axis.annotate(judge, (0.0, 0.0), (3, 3), "axes fraction", "offset points", color=style.INK)
-    for axis in axes.values():
-        style.plain_log(axis.xaxis)
-        style.plain_log(axis.yaxis)
-    handles = [Line2D([], [], color=its.colour, marker=its.marker, ms=5, label=its.label) for its in looks.values()]
-    there = [VARIED[name] for name in VARIED if name in set(table["varied"])]
-    handles += [Line2D([], [], color=style.INK, ls="", marker=marker, ms=6, label=words) for marker, words in there]
-    figure.legend(handles=handles, loc="outside upper center", ncols=min(4, len(axes) + 1), fontsize=7, columnspacing=1)
+        own_error(
+            axis, first["reference_error"], "truth" if true else f"standard on level {first['reference_level']:g}"
+        )
+    finish(axes.values(), {1.0: "real time"})
+    shown = handles(drawn, dict(VARIED[name] for name in VARIED if name in set(varied)))
+    figure.legend(handles=shown, loc="outside upper center", ncols=min(4, len(axes) + 1), fontsize=7, columnspacing=1)
     return figure
-
-
-def _curve(axis, rows, its) -> None:
-    """Draw one model: a line over its steps on each level, and what differs in something else without one."""
-    for _, usual in rows[~rows["varied"].isin(VARIED)].sort_values("real_time_factor").groupby("level"):
-        percents = 100 * usual["rmse_of_peak"]
-        axis.plot(usual["real_time_factor"], percents, marker=its.marker, color=its.colour, ms=5, mec="white", mew=0.5)
-    for name, (marker, _) in VARIED.items():
-        other = tables.where(rows, varied=name)
-        if len(other):
-            percents = 100 * other["rmse_of_peak"]
-            axis.plot(other["real_time_factor"], percents, marker=marker, color=its.colour, ls="", ms=6, mew=1.2)
 
 
 @style.figure("dynamic_force", tables=("dynamic_accuracy", "dynamic_force"))

@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.ranking import front
-from palpate.report import style, tables
+from palpate.report import model_looks, tables
 from palpate.report.report import Report
 from palpate.report.words import capital, seconds, spaced
 from palpate.studies.enrichment.premises import LOCAL
 from palpate.table_declaration import Table
 
 METHOD = "detail_correction"  # the method that is compared with those of the paper
-PAPERS_WEIGHTS = style.PAPERS.partition("_")[2]
+PAPERS_WEIGHTS = model_looks.PAPERS.partition("_")[2]
 
 ENRICHMENT_ACCURACY = Table(
     "enrichment_accuracy",
@@ -73,8 +73,8 @@ def numbers(report: Report) -> dict[str, Any]:
     return {
         "regime": regime,
         "method": METHOD,
-        "paper_method": style.PAPERS,
-        "baseline": style.BASELINE,
+        "paper_method": model_looks.PAPERS,
+        "baseline": model_looks.BASELINE,
         "easy": _errors(accuracy, protocol="paper", split="samples", regime=regime),
         "hard": _errors(accuracy, protocol="live", split="contacts", regime=regime),
         "cases": [_case(rows) for _, rows in accuracy.groupby(["body", "regime"], sort=False)],
@@ -100,7 +100,7 @@ def _errors(accuracy: pd.DataFrame, **case: str) -> pd.DataFrame:
 
 def _best_sigma(sweep: pd.DataFrame) -> pd.Series:
     """Return the best σ [m] of the paper's method on the test samples, by body."""
-    features, _, weights = style.PAPERS.partition("_")
+    features, _, weights = model_looks.PAPERS.partition("_")
     curves = tables.where(sweep, protocol="paper", split="samples", features=features, weights=weights)
     best = curves.loc[curves.groupby("body", sort=False)["rmse_of_peak"].idxmin()]
     return best.set_index("body")["sigma_m"]
@@ -113,7 +113,7 @@ def _case(rows: pd.DataFrame) -> dict[str, Any]:
     wide = rows.pivot(index="method", columns="case", values="error")
     wide = wide.reindex(index=rows["method"].unique(), columns=rows["case"].unique())
     cases = list(wide.columns)
-    wide.insert(0, "method", [style.look(m).label for m in wide.index])
+    wide.insert(0, "method", [model_looks.look(m).label for m in wide.index])
     title = f"{capital(spaced(body))}, {spaced(regime)} loads"
     return {"key": f"{body}_{regime}", "title": title, "errors": wide, "best": cases}
 
@@ -156,7 +156,7 @@ def _fewer(rows: pd.DataFrame) -> pd.DataFrame:
 def _orders(complexity: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for row in complexity.to_dict("records"):
-        name, order = style.OPERATIONS.get(row["operation"], row["operation"]), row["paper_order"]
+        name, order = model_looks.OPERATIONS.get(row["operation"], row["operation"]), row["paper_order"]
         fits = (
             f"{row[f'exponent_{x}']:.2f} [{row[f'exponent_{x}_low']:.2f}, {row[f'exponent_{x}_high']:.2f}]"
             for x in "rk"
@@ -170,7 +170,7 @@ def _times(timing: pd.DataFrame, body: str, paper: Mapping[str, Any]) -> dict[st
     rows: list[list[str]] = []
     faint: list[int] = []
     for row in tables.where(timing, body=body).to_dict("records"):
-        name = style.short(row["method"]).replace("\n", " ")
+        name = model_looks.short(row["method"]).replace("\n", " ")
         if row["method"] in theirs:
             faint.append(len(rows))
             times = theirs[row["method"]]

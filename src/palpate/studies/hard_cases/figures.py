@@ -5,15 +5,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.report import style
-from palpate.report.model_looks import look
+from palpate.report.model_looks import Look, look
 from palpate.report.words import spaced
 
 LOOKS = {
-    "stable": style.Look("stable: within the bound", "#8fd3bd", ""),
-    "refused": style.Look("refused, with a reason", "#8cc4e6", "r"),
-    "not_converged": style.Look("not converged, and reported", "#f0c94a", "n"),
-    "wrong": style.Look("wrong", "#d55e00", "w"),
-    "nan": style.Look("not a number", "#111111", "∞"),
+    "stable": Look("stable: within the bound", "#8fd3bd", ""),
+    "refused": Look("refused, with a reason", "#8cc4e6", "r"),
+    "not_converged": Look("not converged, and reported", "#f0c94a", "n"),
+    "wrong": Look("wrong", "#d55e00", "w"),
+    "nan": Look("not a number", "#111111", "∞"),
 }
 """Each outcome's label, colour, and the letter that shows it without colour."""
 COLUMNS = ((("fem", "dynamics"),), (("enrichment",), ("contact",), ("organ",), ("cuts",)))

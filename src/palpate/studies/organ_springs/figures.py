@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
-from palpate.report.style import DASHES, FITS, FORCES, Look
+from palpate.report.model_looks import DASHES, FITS, FORCES, Look
 from palpate.report.words import spaced
 
 SHORT = {

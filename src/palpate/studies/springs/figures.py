@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from palpate.report import style, tables
-from palpate.report.style import DASHES, FITS, FORCES, look
+from palpate.report.model_looks import DASHES, FITS, FORCES, look
 from palpate.scenes.acting_effects import SPRING_POISSON
 
 _POINTS = 200

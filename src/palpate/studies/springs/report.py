@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.report import tables
+from palpate.report.model_looks import FORCES, look
 from palpate.report.report import Report
-from palpate.report.style import FORCES, look
 from palpate.report.words import percent, seconds
 
 FITTED, OTHERS = 0.05, 0.15

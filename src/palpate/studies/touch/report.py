@@ -10,7 +10,8 @@ from palpate.report import tables
 from palpate.report.model_looks import look
 from palpate.report.report import Report
 from palpate.report.words import seconds
-from palpate.studies.touch.figures import FELT, FRAMES_MS, curve_of, named, title_of
+from palpate.report.work_precision import FRAMES_MS
+from palpate.studies.touch.figures import FELT, curve_of, named, title_of
 
 SHARES = {
     "force [%]": "force_error",

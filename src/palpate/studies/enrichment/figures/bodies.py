@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from palpate.benchmark.database import Database
 from palpate.bodies.body import Body
 from palpate.files import read_hdf5
-from palpate.report import render, style, turnable
+from palpate.report import model_looks, render, style, turnable
 from palpate.report.words import percent
 
 
@@ -35,7 +35,7 @@ def read(path: str | Path, protocol: str, split: str, methods: list[str]) -> dic
         return {method: Prediction(group["sample"][:], group["predicted"][:]) for method, group in groups.items()}
 
 
-DEFORMED_BY = [style.BASELINE, style.PAPERS, "detail_correction"]
+DEFORMED_BY = [model_looks.BASELINE, model_looks.PAPERS, "detail_correction"]
 """Drawn after the rest state, the fine and the coarse simulation."""
 SAMPLES = 3
 
@@ -56,7 +56,7 @@ def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, 
     views = render.same_scale([_view_of_sample(database, i) for i in chosen])
     aspect = views[0].width / views[0].height
 
-    titles = ["rest,\nwith its load", "fine FEM", "coarse FEM", *map(style.short, DEFORMED_BY)]
+    titles = ["rest,\nwith its load", "fine FEM", "coarse FEM", *map(model_looks.short, DEFORMED_BY)]
     figure, axes = style.grid(len(chosen), len(titles), aspect, _INCHES)
     with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
         for row, i, view in zip(axes, chosen, views, strict=True):
@@ -149,7 +149,7 @@ def _sample_caption(database, i, what, moved, peak) -> str:
     return f"error {100 * error:.2g} % of peak"
 
 
-JUDGED = ["interpolation", style.PAPERS, "detail_correction"]
+JUDGED = ["interpolation", model_looks.PAPERS, "detail_correction"]
 """One row each: interpolation, which costs least, the paper's method, and detail correction."""
 
 
@@ -172,7 +172,7 @@ def draw_error_over_body(body: Body, database: Database, groups: dict[str, dict[
             picture = _coloured(stage, view, body, database, 100 * field, moved, scale)
             style.place(axes[r, c], picture, f"sample {i}: {percent(error)} of peak")
     for axis, method in zip(axes[:, 0], JUDGED, strict=True):
-        axis.set_ylabel(style.short(method), fontweight="bold")
+        axis.set_ylabel(model_looks.short(method), fontweight="bold")
     for c, group in enumerate(groups):
         axes[0, 3 * c].set_title(f"{group}\nbest", loc="left")
         for k, name in enumerate(("median", "worst"), 1):
@@ -229,7 +229,7 @@ def write(database: Database, predictions: dict[str, Prediction], path: str | Pa
     positions = np.array([rest + moved for _, _, moved, _ in picks])
     first = camera(database, *picks[_START][::2])
     notes = [f"sample {i}: {percent(error)} of peak" for i, _, _, error in picks]
-    methods = [style.short(method).replace("\n", " ") for method in JUDGED]
+    methods = [model_looks.short(method).replace("\n", " ") for method in JUDGED]
     choices = {"method": methods, "test sample": ["best", "median", "worst"]}
     shown = turnable.Turnable(
         render.frame(first.axes, list(positions)),

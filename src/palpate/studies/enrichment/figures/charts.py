@@ -1,13 +1,16 @@
 """Figures of paper 1's tables: features, width, premises, complexity, times, accuracy over cost."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from palpate.benchmark.ranking import front
-from palpate.report import style, tables
+from palpate.report import model_looks, style, tables
 from palpate.report.words import seconds as written
+from palpate.report.words import spaced
+from palpate.report.work_precision import curves, finish, frames, points, steps
+from palpate.report.work_precision import handles as handles_of
 
 
 @style.figure("feature_vectors", tables=("feature_vectors", "premise_bodies"))
@@ -19,10 +22,10 @@ def draw_feature_vectors(feature_vectors, premise_bodies) -> Figure:
     about = premise_bodies.sort_values("moved_share", ascending=False, kind="stable")
     rows = list(dict.fromkeys([about["premise"].iloc[0], about["premise"].iloc[-1]]))
     figure = Figure(figsize=(10, 2.1 * len(rows) + 0.8), layout="constrained")
-    grid = figure.subplots(len(rows), len(style.FEATURES), squeeze=False)
+    grid = figure.subplots(len(rows), len(model_looks.FEATURES), squeeze=False)
     for axes, premise in zip(grid, rows, strict=True):
         moved = about.set_index("premise").loc[premise, "moved_share"]
-        for axis, features in zip(axes, style.FEATURES, strict=True):
+        for axis, features in zip(axes, model_looks.FEATURES, strict=True):
             _vectors(axis, tables.where(feature_vectors, premise=premise, features=features), features)
         axes[0].set_ylabel(f"{premise.replace('_', ' ')}\n({100 * moved:.0f} % moves)\ndisplacement / peak")
     for axis in grid[-1]:
@@ -32,13 +35,13 @@ def draw_feature_vectors(feature_vectors, premise_bodies) -> Figure:
 
 
 def _vectors(axis, rows, features) -> None:
-    colours = (style.look(f"{features}_nonnegative_a").colour, style.INK)
+    colours = (model_looks.look(f"{features}_nonnegative_a").colour, style.INK)
     vectors = [press.sort_values(["node", "axis"])["share_of_peak"].to_numpy() for _, press in rows.groupby("press")]
     for i, (vector, colour) in enumerate(zip(vectors, colours, strict=True)):
         style_of = {"lw": 1.0 if len(vector) > 60 else 1.5, "ls": "-" if i == 0 else "--"}
         axis.plot(np.arange(len(vector)), vector, color=colour, label=("one node", "another node")[i], **style_of)
     apart = np.linalg.norm(vectors[1] - vectors[0]) / np.linalg.norm(vectors[0])
-    axis.set_title(f"{style.FEATURES[features][0]}\n{apart:.2f} apart")
+    axis.set_title(f"{model_looks.FEATURES[features][0]}\n{apart:.2f} apart")
 
 
 @style.figure("sigma_sweep", tables=("sigma_sweep", "enrichment_accuracy"))
@@ -52,7 +55,7 @@ def draw_sigma_sweep(sigma_sweep, enrichment_accuracy, *, published: dict) -> Fi
     sweep = tables.where(sigma_sweep, protocol="paper", split="samples")
     accuracy = tables.where(enrichment_accuracy, protocol="paper", split="samples")
     rows = list(dict.fromkeys(zip(sweep["body"], sweep["regime"], strict=True)))
-    features = [f for f in style.FEATURES if f in set(sweep["features"])]
+    features = [f for f in model_looks.FEATURES if f in set(sweep["features"])]
     figure = Figure(figsize=(3.1 * len(features) + 0.4, 1.75 * len(rows) + 1.2), layout="constrained")
     grid = figure.subplots(len(rows), len(features), sharex=True, sharey="row", squeeze=False)
     for axes, (body, regime) in zip(grid, rows, strict=True):
@@ -68,7 +71,7 @@ def draw_sigma_sweep(sigma_sweep, enrichment_accuracy, *, published: dict) -> Fi
         axes[0].set_ylabel(f"{body}, {regime} loads\nRMSE [% of peak]")
         style.plain_log(axes[0].yaxis)
     for axis, name in zip(grid[0], features, strict=True):
-        axis.set_title(style.FEATURES[name][0])
+        axis.set_title(model_looks.FEATURES[name][0])
     for axis in grid[-1]:
         axis.set_xlabel("σ / median distance of training features")
         style.plain_log(axis.xaxis)
@@ -78,7 +81,7 @@ def draw_sigma_sweep(sigma_sweep, enrichment_accuracy, *, published: dict) -> Fi
 
 def _curve(axis, curve, accuracy, method, sigma_m) -> None:
     """Draw one line with its two marks; a mark beyond the sweep's ends is left out."""
-    colour = style.look(method).colour
+    colour = model_looks.look(method).colour
     relative, error = curve["sigma_relative"].to_numpy(), 100 * curve["rmse_of_peak"].to_numpy()
     axis.plot(relative, error, color=colour, zorder=2)
     ratio = relative[0] / curve["sigma_m"].iloc[0]
@@ -92,7 +95,7 @@ def _curve(axis, curve, accuracy, method, sigma_m) -> None:
 
 def _sweep_legend() -> list[Line2D]:
     """Return the handles; shades of grey represent the shades that each column has in its own hue."""
-    greys = zip(("#2b2b2b", "#6f6f6f", "#a0a0a0", "#cfcfcf"), style.WEIGHTS.values(), strict=True)
+    greys = zip(("#2b2b2b", "#6f6f6f", "#a0a0a0", "#cfcfcf"), model_looks.WEIGHTS.values(), strict=True)
     lines = [Line2D([], [], color=grey, label=name) for grey, (name, _) in greys]
     return [
         *lines,
@@ -150,11 +153,11 @@ def _errors(axis, y, rows) -> None:
     """Draw the errors of the paper's weights, and of the answers that need no samples."""
     for name, marker, colour in (
         ("zero", "|", style.FAINT),
-        ("interpolation", "X", style.look("interpolation").colour),
+        ("interpolation", "X", model_looks.look("interpolation").colour),
     ):
         error = 100 * tables.where(rows, features=name)["rmse_of_peak"].iloc[0]
         axis.plot(error, y - 0.36, marker, color=colour, ms=11 if marker == "|" else 6, mew=2 if marker == "|" else 0.5)
-    for i, features in enumerate(style.FEATURES):
+    for i, features in enumerate(model_looks.FEATURES):
         row = tables.where(rows, features=features, weights=PAPERS).iloc[0]
         values = [100 * row[c] for c in ("rmse_of_peak", "error_low", "error_high")]
         _whisker(axis, y + 0.22 * (i - 1), values, features)
@@ -173,21 +176,21 @@ def _ratios(axis, y, rows) -> None:
 
 def _whisker(axis, y, values, features, marker="s") -> None:
     """Draw one mark at the first of ``values``, and a line from the second to the third."""
-    colour = style.look(f"{features}_{PAPERS}").colour
+    colour = model_looks.look(f"{features}_{PAPERS}").colour
     axis.plot(values[1:], [y, y], color=colour, lw=1.2, zorder=2)
     axis.plot(values[0], y, marker, color=colour, mec="white", mew=0.5, ms=5.5, zorder=3)
 
 
 def _premise_legend() -> list[Line2D]:
     colours = [
-        Line2D([], [], color=style.look(f"{features}_{PAPERS}").colour, label=name)
-        for features, (name, _) in style.FEATURES.items()
+        Line2D([], [], color=model_looks.look(f"{features}_{PAPERS}").colour, label=name)
+        for features, (name, _) in model_looks.FEATURES.items()
     ]
     markers = [Line2D([], [], ls="", marker=m, color="#777777", label=name) for name, m in READINGS.values()]
     return [
         *colours,
         Line2D([], [], ls="", marker="|", ms=11, mew=2, color=style.FAINT, label="the zero answer"),
-        Line2D([], [], ls="", marker="X", color=style.look("interpolation").colour, label="linear interpolation"),
+        Line2D([], [], ls="", marker="X", color=model_looks.look("interpolation").colour, label="linear interpolation"),
         *markers,
     ]
 
@@ -208,7 +211,7 @@ def draw_complexity(complexity) -> Figure:
             paper = row[f"paper_exponent_{letter}"]
             axis.plot(paper, y + shift, "D", mfc="none", mec=style.INK, ms=9, mew=0.9, zorder=3)
     labels = [
-        f"{style.OPERATIONS.get(row.operation, row.operation)}\n{row.paper_order.replace('^2', '²')}"
+        f"{model_looks.OPERATIONS.get(row.operation, row.operation)}\n{row.paper_order.replace('^2', '²')}"
         for row in complexity.itertuples()
     ]
     axis.set_yticks(range(len(complexity)), labels)
@@ -233,11 +236,11 @@ def draw_timing_bars(enrichment_timing) -> Figure:
         rows = tables.where(timing, body=body)
         low = 0.3 * timing[["mean_s", "paper_mean_s"]].min().min()
         for y, row in enumerate(rows.itertuples()):
-            _bar(axis, y + 0.2, row.mean_s, low, color=style.look(row.method).colour)
+            _bar(axis, y + 0.2, row.mean_s, low, color=model_looks.look(row.method).colour)
             _bar(axis, y - 0.2, row.paper_mean_s, low, color="white", edgecolor="#555555", hatch="////")
             times = [getattr(row, f"d{i}_s") for i in range(1, 6)]
             axis.plot(times, [y + 0.2] * 5, "o", color="white", mec=style.INK, ms=3, mew=0.6)
-        axis.set_yticks(range(len(rows)), [style.short(m).replace("\n", " ") for m in rows["method"]])
+        axis.set_yticks(range(len(rows)), [model_looks.short(m).replace("\n", " ") for m in rows["method"]])
         axis.set(xscale="log", title=body, xlabel="time a deformation [s]")
         axis.set_xlim(low, 40 * timing[["mean_s", "paper_mean_s"]].max().max())
         axis.invert_yaxis()
@@ -268,61 +271,50 @@ def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost) -> 
     joined = accuracy.merge(online_cost, on=["body", "protocol", "method"], how="left")
     names = tables.bodies(joined)
     rows = list(dict.fromkeys(zip(joined["protocol"], joined["regime"], strict=True)))
-    figure = Figure(figsize=(4.0 * len(names) + 2.4, 2.35 * len(rows) + 0.6), layout="constrained")
+    figure = Figure(figsize=(4.0 * len(names) + 2.4, 2.6 * len(rows) + 0.6), layout="constrained")
     grid = figure.subplots(len(rows), len(names), sharex=True, sharey=True, squeeze=False)
+    joined = joined.assign(model=joined["method"], late=1e3 * joined["online_p95_s"])
+    drawn = {}
     for axes, (protocol, regime) in zip(grid, rows, strict=True):
         for axis, body in zip(axes, names, strict=True):
             panel = tables.where(joined, body=body, protocol=protocol, regime=regime)
-            _points(axis, panel)
-            _lines(axis, tables.where(fem_cost, body=body, regime=regime)["seconds"])
-            axis.set_title(f"{body}, {protocol} protocol, {regime} loads")
+            drawn[axis] = _points(axis, panel)
+            fine = 1e3 * tables.where(fem_cost, body=body, regime=regime)["seconds"].median()
+            axis.axvline(fine, color=model_looks.look("fine_fem").colour, ls="-.", lw=1, zorder=1)
+            axis.set_title(f"{body}, {protocol} protocol, {spaced(regime)} loads", pad=18)
         axes[0].set_ylabel("RMSE [% of peak]")
     for axis in grid[-1]:
         axis.set_xlabel("online time a query [ms]")
-        style.plain_log(axis.xaxis)
     low, high = grid[0, 0].get_ylim()
-    grid[0, 0].set_ylim(low / 6, high)  # room for the names of lines and failures
-    style.plain_log(grid[0, 0].yaxis)
-    figure.legend(handles=_method_legend(joined["method"]), loc="outside right center", title="less of both is better")
+    grid[0, 0].set_ylim(low / 2, high)  # room for the names of failures
+    for axis, part in drawn.items():
+        steps(axis, part)
+    finish(grid.ravel(), frames())
+    handles = handles_of(
+        points(
+            joined.sort_values("method", key=lambda names: names.map(list(model_looks.METHODS).index)),
+            "online_median_s",
+            "rmse_of_peak",
+        ),
+        lines=False,
+    )
+    handles.append(Line2D([], [], color=style.INK, lw=1, label="Pareto front"))
+    handles.append(Line2D([], [], color=model_looks.look("fine_fem").colour, ls="-.", lw=1, label="fine FEM"))
+    figure.legend(handles=handles, loc="outside right center", title="less of both is better")
     return figure
 
 
-def _points(axis, panel) -> None:
-    milliseconds = 1e3 * panel["online_median_s"].to_numpy()
-    late = 1e3 * panel["online_p95_s"].to_numpy()
-    error = 100 * panel["rmse_of_peak"].to_numpy()
-    for method, t, p95, e in zip(panel["method"], milliseconds, late, error, strict=True):
-        look = style.look(method)
-        size = 13 if look.marker == "*" else 6.5
-        axis.plot([t, p95], [e, e], color=look.colour, lw=1, zorder=3)
-        axis.plot(t, e, look.marker, color=look.colour, mec="white", mew=0.6, ms=size, zorder=4)
-    best = front(milliseconds, error)
-    axis.plot(milliseconds[best], error[best], color=style.INK, lw=1, drawstyle="steps-post", zorder=2)
-    failed = panel["method"][~(np.isfinite(milliseconds) & np.isfinite(error))]
+def _points(axis, panel) -> pd.DataFrame:
+    """Draw the points of all methods with the 95th percentiles of their times, and name those that failed."""
+    drawn = points(panel, "online_median_s", "rmse_of_peak")
+    curves(axis, drawn)
+    colours = [model_looks.look(method).colour for method in drawn["model"]]
+    axis.hlines(drawn["error"], drawn["time"], panel.loc[drawn.index, "late"], colors=colours, lw=1, zorder=3)
+    failed = panel["method"][~panel.index.isin(drawn.index)]
     if len(failed):
-        text = "failed: " + ", ".join(style.look(m).label for m in failed)
+        text = "failed: " + ", ".join(model_looks.look(m).label for m in failed)
         axis.text(0.01, 0.03, text, transform=axis.transAxes, fontsize=7, color="#aa0000")
-    axis.set(xscale="log", yscale="log")
-
-
-def _lines(axis, fem_seconds) -> None:
-    # haptics, 60 pictures a second, and a response that still seems immediate
-    budgets_s = {"1 ms": 1e-3, "16.7 ms": 1 / 60, "100 ms": 0.1}
-    budgets = [(name, 1e3 * s, "#b5b5b5", ":", 0) for name, s in budgets_s.items()]
-    fine = ("fine FEM", 1e3 * float(fem_seconds.median()), style.look("fine_fem").colour, "-.", 1)
-    places = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
-    looks = {"rotation": 90, "ha": "right", "fontsize": 7, "color": "#666666"}
-    for name, x, colour, dashes, end in [*budgets, fine]:
-        axis.axvline(x, color=colour, ls=dashes, lw=1, zorder=1)
-        axis.annotate(name, (x, end), (-1.5, 2 - 4 * end), va="top" if end else "bottom", **places, **looks)
-
-
-def _method_legend(present) -> list[Line2D]:
-    handles = []
-    for look in (look for method, look in style.METHODS.items() if method in set(present)):
-        size = 9 if look.marker == "*" else 6
-        handles.append(Line2D([], [], ls="", marker=look.marker, color=look.colour, ms=size, label=look.label))
-    return [*handles, Line2D([], [], color=style.INK, lw=1, label="Pareto front")]
+    return drawn
 
 
 _REGIMES = (("#0072b2", "o"), ("#d55e00", "^"), ("#009e73", "s"), ("#7d7d7d", "D"))

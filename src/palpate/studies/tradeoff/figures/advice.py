@@ -4,7 +4,6 @@ from textwrap import fill
 
 import numpy as np
 import pandas as pd
-from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -14,8 +13,8 @@ from palpate.benchmark.load import DEPTH, LOADS
 from palpate.benchmark.ranking import BY_ERROR, KINDS, averaged, own_error, pick
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
-from palpate.report.words import percent
-from palpate.studies.tradeoff.figures.precision import LEAST_PERCENT
+from palpate.report.words import percent, spaced
+from palpate.report.work_precision import LEAST_PERCENT, OWN_COLOUR, curves, finish, handles, points
 from palpate.studies.tradeoff.figures.scene_rows import answers
 
 NAMES = {"rms": "RMSE", "patch": "RMS at the patch"}
@@ -50,13 +49,13 @@ def draw_advice(advice, accuracy_vs_time) -> Figure:
         for axis in line:
             _truth(axis, rows, column)
             style.plain_log(axis.xaxis)
-    panels[0, 0].set_yticks(range(len(names)), [scene.replace("_", " ") for scene in names])
+    panels[0, 0].set_yticks(range(len(names)), [spaced(scene) for scene in names])
     panels[0, 0].set_ylim(len(names) - 0.4, -0.75)
     handles = [
         Line2D([], [], marker="o", color=style.INK, label="advised: mean, with 5 to 95 % of draws of the contacts"),
         Line2D([], [], ls="", marker="|", ms=11, mew=1.5, color=style.INK, label="its bound of nine answers in ten"),
         Line2D([], [], ls="", marker="o", mfc="white", mec=style.FAINT, label="next best model"),
-        Patch(color="#e6e6e6", label="below the error of the truth itself"),
+        Patch(color=OWN_COLOUR, label="below the error of the truth itself"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(3, len(budgets)))
     return figure
@@ -68,7 +67,7 @@ def _truth(axis, rows: dict, column: str) -> None:
     for place, settings in enumerate(rows.values()):
         own = 100 * own_error(settings, column)
         if own > low:
-            axis.fill_betweenx([place - 0.4, place + 0.4], low, own, color="#e6e6e6", lw=0, zorder=0)
+            axis.fill_betweenx([place - 0.4, place + 0.4], low, own, color=OWN_COLOUR, lw=0, zorder=0)
 
 
 def _row(axis, place: int, row, settings, column: str) -> None:
@@ -116,46 +115,30 @@ def draw_any_load(any_load) -> Figure:
     scenes, columns = tables.scenes(any_load), [*LOADS, FORCE]
     figure = Figure(figsize=(2.75 * len(columns), 0.9 + 2.5 * len(scenes)), layout="constrained")
     panels = figure.subplots(len(scenes), len(columns), squeeze=False, sharex=True, sharey=True)
+    hollow = any_load["refused"] + any_load["doubted"] + any_load["failures"] > 0
     for row, scene in zip(panels, scenes, strict=True):
-        found = tables.where(any_load, scene=scene)
         for axis, column in zip(row, columns, strict=True):
             kind, error = (DEPTH, "force_error") if column == FORCE else (column, "rmse_of_peak")
-            _panel(axis, tables.where(found, kind=kind), error)
+            found = tables.where(any_load, scene=scene, kind=kind)
+            curves(axis, points(found, "online_median_s", error, hollow=hollow[found.index]))
+            _refusals(axis, found)
             axis.set_title(column)
-        row[0].set_ylabel(f"{scene.replace('_', ' ')}\nerror, RMSE [% of peak]")
+        row[0].set_ylabel(f"{spaced(scene)}\nerror, RMSE [% of peak]")
     for axis in panels[-1]:
         axis.set_xlabel("time of an answer [ms]")
-        style.plain_log(axis.xaxis)
-    style.plain_log(panels[0, 0].yaxis)
-    handles: dict[str, Artist] = {}
-    for axis in panels.ravel():
-        handles |= {text: handle for handle, text in zip(*axis.get_legend_handles_labels(), strict=True)}
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=5)
+    finish(panels.ravel(), {})
+    shown = handles(points(any_load, "online_median_s", "rmse_of_peak"))
+    figure.legend(handles=shown, loc="outside lower center", ncols=5)
     return figure
 
 
-def _panel(axis, rows: pd.DataFrame, error: str) -> None:
-    """Draw a line for each model, and name below those that refuse."""
-    refused = []
-    for name, found in rows.groupby("model", sort=False):
-        shown, text = look(name), label(name, "default")
-        able = found[found[error].notna()].sort_values("online_median_s")
-        if (found["refused"] == found["samples"]).all():
-            refused.append(text)
-        if able.empty:
-            continue
-        times, errors = 1e3 * able["online_median_s"], 100 * able[error]
-        mark = {"marker": shown.marker, "ms": 9 if shown.marker == "*" else 6, "mew": 0.4, "color": shown.colour}
-        axis.loglog(times, errors, "-", lw=1, mec="white", label=text, **mark)
-        partly = (able["refused"] + able["doubted"] + able["failures"] > 0).to_numpy()
-        if partly.any():
-            axis.loglog(times[partly], errors[partly], ls="", mfc="white", **mark | {"mew": 1.0})
-    axis.set(xscale="log", yscale="log")
-    if refused:
-        axis.text(
-            0.02, 0.02, "\n".join(["refused by", *refused]), transform=axis.transAxes, va="bottom", fontsize=6.5,
-            color="#777777",
-        )  # fmt: skip
+def _refusals(axis, rows: pd.DataFrame) -> None:
+    """Name the models that refuse all loads of a panel."""
+    every = (rows["refused"] == rows["samples"]).groupby(rows["model"], sort=False).all()
+    if every.any():
+        names = [label(str(name), "default") for name in every.index[every]]
+        looks: dict = {"transform": axis.transAxes, "va": "bottom", "fontsize": 6.5, "color": "#777777"}
+        axis.text(0.02, 0.02, "\n".join(["refused by", *names]), **looks)
 
 
 ANSWERS = np.geomspace(1, 1e6, 61)
@@ -188,7 +171,7 @@ def draw_break_even(accuracy_vs_time, advice) -> Figure:
             if ANSWERS[0] <= row.break_even_queries <= ANSWERS[-1]:
                 paid = row.offline_s + row.break_even_queries * row.online_median_s
                 axis.plot(row.break_even_queries, paid, "o", color=shown.colour, mec="white", ms=6, zorder=3)
-        axis.set(title=scene.replace("_", " "), xlabel="answers", ylabel="preparation and answers [s]")
+        axis.set(title=spaced(scene), xlabel="answers", ylabel="preparation and answers [s]")
         axis.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0, -0.17), borderaxespad=0)  # no line is hidden
         style.plain_log(axis.xaxis)
         style.plain_log(axis.yaxis)

@@ -10,159 +10,86 @@ from matplotlib.lines import Line2D
 
 from palpate.benchmark.choosing import NONE
 from palpate.benchmark.model import LIMIT
-from palpate.benchmark.ranking import EXACT, KINDS, UNKNOWN, ZERO, averaged, fields_of, front, own_error
+from palpate.benchmark.ranking import KINDS, UNKNOWN, ZERO, averaged, fields_of, front
+from palpate.benchmark.ranking import own_error as own_error_of
+from palpate.models.model_registry import FAMILY_OF
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.words import percent, seconds
-from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, by_target, curves, front_rows
+from palpate.report.work_precision import (
+    LEAST_PERCENT,
+    LINES,
+    curves,
+    finish,
+    frames,
+    handles,
+    legend,
+    limits,
+    meanings,
+    nothing,
+    own_error,
+    points,
+    steps,
+)
+from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, front_rows
 
-LEAST_PERCENT = 100 * EXACT
-"""Errors [% of the peak] below this are drawn at it."""
-STRIP = 0.09
-"""Share of a panel's height that is left free below all points, for two lines of words."""
 WIDTH = 88
 """Letters in a line of small text that is as wide as a panel."""
 _CORNERS = ((-1, -1), (1, 1), (1, -1), (-1, 1))
 """Where the number of a point stands, in turn for points that are near each other."""
 
 
-def panel(axis, settings: pd.DataFrame, column: str) -> None:
-    """Draw the error ``column`` of every model of one scene, its front, the truth's own error and the zero answer.
-
-    settings : rows as ``comparison.averaged`` gives them
-    """
-    axis.set(xscale="log", yscale="log", xlabel="online time of an answer [ms]")
-    for model, rows in curves(answers(settings).dropna(subset=[column])).items():  # one may have failed everywhere
-        _curve(axis, model, rows, column)
-    _front(axis, settings, column)
-    _zero(axis, settings, column)
-    _truth(axis, own_error(settings, column))
-
-
-def milliseconds_and_percent(rows: pd.DataFrame, column: str = "rmse_of_peak") -> tuple[np.ndarray, np.ndarray]:
-    """Return where settings are drawn: their median time [ms] and their error [% of the peak]."""
-    return 1e3 * rows["online_median_s"].to_numpy(), np.maximum(100 * rows[column].to_numpy(), LEAST_PERCENT)
-
-
-def line_style(rows: pd.DataFrame) -> str | tuple[int, tuple[int, int]]:
-    """Return the line of a model that knows the load, or of one that sees a coarse deformation only."""
-    return "-" if (rows["sees"] == "load").all() else (0, (4, 2))
-
-
-def rim(prepared: bool) -> tuple[str, float]:
-    """Return the colour and width of the rim of a marker: black where contacts were prepared."""
-    return ("black", 0.9) if prepared else ("white", 0.5)
-
-
-def _curve(axis, model: str, rows: pd.DataFrame, column: str) -> None:
-    """Draw a line through the settings that are meant for the finest mesh, and one through those for the limit."""
-    for target, part in by_target(rows):
-        _line_of(axis, model, part, column, target == LIMIT)
-        if model.startswith("fem_p") and target != LIMIT:
-            _levels(axis, part, column)
-
-
-TO_LIMIT = (0, (6, 1.5, 1, 1.5))
-"""The line of settings meant for the limit of ever finer meshes, whose markers have a white dot as well."""
-
-
-def _line_of(axis, model: str, rows: pd.DataFrame, column: str, to_limit: bool) -> None:
-    """Draw settings, or of variants the front, a line through it, and a band over the splits around that."""
-    t, error = milliseconds_and_percent(rows, column)
-    shown, best = look(model), front(t, error)
-    axis.plot(t[best], error[best], color=shown.colour, ls=TO_LIMIT if to_limit else line_style(rows), lw=1.4, zorder=2)
+def settings_of(settings: pd.DataFrame, column: str = "rmse_of_peak") -> pd.DataFrame:
+    """Return the points of all models of one scene; settings : rows as ``ranking.averaged`` gives them."""
+    rows = answers(settings)
+    target = fields_of(rows, "target")["target"] == LIMIT
+    told = {"curve": rows["model"].map(lambda model: FAMILY_OF.get(model, model))}
+    told |= {"line": rows["sees"].mask(target, LIMIT), "part": np.where(target, LIMIT, "")}
+    told |= {"hollow": rows["failures"] > 0, "prepared": rows["prepared"].astype(bool)}
     if rows["splits"].max() > 1:
-        low, high = (
-            np.maximum(100 * rows[f"{column}_{end}"].to_numpy()[best], LEAST_PERCENT) for end in ("low", "high")
-        )
-        axis.fill_between(t[best], low, high, color=shown.colour, alpha=0.15, lw=0, zorder=1)
-        axis.vlines(t[best], low, high, color=shown.colour, lw=0.8, alpha=0.6, zorder=2)
-    size = 10 if shown.marker == "*" else 6.5
-    for i in best if rows["model"].nunique() > 1 else range(len(rows)):
-        failed, (edge, width) = rows["failures"].iloc[i] > 0, rim(rows["prepared"].iloc[i])
-        inside, around = ("white", shown.colour) if failed else (shown.colour, edge)
-        axis.plot(
-            t[i], error[i], ls="", marker=shown.marker, color=inside, mec=around, mew=1 if failed else width, ms=size,
-            zorder=3,
-        )  # fmt: skip
-        if to_limit:
-            axis.plot(t[i], error[i], **DOT, zorder=4)
+        told |= {end: rows[f"{column}_{end}"] for end in ("low", "high")}
+    return points(rows, "online_median_s", column, **told)
 
 
-DOT: dict = {"ls": "", "marker": ".", "color": "white", "ms": 3.5, "mew": 0}
-"""In the markers of settings that are meant for the limit."""
+def panel(axis, settings: pd.DataFrame, column: str) -> None:
+    """Draw the error ``column`` of every model of one scene, its front, the zero answer and the truth's own error."""
+    drawn = settings_of(settings, column)
+    axis.set_xlabel("online time of an answer [ms]")
+    curves(axis, drawn)
+    for model in LEVELLED:
+        _levels(axis, settings.loc[drawn.index[(drawn["model"] == model) & (drawn["part"] == "")]], drawn)
+    steps(axis, drawn[~drawn["hollow"]])
+    _numbers(axis, drawn.loc[front_rows(settings, column).index])
+    nothing(axis, settings.loc[settings["model"] == ZERO, column].mean())
+    own_error(axis, own_error_of(settings, column), known=KNOWN, unknown=UNKNOWN)
 
 
-def _levels(axis, rows: pd.DataFrame, column: str) -> None:
+LEVELLED = ("fem_p1", "fem_p2")
+"""Models whose levels are joined each, and named at their end."""
+
+
+def _levels(axis, rows: pd.DataFrame, drawn: pd.DataFrame) -> None:
     """Join the front of each level of a finite-element model, and write the level at its end."""
-    t, error = milliseconds_and_percent(rows, column)
-    colour = look(rows["model"].iloc[0]).colour
-    levels = fields_of(rows, "level")["level"].to_numpy(dtype=float)
-    for level in sorted(set(levels[~pd.isna(levels)])):
-        own = np.flatnonzero(levels == level)
-        own = own[front(t[own], np.round(np.log(error[own]), 2))]
-        axis.plot(t[own], error[own], color=colour, lw=0.6, alpha=0.6, zorder=1)
-        place = (t[own[-1]], error[own[-1]])
+    for level, part in rows.groupby(fields_of(rows, "level")["level"].astype(float)):
+        part = drawn.loc[part.index]
+        best = part.iloc[front(part["time"], np.round(np.log(part["error"]), 2))]
+        colour = look(best["model"].iloc[0]).colour
+        axis.plot(best["time"], best["error"], color=colour, lw=0.6, alpha=0.6, zorder=1)
+        place = (best["time"].iloc[-1], best["error"].iloc[-1])
         axis.annotate(f"L{level:g}", place, (2, 4), textcoords="offset points", fontsize=7, color=colour, zorder=4)
 
 
-def _front(axis, settings: pd.DataFrame, column: str) -> None:
-    """Draw the steps of this run's front, and a number at each point that is on it in other runs too."""
-    whole = answers(settings)
-    _steps(axis, whole[whole["failures"] == 0], column, style.INK, 1)
+def _numbers(axis, best: pd.DataFrame) -> None:
+    """Draw a number at each point that is on the front in other runs too."""
     before: list[np.ndarray] = []
-    for number, (_, row) in enumerate(front_rows(settings, column).iterrows(), start=1):
-        place = (1e3 * row["online_median_s"], max(100 * row[column], LEAST_PERCENT))
+    for number, place in enumerate(best[["time", "error"]].to_numpy(), start=1):
         axis.plot(*place, "o", mfc="none", mec=style.INK, mew=0.9, ms=14, zorder=4)
         near = sum(bool((np.abs(np.log(place) - other) < np.log((1.5, 1.25))).all()) for other in before)
         before.append(np.log(place))
         x, y = _CORNERS[near % len(_CORNERS)]
-        axis.annotate(
-            str(number), place, (9 * x, 9 * y), textcoords="offset points", ha="right" if x < 0 else "left",
-            va="top" if y < 0 else "bottom", fontsize=8, fontweight="bold", color=style.INK, zorder=5,
-        )  # fmt: skip
-
-
-def _steps(axis, rows: pd.DataFrame, column: str, colour: str, zorder: int) -> None:
-    """Draw the front of ``rows`` as steps up to the edge of the panel."""
-    t, error = milliseconds_and_percent(rows, column)
-    best = front(t, rows[column])
-    ends = [*t[best], axis.get_xlim()[1]]
-    axis.plot(ends, [*error[best], error[best][-1]], color=colour, lw=0.9, drawstyle="steps-post", zorder=zorder)
-
-
-def _zero(axis, settings: pd.DataFrame, column: str) -> None:
-    """Draw the error of the zero answer, above which a model is worse than nothing."""
-    wrong = settings.loc[settings["model"] == ZERO, column].mean()
-    if np.isfinite(wrong):
-        axis.set_ylim(None, max(axis.get_ylim()[1], 140 * wrong))
-        axis.axhline(100 * wrong, color=look(ZERO).colour, lw=1, ls=(0, (1, 1.5)), zorder=1)
-        axis.annotate(
-            f"no displacement at all: {percent(wrong)}", (1, 100 * wrong), (-3, 2),
-            xycoords=("axes fraction", "data"), textcoords="offset points", ha="right", va="bottom", fontsize=7.5,
-            color=look(ZERO).colour,
-        )  # fmt: skip
-
-
-def _truth(axis, own: float) -> None:
-    """Draw the truth's ``own`` error as a band."""
-    least, most = axis.get_ylim()
-    low = least * (least / most) ** STRIP  # no point or line where the words are
-    if not np.isfinite(own):
-        axis.set_ylim(low, None)
-        text, colour = UNKNOWN, look(ZERO).colour
-    else:
-        low = min(low, 50 * own)
-        axis.set_ylim(low, None)
-        axis.axhspan(low, 100 * own, color="#ececec", zorder=0)
-        text, colour = f"grey: below the error of the truth itself, {percent(own)}; models are tied", "#555555"
-        if own > KNOWN:
-            text = f"The truth is known to {percent(own)} only, not to {percent(KNOWN)} (grey: models are tied)"
-            colour = look(ZERO).colour
-    axis.annotate(
-        fill(text, WIDTH), (0, 0), (4, 4), xycoords="axes fraction", textcoords="offset points", fontsize=7.5,
-        color=colour, zorder=5,
-    ).set_in_layout(False)  # fmt: skip
+        aligned: dict = {"ha": "right" if x < 0 else "left", "va": "top" if y < 0 else "bottom"}
+        looks: dict = {"textcoords": "offset points", "fontsize": 8, "fontweight": "bold", "color": style.INK}
+        axis.annotate(str(number), place, (9 * x, 9 * y), zorder=5, **aligned, **looks)
 
 
 _WHERE = {"rms": "over the surface, RMSE", "patch": "at the patch, RMS"}
@@ -188,7 +115,7 @@ def draw_work_precision(accuracy_vs_time, advice, *, scene: str) -> Figure:
     for kind, column in KINDS.items():
         axis = parts[kind]
         panel(axis, settings, column)
-        _budgets(axis, tables.where(advice.dropna(subset="budget_ms"), error=kind))
+        limits(axis, _budgets(tables.where(advice.dropna(subset="budget_ms"), error=kind)))
         axis.set_ylabel(f"error {_WHERE[kind]} [% of peak]")
         style.plain_log(axis.yaxis)
         parts[f"{kind} front"].set_axis_off()
@@ -203,16 +130,11 @@ def draw_work_precision(accuracy_vs_time, advice, *, scene: str) -> Figure:
     return figure
 
 
-def _budgets(axis, advice: pd.DataFrame) -> None:
-    """Draw frame budgets with the advised model for each."""
-    for row in advice.itertuples():
-        axis.axvline(row.budget_ms, color="#b5b5b5", ls=":", lw=1, zorder=1)
-        advised = NONE if row.model == NONE else label(row.model, "default").split(",")[0]
-        axis.annotate(
-            f"{row.budget_ms:g} ms:\n{fill(advised, 12)}", (row.budget_ms, 1), (0, 3),
-            xycoords=("data", "axes fraction"), textcoords="offset points", ha="center", va="bottom", fontsize=7.5,
-            color="#444444",
-        )  # fmt: skip
+def _budgets(advice: pd.DataFrame) -> dict[float, str]:
+    """Return the limits of time [ms] with the advised model for each."""
+    names = [NONE if model == NONE else label(model, "default").split(",")[0] for model in advice["model"]]
+    told = zip(advice["budget_ms"], names, strict=True)
+    return {budget: f"{budget:g} ms:\n{fill(name, 9, break_long_words=False)}" for budget, name in told}
 
 
 def _front_lines(settings: pd.DataFrame, column: str) -> str:
@@ -226,36 +148,21 @@ def _front_lines(settings: pd.DataFrame, column: str) -> str:
 
 def _legend(axis, settings: pd.DataFrame) -> None:
     """List every curve in table order, then what lines and rims mean; below, the settings that failed."""
-    axis.set_axis_off()
-    handles = [_handle(model, rows) for model, rows in curves(answers(settings)).items()]
-    ink: dict = {"color": style.INK, "lw": 1.3, "marker": ""}
-    marked: dict = {"ls": "", "marker": "o", "mfc": "#bbbbbb", "ms": 7}
-    handles += [
-        Line2D([], [], **ink, ls="-", label="knows the load"),
-        Line2D([], [], **ink, ls=(0, (4, 2)), label="sees a coarse deformation only"),
-        Line2D([], [], color=style.INK, lw=1.3, ls=TO_LIMIT, label="white dot: extrapolated to ever finer meshes"),
-        Line2D([], [], **marked, mec="black", mew=0.9, label="contact prepared before"),
-        Line2D([], [], ls="", marker="o", mfc="white", mec="#888888", ms=7, label="failed on some samples"),
-        Line2D([], [], color=style.INK, lw=0.9, drawstyle="steps-post", label="Pareto front of this run"),
-        Line2D([], [], ls="", marker="o", mfc="none", mec=style.INK, ms=10, label="on it in other runs too"),
-    ]
-    axis.legend(
-        handles=handles, loc="upper left", ncols=5, fontsize=7.5, borderaxespad=0, handlelength=2.6, columnspacing=1.4
-    )
+    shown = handles(settings_of(settings))
+    for handle in shown:
+        if handle.get_label() in [look(model).label for model in LEVELLED]:
+            handle.set_label(f"{handle.get_label()}, L: level")
+    ink: dict = {"color": style.INK, "lw": 1.3}
+    words = {"load": "knows the load", "deformation": "sees a coarse deformation only"}
+    words |= {LIMIT: "white dot: extrapolated to ever finer meshes"}
+    shown += [Line2D([], [], **ink, ls=LINES[line], label=meaning) for line, meaning in words.items()]
+    shown += meanings("contact prepared before", "failed on some samples")
+    shown.append(Line2D([], [], color=style.INK, lw=0.9, drawstyle="steps-post", label="Pareto front of this run"))
+    shown.append(Line2D([], [], ls="", marker="o", mfc="none", mec=style.INK, ms=10, label="on it in other runs too"))
     failed = settings[(settings["failures"] > 0) | ~np.isfinite(settings["rmse_of_peak"])]
     failures = [f"{label(r.model, r.setting)} on {r.failures} of {r.samples}" for r in failed.itertuples()]
     text = "failed: " + ", ".join(failures) if failures else "no setting failed on any sample"
-    colour = "#aa0000" if failures else "#666666"
-    axis.text(0, 0, fill(text, 190), transform=axis.transAxes, va="bottom", fontsize=7.5, color=colour)
-
-
-def _handle(model: str, rows: pd.DataFrame) -> Line2D:
-    shown, (edge, width) = look(model), rim(rows["prepared"].all())
-    size = 9 if shown.marker == "*" else 6.5
-    return Line2D(
-        [], [], color=shown.colour, ls=line_style(rows), lw=1.3, marker=shown.marker, ms=size, mec=edge, mew=width,
-        label=shown.label + (", L: level" if model.startswith("fem_p") else ""),
-    )  # fmt: skip
+    legend(axis, shown, text, failed=bool(failures))
 
 
 _WIDTH, _PLOT, _LINE = 3.6, 2.75, 0.17  # [inch] of the figure; height of the diagram, and of a line of text below it
@@ -266,10 +173,10 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
     """Draw the lasting front of one ``scene`` in colour, with its models named below, and everything else in grey."""
     settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, advice))
     settings = averaged(settings)
-    best, own = front_rows(settings), own_error(settings)
+    best, own = front_rows(settings), own_error_of(settings)
     best = best.join(fields_of(best, "target"))
-    nothing = settings.loc[settings["model"] == ZERO, "rmse_of_peak"].mean()
-    settings = answers(settings[settings["failures"] == 0])
+    wrong = settings.loc[settings["model"] == ZERO, "rmse_of_peak"].mean()
+    drawn = settings_of(settings[settings["failures"] == 0])
     below = 0.48 + _LINE * (len(best) + 2)
     figure = Figure(figsize=(_WIDTH, _PLOT + below))
     height = figure.get_figheight()
@@ -277,9 +184,9 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
     axis.set(xscale="log", yscale="log")
     axis.set_xlabel("time of an answer [ms]", fontsize=8, labelpad=1)
     axis.set_ylabel("error [% of the peak displacement]", fontsize=8, labelpad=1)
-    t, error = milliseconds_and_percent(settings)
-    axis.plot(t, error, "o", color="#c9ced3", ms=3, mew=0, zorder=1)
-    _steps(axis, settings, "rmse_of_peak", style.FAINT, 2)
+    axis.plot(drawn["time"], drawn["error"], "o", color="#c9ced3", ms=3, mew=0, zorder=1)
+    axis.margins(0.06)
+    steps(axis, drawn, style.FAINT, 2)
     for number, row in enumerate(best.itertuples(), start=1):
         _point(axis, number, row)
         figure.text(
@@ -289,21 +196,9 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
     figure.text(
         0.02, (below - 0.48 - _LINE * len(best)) / height, _remark(own), fontsize=7.5, va="top", color="#666666"
     )
-    for budget in advice["budget_ms"].dropna().unique():
-        axis.axvline(budget, color="#b5b5b5", ls=":", lw=1, zorder=0)
-        axis.annotate(
-            f"{budget:g} ms", (budget, 0), (-1.5, 3), xycoords=("data", "axes fraction"), textcoords="offset points",
-            ha="right", va="bottom", rotation=90, fontsize=7.5, color="#555555",
-        )  # fmt: skip
-    axis.margins(0.06)
-    if nothing > 0:
-        axis.axhline(100 * nothing, color=look(ZERO).colour, lw=1, ls=(0, (1, 1.5)), zorder=1)
-    if own > 0:
-        low = min(axis.get_ylim()[0], 60 * own)
-        axis.set_ylim(low, None)
-        axis.axhspan(low, 100 * own, color="#ececec", zorder=0)
-    style.plain_log(axis.xaxis)
-    style.plain_log(axis.yaxis)
+    nothing(axis, wrong)
+    own_error(axis, own)
+    finish([axis], frames(advice["budget_ms"].dropna().unique()), inside=True)
     return figure
 
 

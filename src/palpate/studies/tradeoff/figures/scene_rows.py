@@ -3,8 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.model import LIMIT
-from palpate.benchmark.ranking import BOUNDS, EXACT, alone, fields_of, lasting, own_error
+from palpate.benchmark.ranking import BOUNDS, EXACT, alone, lasting, own_error
 from palpate.models.model_registry import FAMILY_OF
 
 KNOWN = 0.003
@@ -27,12 +26,6 @@ def curves(settings: pd.DataFrame) -> dict[str, pd.DataFrame]:
     """Divide the rows of one scene into those of each curve: of each model, and of the variants of one together."""
     names = settings["model"].map(lambda model: FAMILY_OF.get(model, model))
     return dict(iter(settings.groupby(names, sort=False)))
-
-
-def by_target(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Divide a curve's rows into those meant for the finest mesh, "operator", and for ever finer ones, LIMIT."""
-    limit = fields_of(rows, "target")["target"] == LIMIT
-    return [(name, part) for name, part in (("operator", rows[~limit]), (LIMIT, rows[limit])) if len(part)]
 
 
 def front_rows(settings: pd.DataFrame, column: str = "rmse_of_peak") -> pd.DataFrame:

@@ -266,8 +266,9 @@ def test_nothing_changes_where_nothing_overlaps_and_nothing_is_pushed_unless_ask
         placed(play, [cube(1)] * 2, [[0, 0, 0], [0, 0, 0.05]], push_out=False)
 
 
-def test_the_way_is_the_shortest_between_the_hulls():
-    box = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=float)
-    side = push_apart.Side(box, np.empty((0, 3, 3)), 0.0, False)
-    other = replace(side, points=box + np.array([0.7, 0.2, 0.1]))
-    np.testing.assert_allclose(push_apart.least_way(side, other, 0.01), [-0.31, 0, 0], atol=1e-12)
+def test_the_way_is_the_shortest_between_the_hulls(cube):
+    nodes, faces = cube(1).nodes, cube(1).triangles
+    none, surfaces = np.zeros(0), [faces, faces + len(nodes)]
+    movable = push_apart.Movable([], [], surfaces, np.zeros(2), np.zeros(2, dtype=bool), none, none, 0.001)
+    points = np.vstack([nodes, nodes + np.array([0.07, 0.02, 0.01])])
+    np.testing.assert_allclose(push_apart.least_way(points, movable, (0, 1)), [-0.031, 0, 0], atol=1e-12)

@@ -19,20 +19,6 @@ DIRECTIONS = GRID / np.linalg.norm(GRID, axis=1)[:, None]
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
-    """One of two surfaces that overlap.
-
-    points : its places (k, 3) [m]; triangles : (m, 3, 3) [m]; radius_m : thickness around them; is_floor : whether all
-    behind it counts as inside
-    """
-
-    points: np.ndarray
-    triangles: np.ndarray
-    radius_m: float
-    is_floor: bool
-
-
-@dataclass(frozen=True, eq=False)
 class Movable:
     """All that can move to end an overlap, and what moves with it.
 
@@ -49,12 +35,6 @@ class Movable:
     masses: np.ndarray
     free: np.ndarray
     gap_m: float
-
-    def side(self, points: np.ndarray, surface: int) -> Side:
-        """Return one surface at ``points`` (n, 3) [m]."""
-        triangles = self.surfaces[surface]
-        shape = points[np.unique(triangles)], points[triangles]
-        return Side(*shape, float(self.radii[surface]), bool(self.floors[surface]))
 
     def shares(self, first: int, second: int) -> tuple[float, float]:
         """Return what part of a separation two surfaces take, (0, 0) if neither can move.
@@ -119,7 +99,7 @@ def push_apart(points: np.ndarray, movable: Movable, find: Callable[[np.ndarray]
         shares = movable.shares(*pair)
         if not any(shares):
             break
-        way = least_way(movable.side(points, pair[0]), movable.side(points, pair[1]), movable.gap_m)
+        way = least_way(points, movable, pair)
         shift = np.zeros_like(points)
         for surface, share in zip(pair, (shares[0], -shares[1]), strict=True):
             shift[movable.moved(surface)] = share * way
@@ -133,18 +113,19 @@ def push_apart(points: np.ndarray, movable: Movable, find: Callable[[np.ndarray]
     return points
 
 
-def least_way(one: Side, other: Side, gap_m: float) -> np.ndarray:
-    """Compute the shortest of the tried shifts (3,) [m] of ``one`` that separate the convex hulls by ``gap_m`` [m].
+def least_way(points: np.ndarray, movable: Movable, pair: tuple[int, int]) -> np.ndarray:
+    """Compute the shortest of the tried shifts (3,) [m] of one surface from another that separate the convex hulls.
 
-    From a floor the way leads along its normal.
+    From a floor the way leads along its normal. One gap is left between them.
     """
-    ways = np.vstack([-_normals(one.triangles), _normals(other.triangles), DIRECTIONS])
-    for floor, sign in ((other, 1.0), (one, -1.0)):
-        if floor.is_floor:
-            ways = sign * _normals(floor.triangles)
+    triangles = [points[movable.surfaces[surface]] for surface in pair]
+    ways = np.vstack([-_normals(triangles[0]), _normals(triangles[1]), DIRECTIONS])
+    for other, sign in ((1, 1.0), (0, -1.0)):
+        if movable.floors[pair[other]]:
+            ways = sign * _normals(triangles[other])
     # along each way, one moves until its hindmost point is ahead of the foremost of the other
-    ahead = (other.points @ ways.T).max(axis=0) - (one.points @ ways.T).min(axis=0)
-    lengths = ahead + one.radius_m + other.radius_m + gap_m
+    hindmost, foremost = (triangles[0] @ ways.T).min(axis=(0, 1)), (triangles[1] @ ways.T).max(axis=(0, 1))
+    lengths = foremost - hindmost + movable.radii[pair[0]] + movable.radii[pair[1]] + movable.gap_m
     best = int(np.argmin(lengths))
     return float(lengths[best]) * ways[best]
 

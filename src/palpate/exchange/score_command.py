@@ -2,7 +2,7 @@
 
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from palpate.benchmark.motion_truth import MotionTruth
 from palpate.benchmark.ranking import BOUNDS, lasting
 from palpate.errors import InputError
 from palpate.exchange import motions, presses, touches
+from palpate.exchange.answers import Wanted, read_answers
 from palpate.exchange.folder import Arrays, Questions, read
 from palpate.exchange.score import Scored, floor_of, kept_truth, truth_beside
 from palpate.exchange.score_motions import score_motions
@@ -25,12 +26,12 @@ from palpate.report.words import percent, seconds, two_digits
 from palpate.run.job import steps
 from palpate.stores import stored
 
-KINDS: dict[str, tuple[Any, Callable[..., Scored]]] = {
-    presses.KIND: (presses, score_presses),
-    touches.KIND: (touches, score_touches),
-    motions.KIND: (motions, score_motions),
+KINDS: dict[str, tuple[Any, Callable[..., Scored], Callable[[Questions], Mapping[str, Wanted]]]] = {
+    presses.KIND: (presses, score_presses, lambda _: {}),
+    touches.KIND: (touches, score_touches, lambda _: touches.NUMBERS),
+    motions.KIND: (motions, score_motions, motions.wanted),
 }
-"""What finds the truth of each kind of questions, and what scores answers to them."""
+"""What finds the truth of each kind of questions, what scores answers to them, and which numbers these have."""
 
 
 def score(answers: Path, folder: Path, results: Path | None, out: Path | None, own_law: bool) -> str:
@@ -47,12 +48,15 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
             f"{folder} has questions of kind {questions.kind}, which this palpate does not know; ask anew."
         )
 
+    # before a truth is found, which takes minutes
+    read_answers(answers, questions, KINDS[questions.kind][2](questions))
+    beside = None if results is None else _beside(results, questions)
+
     def kept(law: str) -> Arrays:
         return truth_beside(questions, folder, law, lambda name: _find(questions, folder, name))
 
     truth = kept(questions.info["law"]) if questions.truth is None else questions.truth
     scored = KINDS[questions.kind][1](answers, questions, truth, kept if own_law else None)
-    beside = None if results is None else _beside(results, questions)
     floor = floor_of(truth)
     table = score_table(scored.settings, floor, beside)
     place = (answers.parent if out is None else out).resolve()

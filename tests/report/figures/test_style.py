@@ -5,13 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from palpate.errors import InputError
-from palpate.models.enrichment.paper_enrichment import WEIGHTS
 from palpate.report import style
-
-
-# Machado, Oliveira, Fernandes 2009, severity 1, on linear RGB
-def test_kinds_of_weights_are_those_of_the_methods():
-    assert set(WEIGHTS) == set(style.WEIGHTS)
 
 
 def test_an_unknown_method_is_refused_by_name():

@@ -10,7 +10,7 @@ import palpate
 
 ROOT = Path(palpate.__file__).parent
 DOCS = Path(__file__).parents[1] / "docs"
-ORDER = ["linalg", "bodies", "effects", "solvers", "collision", "scenes", "benchmark", "models", "identification"]
+ORDER = ["linalg", "bodies", "effects", "collision", "solvers", "scenes", "benchmark", "models", "identification"]
 ORDER += ["report", "run", "press", "exchange", "studies", "init"]
 """The packages; each imports from those before it only."""
 

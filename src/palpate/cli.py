@@ -7,6 +7,7 @@ import re
 import shlex
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -173,9 +174,9 @@ def _identify(asked: argparse.Namespace) -> str:
         "poisson": asked.poisson, "sticking": asked.sticking, "thickness_m": asked.thickness, "offset_m": asked.offset,
         "laws": asked.law, "columns": columns,
     }  # fmt: skip
-    body = body_of(asked.body, asked.config, asked.scale, asked.hold)
-    settings = Asked(_instrument(asked.instrument), body, **{k: v for k, v in given.items() if v is not None})
-    return identify_file(asked.presses, settings, asked.folder)
+    settings = Asked(_instrument(asked.instrument), **{k: v for k, v in given.items() if v is not None})
+    make = partial(body_of, asked.body, asked.config, asked.scale, asked.hold)
+    return identify_file(asked.presses, settings, asked.folder, make)
 
 
 LENGTHS_M = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}

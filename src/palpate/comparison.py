@@ -25,7 +25,7 @@ from palpate.benchmark.timing import said
 from palpate.bodies.body import Body, Makes, as_body
 from palpate.errors import InputError, explained
 from palpate.models.load_model import as_model
-from palpate.setting_types import Block
+from palpate.setting_types import Block, Index, NotNegative, Number, Positive, Whole, check
 from palpate.solvers.compliance import compute_compliance
 
 TEST = 0.4
@@ -74,6 +74,9 @@ def make_case(
     Raises InputError for too few contacts or a body without a finer level, NotConverged for a press that has no answer.
     """
     body = as_body(body)
+    check(radius_m=(Positive, radius_m), contacts=(Whole, contacts), peak_of_size=(Number, peak_of_size))
+    check(seed=(Index, seed), progress=(Callable, progress))
+    contacts, seed = int(contacts), int(seed)
     if contacts < LEAST_CONTACTS:
         told = f"as a bound of errors needs {FEWEST} of the {100 * TEST:g} % that are held out, and one to try it on"
         raise InputError(f"contacts is {contacts}; give at least {LEAST_CONTACTS}, {told}.")
@@ -143,6 +146,7 @@ def compare(asked: ComparedCase, models: Iterable[Any], repeats: int = 20, budge
         raise InputError(f"compare needs what make_case returns, and not a {type(asked).__name__}.")
     if isinstance(models, Block) or not isinstance(models, Iterable):
         raise InputError(f"compare needs a list of models, such as [FEM(order=1)], and not {models!r}.")
+    check(repeats=(Whole, repeats), budget_s=(NotNegative, budget_s))
     families: dict[str, list[Model]] = {}
     for each in models:
         if isinstance(each, type) or not callable(getattr(each, "prepare", None)):
@@ -175,6 +179,7 @@ def advise(found: Comparison, budget_ms: float | None = None, max_error: float |
     _check(found)
     if (budget_ms is None) == (max_error is None):
         raise InputError("give either budget_ms or max_error.")
+    check(budget_ms=(Number | None, budget_ms), max_error=(Number | None, max_error))
     if budget_ms is not None and not 0.0 < budget_ms < np.inf:
         raise InputError(f"budget_ms is {budget_ms:g}; give a time above 0 [ms].")
     if max_error is not None and not 0.0 < max_error < 1.0:
@@ -191,6 +196,9 @@ def plot_precision(found: Comparison, path: str | Path) -> None:
     """Draw error against time of an answer for all models, as the study ``tradeoff`` does, as a .png, .svg or .pdf."""
     _check(found)
     pictures.check_path(path, ".png", ".svg", ".pdf")
+    asked = found.table[~found.table["model"].isin(BOUNDS)]
+    if asked["rmse_of_peak"].isna().all():
+        raise InputError(f"no model has answered, so that there is nothing to draw: {asked['failure'].iloc[0]}")
     with explained():
         from palpate.studies.tradeoff.figures.precision import draw_work_precision
 

@@ -1,12 +1,18 @@
 """Make a body of a mesh file or a scan as ``palpate init`` does: ``palpate.load``."""
 
+import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
 from palpate.bodies.body import Body
 from palpate.errors import InputError, explained
+from palpate.setting_types import Number, Pair, Positive, check
+
+ARGUMENTS = {"scale": "scale_m", "threshold": "threshold_hu", "hold": "hold", "label": "label"}
+"""Of ``load``, by the option of ``palpate init`` that they are."""
 
 
 def load(
@@ -29,7 +35,9 @@ def load(
     hold : the side that lies on a bed of its own tissue; chosen if it is not given
     Warns of all that was found, guessed and changed; raises InputError, with the reason, for what makes no body.
     """
-    with explained():
+    check(path=(str | Path, path), mask=(str | Path | None, mask), scale_m=(Positive | None, scale_m))
+    check(label=(int | str | Sequence[int | str], label), threshold_hu=(Pair[Number] | None, threshold_hu))
+    with explained(), _in_arguments():
         from palpate.init.choose import choose
         from palpate.init.recognise import HOLDS, recognise
 
@@ -37,8 +45,22 @@ def load(
             raise InputError(f"hold is {hold!r}; give {', '.join(HOLDS[:-1])} or {HOLDS[-1]}.")
         paths = [Path(path)] if mask is None else [Path(path), Path(mask)]
         labels = [label] if isinstance(label, int | str) else list(label)
-        data = recognise(paths, labels, threshold_hu, scale_m=scale_m)
+        data = recognise(paths, labels, None if threshold_hu is None else list(threshold_hu), scale_m=scale_m)
         for line in [*data.assumed, *data.warned]:
-            warnings.warn(f"{path}: {line}", stacklevel=2)
+            warnings.warn(_argument(f"{path}: {line}"), stacklevel=2)
         entry = data.entry.but(young_pa=young_pa, poisson=poisson, density_kg_m3=density_kg_m3)
         return choose(data.name, entry, hold or data.lies or None).body
+
+
+@contextmanager
+def _in_arguments() -> Iterator[None]:
+    try:
+        yield
+    except InputError as error:
+        raise InputError(_argument(str(error))) from error
+
+
+def _argument(said: str) -> str:
+    """Return a sentence on options as one on arguments: scale_m=0.002 for --scale 0.002."""
+    told = re.sub(r"--(\w+) ([\d.e+-]*\d)", lambda option: f"{ARGUMENTS.get(option[1], option[1])}={option[2]}", said)
+    return re.sub(r"--(\w+)", lambda option: ARGUMENTS.get(option[1], option[1]), told)

@@ -11,6 +11,7 @@ from pydantic import (
     ConfigDict,
     Field,
     GetJsonSchemaHandler,
+    TypeAdapter,
     ValidationError,
     WrapValidator,
     model_validator,
@@ -77,6 +78,12 @@ class Block(BaseModel):
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # validation of a whole does not call it
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise InputError(f"{_public_name(type(self))} cannot be changed; make another one with but({name}=...).")
+
+    def __delattr__(self, name: str) -> None:
+        setattr(self, name, None)
+
     @model_validator(mode="after")
     def _check_entries(self) -> Self:
         given = [name for name, value in self if value is not None]
@@ -103,6 +110,16 @@ def _public_name(kind: type) -> str:
     """Return what ``palpate`` calls a class, or its own name."""
     places = import_module("palpate")._PLACES
     return next((name for name, at in places.items() if at == (kind.__module__, kind.__name__)), kind.__name__)
+
+
+def check(**given: tuple[Any, Any]) -> None:
+    """Raise InputError for the first of the arguments, by name its type and its value, that is not of its type."""
+    for name, (kind, value) in given.items():
+        try:
+            TypeAdapter(kind).validate_python(value)
+        except ValidationError as error:
+            said = error.errors()[0]["msg"]
+            raise InputError(f"{name} is {value!r}: {said[:1].lower()}{said[1:]}.") from None
 
 
 def plain(value: Any) -> Any:

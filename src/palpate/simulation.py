@@ -4,6 +4,8 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import numpy as np
+
 from palpate.bodies.body import Body, Makes, as_body
 from palpate.effects import settings
 from palpate.errors import InputError
@@ -45,7 +47,13 @@ def simulate(
     given: Any = effects
     if isinstance(given, Block | str) or not isinstance(given, Iterable):
         raise InputError(f"effects is {given!r}; give a list of effects, such as [Gravity()].")
-    bodies = [as_body(each) for each in (body, *(other for other, _ in others))]
+    listed: Any = others
+    pairs = list(listed) if isinstance(listed, Iterable) and not isinstance(listed, Block) else [listed]
+    for i, pair in enumerate(pairs):
+        if not isinstance(pair, tuple | list) or len(pair) != 2 or np.shape(pair[1]) != (3,):
+            right = "a pair of a body and its shift (3,) [m], such as (box, (0, 0, 0.3))"
+            raise InputError(f"others[{i}] is a {type(pair).__name__} and not {right}.")
+    bodies = [as_body(each) for each in (body, *(other for other, _ in pairs))]
     blocks: dict[str, Any] = {}
     own: dict[str, Maker] = {}
     for effect in effects:
@@ -66,7 +74,7 @@ def simulate(
             blocks[name] = effect
     if "push" in blocks and not isinstance(blocks["push"], settings.Push):
         blocks["push"] = settings.Push(loads=blocks["push"])
-    shifted = [{"body": made.name, "shift_m": list(shift)} for made, (_, shift) in zip(bodies[1:], others, strict=True)]
+    shifted = [{"body": made.name, "shift_m": list(shift)} for made, (_, shift) in zip(bodies[1:], pairs, strict=True)]
     times: dict[str, Any] = {"step_s": step_s, "duration_s": duration_s, "others": shifted}
     asked = Scene(**times | {"body": bodies[0].name, "name": bodies[0].name} | blocks | scene)
     if asked.step_s > asked.duration_s:

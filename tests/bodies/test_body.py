@@ -218,7 +218,7 @@ def test_numbers_of_nodes_and_a_mask_hold_the_same_nodes(skfem_cube):
     [
         {"young_pa": np.nan}, {"young_pa": -1.0}, {"poisson": 0.6}, {"density_kg_m3": -1.0},
         {"law": "hooke"}, {"refinements": 9}, {"refinements": -1}, {"anchors": np.ones(3, dtype=bool)},
-        {"anchors": [0, 1, 99]},
+        {"anchors": [0, 1, 99]}, {"anchors": []}, {"anchors": "z"}, {"anchors": [1.5]},
     ],
 )  # fmt: skip
 def test_a_mesh_of_scikit_fem_makes_no_body_that_a_box_would_not(skfem_cube, given):

@@ -12,12 +12,12 @@ from palpate.effects import settings as blocks
 from palpate.effects.hooks import GRIP, make
 from palpate.effects.patch_load import Patch, spread
 from palpate.errors import InputError
+from palpate.linalg.minimiser import minimise_by_newton
 from palpate.scenes.effect_registry import effect
 from palpate.scenes.run_scene import run
 from palpate.scenes.settings import Scene
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.grasping import Grasping, patch_around
-from palpate.solvers.minimiser import minimise_by_newton
 
 MATERIAL = Material(5000.0, 0.3, 1000.0)
 END, SHIFT = [0.1, 0.015, 0.015], [0.02, 0.0, 0.01]

@@ -18,6 +18,7 @@ from palpate.benchmark.measure import measure
 from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError
 from palpate.exchange import presses
+from palpate.exchange.ask import ask
 from palpate.exchange.asked_body import law_named
 from palpate.exchange.folder import packed
 from palpate.exchange.judging import OwnMesh, score_answers
@@ -190,3 +191,9 @@ def test_the_command_writes_a_table_and_a_picture_beside_palpate_s_models(rows_o
     loads.assign(force_z_n=1.1 * loads["force_z_n"]).to_csv(tmp_path / "others/data/block/large/loads.csv", index=False)
     with pytest.raises(InputError, match=r"loads.csv has other presses than these questions"):
         score(path, folder, tmp_path / "others", None, False)
+
+
+def test_answers_are_looked_at_before_a_truth_is_found(pressed, tmp_path):
+    ask(pressed.config, None, "block_large", 5, tmp_path / "private")
+    with pytest.raises(InputError, match=r"none\.npz cannot be read"):
+        score(tmp_path / "none.npz", tmp_path / "private", None, None, False)

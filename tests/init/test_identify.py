@@ -92,7 +92,7 @@ def test_sessions_that_contradict_are_said_and_fitted_alone(layer, tmp_path, cap
         ({}, ["--instrument", "punch:0.004"], "forces are known for a ball"),
         ({}, ["--instrument", "sphere:0.004", "--thickness", "0.03:0.02"], "is no range"),
         ({}, ["--instrument", "sphere:0.004", "--hold", "below"], "give --body"),
-        ({}, ["--instrument", "sphere:0.004", "--law", "hooke"], "--law hooke"),
+        ({}, ["--instrument", "sphere:0.004", "--law", "hooke", "--body", "none.stl"], "--law hooke"),
         ({}, ["--instrument", "sphere:4"], "give both in metres, or the ball with its unit"),
         ({}, ["--instrument", "sphere:4in"], "such as sphere:8mm"),
         ({}, ["--instrument", "sphere:4mm", "--thickness", "8"], "--thickness is 8 m"),

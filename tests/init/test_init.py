@@ -129,6 +129,8 @@ def test_a_loaded_body_lies_in_tissue_as_stiff_as_itself_and_its_constants_are_c
     assert stiff.bed.stiffness_n_m3 == pytest.approx(2 * soft.bed.stiffness_n_m3, rel=1e-12)
     with pytest.raises(InputError, match="young_pa"):
         load(tmp_path / "slab.vtk", scale_m=1.0, young_pa=-1.0)
+    with pytest.warns(UserWarning, match=r"; scale_m=2 makes it twice as long$"):
+        load(tmp_path / "slab.vtk")
 
 
 def test_a_mesh_of_too_few_nodes_and_a_folder_that_cannot_be_written_are_refused(data, tmp_path):

@@ -37,11 +37,6 @@ def test_solves_to_the_tolerance_and_counts_products(tolerance):
     assert np.linalg.norm(x - exact) <= 100 * tolerance * np.linalg.norm(exact)
 
 
-def test_as_many_steps_as_there_are_eigenvalues():
-    _, multiply = symmetric(np.repeat([1.0, 10.0, 50.0], 20))
-    assert conjugate_gradients(multiply, nothing, RIGHT, 1e-10, 500)[1] == 3
-
-
 def test_an_exact_preconditioner_needs_one_step():
     matrix, multiply = symmetric(np.geomspace(1e-6, 1e6, 60))
     _, products, positive = conjugate_gradients(

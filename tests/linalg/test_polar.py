@@ -120,12 +120,6 @@ def test_only_the_last_value_takes_the_sign_of_the_determinant():
     assert np.array_equal(np.sign(s[:, 2]), np.sign(np.linalg.det(matrices)))
 
 
-def test_nothing_comes_from_nothing():
-    u, s, v = decompose(np.zeros((1, 3, 3)))
-    assert np.array_equal(s[0], np.zeros(3))
-    assert np.array_equal(u[0], np.eye(3)) and np.array_equal(v[0], np.eye(3))
-
-
 def test_small_values_are_relatively_accurate():
     """Where columns differ in scale, one-sided Jacobi finds even the smallest value to many digits."""
     random = np.random.default_rng(2)

@@ -186,6 +186,8 @@ def test_what_one_model_lacks_is_no_others_fault(asked):
     assert all(each.startswith("Broken: ") for each in failures[:3]) and "level is 4" in failures[3]
     line = Broken.respond.__code__.co_firstlineno + 1
     assert f"{__file__}, line {line}, ZeroDivisionError" in failures[1]
+    with pytest.raises(InputError, match="no model has answered"):
+        pp.plot_precision(pp.compare(asked, broken[:1], repeats=1), "none.png")
 
 
 NAMESAKE = type("Truth", (Broken,), {})("nowhere")  # a model of that name would be taken for the truth's own error
@@ -211,6 +213,7 @@ NOTHING_FOUND = (pd.DataFrame(), pd.DataFrame())
         (lambda: pp.advise(BOX, budget_ms=1), "compare"),
         (lambda: pp.advise(Comparison(*NOTHING_FOUND), budget_ms=0.0), "budget_ms"),
         (lambda: pp.advise(Comparison(*NOTHING_FOUND), budget_ms=np.nan), "budget_ms"),
+        (lambda: pp.advise(Comparison(*NOTHING_FOUND), budget_ms="1"), "budget_ms is '1'"),
         (lambda: pp.advise(Comparison(*NOTHING_FOUND), max_error=1.0), "max_error"),
         (lambda: pp.plot_precision(Comparison(*NOTHING_FOUND), "x.txt"), r"\.png"),
         (lambda: pp.make_case(pp.Box, radius_m=0.02), "no body"),
@@ -219,7 +222,14 @@ NOTHING_FOUND = (pd.DataFrame(), pd.DataFrame())
         (lambda: pp.make_case(BOX, radius_m=0.02, peak_of_size=np.nan), "peak_of_size"),
         (lambda: pp.FEM().answer(BOX, NOWHERE), r"make\(\)"),
         (lambda: pp.FEM().answer(BOX.make(), 3), "no press"),
+        (lambda: pp.make_case(BOX, radius_m=0.02, contacts=24.5), "contacts is 24.5"),
+        (lambda: pp.make_case(BOX, radius_m=0.02, seed="a"), "seed is 'a'"),
+        (lambda: pp.FEM().answer(BOX.make(), pp.Press(node=0, force_n=1.0, radius_m=20.0)), "radius_m .* is 20 m"),
         (lambda: pp.load("nothing.stl", hold="under"), "below"),
+        (lambda: pp.load(None), "path is None"),
+        (lambda: BOX.make().to_skfem(-1), "levels 0 to"),
+        (lambda: setattr(BOX, "young_pa", 1.0), r"but\(young_pa"),
+        (lambda: pp.simulate(BOX, [], step_s=0.1, duration_s=0.1, others=[BOX]), r"others\[0\] is a Box"),
         (lambda: BOX.make().plot("x.pdf"), r"\.png"),
         (lambda: BOX.make().plot("nofolder/x.png"), "folder nofolder"),
     ],

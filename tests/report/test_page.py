@@ -80,12 +80,6 @@ def test_the_order_is_that_of_the_studies_with_claims_and_failures_last(results_
     assert page.index(report.QUESTION) < page.index("The <strong>error</strong>") < page.index('id="findings"')
 
 
-def test_masses_from_ct_are_given(page):
-    text = " ".join(re.sub("<[^>]+>", " ", page.replace("\u00a0", " ")).split())
-    assert re.search(r"masses within 2 % of the voxels", text) and re.search(r"0.1 % from 6,?000 elements on", text)
-    assert "masses deviate by -9 % to -1 %" in text and "dihedral angles of at least 9.5°" in text
-
-
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
@@ -110,15 +104,6 @@ def test_every_link_leads_somewhere(page):
     ids = re.findall(r'id="([^"]+)"', page)
     assert len(ids) == len(set(ids))
     assert set(re.findall(r'href="#([^"]+)"', page)) <= set(ids)
-
-
-def test_headlines_come_from_the_tables(page):
-    first = page.split("<nav")[0].replace("\u00a0", " ")
-    # conftest: detail correction is the last of 20 methods, the paper's the sixth
-    for share in (0.4 / 20, 0.4 / 6):
-        assert f"{100 * share:.2g} %" in first
-    assert "a step takes 1 ms to 5 ms." in first
-    assert "1.6 ms on one core (the thesis: 20 ms)" in first
 
 
 def test_a_long_table_is_packed_whole(page, results):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.errors import NotConverged
+from palpate.linalg.minimiser import minimise_by_lbfgs, minimise_by_newton
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.minimiser import minimise_by_lbfgs, minimise_by_newton
 
 
 class Chain:

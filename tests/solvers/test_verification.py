@@ -12,8 +12,8 @@ from skfem.models.elasticity import linear_elasticity
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.effects.linear_elements import LinearElements
+from palpate.linalg.minimiser import minimise_by_newton
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.minimiser import minimise_by_newton
 
 
 def stress(f, material):

@@ -141,7 +141,7 @@ def test_no_module_of_enrichment_reruns_fem(edited):
 
 
 def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(edited):
-    jobs = edited("solvers/minimiser.py")
+    jobs = edited("linalg/minimiser.py")
     assert set(jobs) >= FEM and "make_body" not in jobs
 
 
@@ -164,7 +164,7 @@ def test_an_edit_of_a_caption_reruns_the_report_alone(after):
 
 
 def test_an_edit_of_words_reruns_nothing(edited):
-    names = ["models/enrichment/features", "effects/gravity", "studies/enrichment/figures/charts", "solvers/minimiser"]
+    names = ["models/enrichment/features", "effects/gravity", "studies/enrichment/figures/charts", "linalg/minimiser"]
     assert not edited(*(f"{name}.py" for name in [*names, "studies/common_jobs"]), edit=with_comment)
 
 

@@ -22,7 +22,6 @@ from palpate.benchmark.ranking import (
     same_settings,
 )
 
-
 percent = partial(number_text.percent, table=True)
 NONE = "none"
 """The word that stands for a model where none fits."""

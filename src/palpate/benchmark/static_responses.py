@@ -24,8 +24,8 @@ from palpate.bodies.refinement import (
 )
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.minimiser import Solution
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
-from palpate.solvers.minimiser import Solution
 from palpate.solvers.stability import FIRM
 from palpate.stores import stored
 

@@ -22,8 +22,8 @@ from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.bodies.surface_quadrature import enclosed_volume
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.minimiser import Solution, minimise_by_newton
 from palpate.solvers.equilibrium import FastEquilibrium
-from palpate.solvers.minimiser import Solution, minimise_by_newton
 from palpate.solvers.stability import FIRM
 
 MOST_OWN, MOST_CHANGE = 0.03, 0.03

@@ -66,11 +66,13 @@ class Body:
     def fine(self) -> TetMesh | Sheet:
         return self.levels[-1]
 
-    def to_skfem(self, level: int = -1) -> "MeshTet":
-        """Return the tetrahedra of a level as a mesh of scikit-fem, nodes in the same order."""
+    def to_skfem(self, level: int | None = None) -> "MeshTet":
+        """Return the tetrahedra of a level, the finest if none is given, as a mesh of scikit-fem, in the same order."""
         from skfem import MeshTet
 
-        mesh = self.levels[level]
+        mesh = self.fine if level is None else self.levels[self._checked(level)]
+        if not len(mesh.tetrahedra):
+            raise InputError(f"{self.name} is a sheet and has no tetrahedra; give a solid body.")
         return MeshTet(np.ascontiguousarray(mesh.nodes.T), np.ascontiguousarray(mesh.tetrahedra.T))
 
     @staticmethod
@@ -137,14 +139,17 @@ class Body:
 
     def up_to(self, level: int) -> "Body":
         """Return the body without the levels finer than ``level``, counted from 0."""
-        if level not in range(len(self.levels)):
-            raise InputError(f"{self.name} has the levels 0 to {len(self.levels) - 1}, and not {level}.")
-        return self._between(0, level + 1)
+        return self._between(0, self._checked(level) + 1)
 
     def from_level(self, level: int) -> "Body":
         """Return the body without the levels coarser than ``level``, counted from 0."""
         regions = None if self.regions is None else self.tissue(level)
-        return replace(self._between(level, len(self.levels)), regions=regions)
+        return replace(self._between(self._checked(level), len(self.levels)), regions=regions)
+
+    def _checked(self, level: int) -> int:
+        if level not in range(len(self.levels)):
+            raise InputError(f"{self.name} has the levels 0 to {len(self.levels) - 1}, and not {level!r}.")
+        return level
 
     def _between(self, first: int, end: int) -> "Body":
         return replace(

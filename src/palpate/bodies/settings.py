@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
 from palpate.bodies.material import LAWS, NAMED, PATTERN_EXPONENTIAL, kind_of
 from palpate.errors import InputError, describe_unknown, explained
@@ -96,17 +97,26 @@ class Bed(Block):
     stiffness_n_m3: Positive = key("Traction per displacement at the centre [N/m³], in each direction")
 
 
+RULES = "a plane, a sphere, numbers of nodes, or a list of these"
+
+
 def as_anchors(value: Any) -> Any:
     """Take a plane, a sphere or several of them, numbers of nodes or a mask of them for the rule that they are."""
     if isinstance(value, np.ndarray):
         value = (np.flatnonzero(value) if value.dtype == bool else value).tolist()
+    if isinstance(value, list | tuple) and not len(value):
+        raise PydanticCustomError("anchors", "holds nothing; give {rules}, or leave it out", {"rules": RULES})
     if isinstance(value, list | tuple) and all(type(each) is int for each in value):
         return Anchors(nodes=list(value))
     if isinstance(value, Plane):
         return Anchors(plane=value)
     if isinstance(value, Sphere):
         return Anchors(sphere=value)
-    return {"several": [as_anchors(each) for each in value]} if isinstance(value, list | tuple) else value
+    if isinstance(value, list | tuple):
+        return {"several": [as_anchors(each) for each in value]}
+    if not isinstance(value, dict | Anchors):
+        raise PydanticCustomError("anchors", "give {rules}", {"rules": RULES})
+    return value
 
 
 Rule = Annotated[Anchors, BeforeValidator(as_anchors)]

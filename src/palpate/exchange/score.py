@@ -14,6 +14,7 @@ import pandas as pd
 from palpate.benchmark.engine_scores import OWN, score_table
 from palpate.benchmark.ranking import BOUNDS, lasting
 from palpate.errors import InputError
+from palpate.exchange.answers import read_answers
 from palpate.exchange.folder import DAMAGE, Arrays, Questions, packed, read
 from palpate.exchange.judging import KINDS, module_of, score_answers
 from palpate.files import read_table, write_whole
@@ -30,13 +31,15 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
     InputError for answers, questions or results that cannot be used.
     """
     questions = read(folder)
+    # before a truth is found, which takes minutes
+    read_answers(answers, questions, module_of(questions).wanted(questions))
+    beside = None if results is None else _beside(results, questions)
 
     def kept(law: str) -> Arrays:
         return truth_beside(questions, folder, law, lambda name: _find(questions, folder, name))
 
     truth = kept(questions.info["law"]) if questions.truth is None else questions.truth
     scored = score_answers(answers, questions, truth, kept if own_law else None)
-    beside = None if results is None else _beside(results, questions)
     floor = floor_of(truth)
     table = score_table(scored.settings, floor, beside)
     place = (answers.parent if out is None else out).resolve()

@@ -105,7 +105,7 @@ def read_presses(
     presses = tuple(_press(*run, path) for run in list(_runs(table, path)))
     found = () if separated == "commas" else (f"{path}: cells are separated by {separated}",)
     records = _level(PressRecords(instrument, _places(presses), path, found))
-    _check_units(records, size_m)
+    check_units(records, size_m)
     return records
 
 
@@ -292,7 +292,7 @@ def _rises(press: Press) -> bool:
     return _slope(press) * float(np.ptp(press.depth_m)) > 1e-9 * float(np.abs(press.force_n).max())
 
 
-def _check_units(records: PressRecords, size_m: float | None) -> None:
+def check_units(records: PressRecords, size_m: float | None) -> None:
     """Raise InputError for depths, forces and an instrument that fit no organ."""
     path, presses, ball = records.source, records.presses, records.ball_m
     deepest = max(presses, key=lambda press: press.depth_m.max())

@@ -3,7 +3,7 @@
 import os
 import re
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +22,7 @@ from palpate.identification.forward import ends
 from palpate.identification.hereditary import shear_series
 from palpate.identification.identify import Identified, identify, line_of
 from palpate.identification.prediction import DEPTH, PLACE, PREDICTIONS, SESSION, SPECIMEN, predict, summary
-from palpate.identification.presses import DEEPEST_M, PressRecords, doubts, read_presses
+from palpate.identification.presses import DEEPEST_M, PressRecords, check_units, doubts, read_presses
 from palpate.identification.relaxation import Relaxation, relaxation_of, without_time
 from palpate.identification.sessions import compare_sessions, consistent_parts
 from palpate.init.choose import choose
@@ -64,10 +64,13 @@ def body_of(given: str | None, config: Path | None, scale_m: float | None, hold:
         return choose(data.name, data.entry, hold or data.lies or None, say).body
 
 
-def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> str:
+def identify_file(
+    presses: Path, asked: Asked, folder: Path | None = None, make: Callable[[], Body | None] = lambda: None
+) -> str:
     """Fit the presses of a CSV file, write the folder of results, print progress, and return the answer.
 
     folder : where to; by default one beside the presses that has their name
+    make : returns the body, once all else that is asked for can be used
     InputError for presses, a body or an instrument that do not fit each other; then nothing is written.
     """
     if asked.instrument.kind != SPHERE:
@@ -76,10 +79,13 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
         raise InputError(f"--law {describe_unknown(unknown, [*LAWS, EXPONENTIAL])}")
     folder = folder or presses.with_name(f"{presses.stem}_identified")
     _refuse(folder)
-    size, ball = asked.body.coarse.size if asked.body is not None else None, asked.instrument.radius_m
-    if asked.thickness_m is not None and (size := ends(asked.thickness_m)[1]) > DEEPEST_M:
+    ball, size = asked.instrument.radius_m, None if asked.thickness_m is None else ends(asked.thickness_m)[1]
+    if size is not None and size > DEEPEST_M:
         raise InputError(f"--thickness is {size:g} m, more than of any organ; give metres or a unit (--thickness 8mm).")
     records = read_presses(presses, asked.instrument, asked.columns or None, size_m=size)
+    asked = replace(asked, body=asked.body or make())
+    if asked.body is not None:
+        check_units(records, asked.body.coarse.size)
     for line in (*records.found, *_slab(records, asked)):
         print("found   ", line, flush=True)
     if asked.thickness_m is not None and (thin := ends(asked.thickness_m)[0]) > DEEP * ball:

@@ -13,6 +13,7 @@ from palpate.effects.elements import OnePass
 from palpate.effects.push import disc, factor
 from palpate.effects.settings import Gravity, Load, Loads, Push, Rayleigh
 from palpate.errors import NotConverged
+from palpate.linalg.minimiser import Product
 from palpate.models.contact_modes.reduced_contact import (
     ReducedContact,
     cell_stresses,
@@ -22,7 +23,6 @@ from palpate.models.contact_modes.reduced_contact import (
 )
 from palpate.models.contact_modes.snapshots import directions
 from palpate.models.reduced_body import BodyAtRest, ReducedBody, few_cells, limit_modes
-from palpate.solvers.minimiser import Product
 from palpate.solvers.quadratic_motion import Midpoint, Reached
 
 TOLERANCE = 1e-3

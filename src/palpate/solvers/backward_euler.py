@@ -9,9 +9,9 @@ from scipy import sparse
 from palpate.effects.effect import Damping, Energy, Force, Stiffness, is_load, offers
 from palpate.effects.settings import Stepping
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.minimiser import Product, minimise_by_newton
 from palpate.linalg.multigrid import Factor
 from palpate.solvers.incremental_potential import IncrementalPotential
-from palpate.solvers.minimiser import Product, minimise_by_newton
 from palpate.solvers.system import System
 
 HALVINGS = 8

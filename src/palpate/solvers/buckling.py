@@ -16,9 +16,9 @@ from scipy.sparse.linalg import LinearOperator, lobpcg
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import with_midpoints
 from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.linalg.minimiser import Product
 from palpate.linalg.multigrid import linear_response
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.minimiser import Product
 
 SHAPES = 6
 """Shapes of the body: of a column two pairs that bend, one that twists and one that shortens."""

@@ -15,9 +15,7 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import BlockPattern, hold, pattern_of, product
-from palpate.linalg.multigrid import Factor, Multigrid, linear_response
-from palpate.solvers.continuation import steps_to
-from palpate.solvers.minimiser import (
+from palpate.linalg.minimiser import (
     Product,
     Solution,
     capped,
@@ -25,6 +23,8 @@ from palpate.solvers.minimiser import (
     minimise_by_lbfgs,
     minimise_by_newton,
 )  # fmt: skip
+from palpate.linalg.multigrid import Factor, Multigrid, linear_response
+from palpate.solvers.continuation import steps_to
 from palpate.solvers.stability import NEUTRAL, made_stable, settle_from_unstable, softest
 
 GIVES_WAY = 0.02

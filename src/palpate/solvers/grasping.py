@@ -8,10 +8,10 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh, area_normals
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.minimiser import Solution, descend_or
 from palpate.solvers.continuation import steps_to
 from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.solvers.indentation import Touching, at_depth
-from palpate.solvers.minimiser import Solution, descend_or
 
 ON_PATCH = 1e-9
 """Distance of a node from the patch that it lies on, over the size of its mesh."""

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from palpate.errors import NotConverged
-from palpate.solvers.minimiser import Descent, Product, Smooth, minimise_by_lbfgs
+from palpate.linalg.minimiser import Descent, Product, Smooth, minimise_by_lbfgs
 
 MORE_ITERATIONS = 5
 """Iterations by which a stage may exceed the first one of its preconditioner before that is made anew."""

@@ -18,9 +18,9 @@ from palpate.bodies.surface_quadrature import surface_interpolation
 from palpate.effects.instrument import TOUCH_TOLERANCE, Pose
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import hold, product
+from palpate.linalg.minimiser import Product, minimise_by_lbfgs
 from palpate.solvers.continuation import steps_to
 from palpate.solvers.equilibrium import Equilibrium, OnSupports
-from palpate.solvers.minimiser import Product, minimise_by_lbfgs
 
 PENALTY = 20.0
 """Stiffness of contact [Pa/m] over Young's modulus by the length of an element."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from palpate.effects.effect import Energy
 from palpate.effects.instrument_penalty import NodeContact
-from palpate.solvers.minimiser import minimise_by_lbfgs
+from palpate.linalg.minimiser import minimise_by_lbfgs
 
 Solve = Callable[[np.ndarray], np.ndarray]
 """Applies the inverse of a constant matrix to (n, 3) [N]; held nodes stay at 0."""

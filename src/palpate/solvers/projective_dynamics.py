@@ -21,7 +21,7 @@ from palpate.effects.bed import BedSprings
 from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.settings import Stepping
-from palpate.solvers.minimiser import minimise_by_lbfgs
+from palpate.linalg.minimiser import minimise_by_lbfgs
 from palpate.solvers.pressed_descent import PressedDescent
 from palpate.solvers.relaxed_parts import FlatElements, RelaxedParts
 from palpate.solvers.system import System

@@ -13,9 +13,9 @@ import numpy as np
 from scipy import sparse
 
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.minimiser import Product, Solution, capped, minimise_by_newton
 from palpate.linalg.multigrid import conjugate_gradients
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.minimiser import Product, Solution, capped, minimise_by_newton
 from palpate.solvers.stability import made_stable, settle_from_unstable
 
 BEGIN_TOLERANCE, PART_TOLERANCE = 1e-2, 1e-4

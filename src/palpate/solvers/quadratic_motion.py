@@ -21,10 +21,10 @@ from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.effects.rayleigh import damping_of
 from palpate.effects.settings import Loads, Rayleigh
 from palpate.linalg.block_pattern import hold
+from palpate.linalg.minimiser import Product
 from palpate.linalg.multigrid import linear_response
 from palpate.solvers.equilibrium import Equilibrium, OnSupports
 from palpate.solvers.incremental_potential import Descents, IncrementalPotential
-from palpate.solvers.minimiser import Product
 
 
 def mass_matrix(mesh: TetMesh, element_masses: np.ndarray) -> sparse.csr_array:

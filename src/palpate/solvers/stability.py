@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.errors import NotConverged
-from palpate.solvers.minimiser import Problem, Product, Smooth, Solution, minimise_by_lbfgs, minimise_by_newton
+from palpate.linalg.minimiser import Problem, Product, Smooth, Solution, minimise_by_lbfgs, minimise_by_newton
 
 DIFFERENCE = 1e-5
 """Largest displacement, over the body's size, of the differences of forces that give a product with the tangent."""

@@ -19,9 +19,9 @@ from palpate.bodies.body import Body
 from palpate.collision.contact.instrument_contact import InstrumentContact, pushes, rubbing_of, stiffness
 from palpate.effects.instrument import gaps_of
 from palpate.effects.settings import Loads, Rayleigh
+from palpate.linalg.minimiser import Product
 from palpate.solvers.incremental_potential import Descents
 from palpate.solvers.indentation import ContactPoints
-from palpate.solvers.minimiser import Product
 from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
 
 STAGE = 1.0 - np.sqrt(0.5)

@@ -6,8 +6,8 @@ from scipy.ndimage import map_coordinates
 
 from palpate.bodies.ct.image import Image
 from palpate.bodies.mesh_quality import check_closed
-from palpate.bodies.surfaces.mask_surface import coarse_surface, dense_surface, isosurface, surface
-from palpate.bodies.surfaces.triangles import inflate, volume
+from palpate.bodies.surfaces.mask_surface import dense_surface, isosurface, surface
+from palpate.bodies.surfaces.triangles import volume
 from palpate.errors import InputError
 
 
@@ -55,16 +55,6 @@ def test_a_wanted_number_of_nodes_with_the_volume_of_the_mask(inside, handles, n
     lengths = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
     assert lengths.min() > 0.3 * lengths.mean()
     assert lengths.max() < 2 * lengths.mean()
-
-
-def test_coarse_nodes_lie_on_the_surface_until_inflated():
-    mask, image = masked(ellipsoid)
-    points, triangles = coarse_surface(mask, image, 140)
-    assert away(points) < 0.001 / 0.03
-    wanted = mask.sum() * image.voxel_m3
-    assert volume(points, triangles) < 0.98 * wanted
-    moved = np.linalg.norm(inflate(points, triangles, wanted) - points, axis=1)
-    assert np.ptp(moved) < 1e-3 * moved.mean() + 1e-5
 
 
 def test_a_cut_organ_ends_in_a_flat_face():

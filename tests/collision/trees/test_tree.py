@@ -68,20 +68,6 @@ def test_structures_with_spheres_and_boxes_can_be_mixed(organ):
         candidates(Tree(points, triangles, "obb"), Tree(points, triangles, "aabb"))
 
 
-def test_composites_without_spheres_or_boxes_are_the_pure_trees(organ):
-    """The same code must do the same tests of the same volumes."""
-    points, triangles = organ
-    moved = np.add(points, [0.01, 0.06, 0.02])
-
-    def search(*kind):
-        pairs, tests = candidates(Tree(points, triangles, *kind), Tree(moved, triangles, *kind))
-        return pairs.tolist(), tests
-
-    assert search("composite", (0, 0)) == search("aabb")
-    assert search("composite", (99, 0)) == search("sphere")
-    assert len(search("aabb")[0]) < len(search("composite", (99, 0))[0])
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_inflated_trees_find_all_that_is_nearer_than_both_margins(kind):
     rng, margin = np.random.default_rng(9), 0.1

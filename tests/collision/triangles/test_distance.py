@@ -89,18 +89,6 @@ def test_disjoint_it_is_the_distance():
     np.testing.assert_allclose((distance[:, None] * direction)[apart], (places[:, 0] - places[:, 1])[apart], atol=1e-14)
 
 
-def test_by_hand():
-    """An upright triangle whose tip is 1 mm below a flat one, and some that only touch it."""
-    flat = np.array([[0.0, 0, 0], [40, 0, 0], [0, 40, 0]])
-    tip = np.array([[10.0, 10, -1], [9, 10, 20], [11, 10, 20]])
-    segment = np.array([[10.0, 10, -1], [10, 10, 20], [10, 10, 20]])
-    lying, touching = flat + np.array([1, 1, 0]), tip + np.array([0, 0, 1])
-    signed, direction, _ = triangle_pairs_contact([flat, tip, flat, flat, flat], [tip, flat, segment, lying, touching])
-    np.testing.assert_allclose(signed, [-1, -1, -1, 0, 0], atol=1e-15)
-    np.testing.assert_allclose(direction[:, 2], [-1, 1, -1, direction[3, 2], -1], atol=1e-15)
-    assert abs(direction[3, 2]) == 1
-
-
 def test_crossing_segments_have_no_depth_but_a_direction():
     a = np.array([[0.0, 0, 0], [2, 0, 0], [2, 0, 0]])
     b = np.array([[1.0, -1, 0], [1, 1, 0], [1, 1, 0]])
@@ -193,16 +181,6 @@ def test_closest_point_is_exact_to_rounding_although_the_distance_is_flat_there(
         _, weights, _ = closest_points(np.zeros(1, int), NODES[None], x)
         r = weights[0] @ x
         assert r @ r - min(r @ (x[0] - corner) for corner in x[1:]) < 1e-14 * np.ptp(x)
-
-
-def test_a_face_a_side_and_a_corner():
-    triangle = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    points = np.array([[0.25, 0.25, 2.0], [0.5, -3.0, 4.0], [-2.0, -1.0, 2.0]])
-    x, nodes = np.vstack([triangle, points]), np.array([[3, 0, 1, 2], [4, 0, 1, 2], [5, 0, 1, 2]])
-    distance, weights, normals = closest_points(np.zeros(3, int), nodes, x)
-    assert distance.tolist() == [2.0, 5.0, 3.0]
-    assert weights.tolist() == [[1.0, -0.5, -0.25, -0.25], [1.0, -0.5, -0.5, 0.0], [1.0, -1.0, 0.0, 0.0]]
-    assert np.allclose(normals, [[0, 0, 1], [0, -0.6, 0.8], [-2 / 3, -1 / 3, 2 / 3]], atol=1e-16)
 
 
 def test_touching_parts_have_no_normal():

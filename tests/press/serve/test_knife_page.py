@@ -178,29 +178,6 @@ def test_all_of_the_knife_by_keyboard(page):
     assert rest(page)["presses"] == []
 
 
-def test_on_a_telephone_all_fits_and_a_touch_cuts(browser, address):
-    with browser.new_context(**chromium.TELEPHONE, reduced_motion="reduce", color_scheme="dark") as context:
-        page = context.new_page()
-        page.goto(address)
-        chromium.until(page, READY)
-        choose(page, "cut_elements")
-        page.get_by_role("slider", name="blade").fill("0.04")
-        way(page, "Cut")
-        assert page.evaluate("document.documentElement.scrollWidth") <= 390
-        boxes = [each.bounding_box() for each in page.locator(".ways span").all() if each.is_visible()]
-        assert len(boxes) == 6 and all(box["width"] > 40 and box["x"] + box["width"] <= 390 for box in boxes)
-        page.evaluate("document.querySelector('canvas').scrollIntoView()")
-        (x, y), *_ = spots(page, 1)
-        client = page.context.new_cdp_session(page)
-        send = lambda kind, points: client.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})  # noqa: E731
-        send("touchStart", [{"x": x - 25, "y": y, "id": 0}])
-        for step in range(1, 11):
-            send("touchMove", [{"x": x - 25 + 8 * step, "y": y + 2 * step, "id": 0}])
-        send("touchEnd", [])
-        chromium.until(page, f"({CUT}) || {STAGE}.refused")
-        assert page.evaluate(f"{STAGE}.refused") == ""
-
-
 def test_what_a_page_sends_for_a_cut_fits_into_a_request():
     from palpate.press.serve.knife import MOST_CUTS, MOST_POINTS, read_cuts
     from palpate.press.serve.server import MAX_BYTES

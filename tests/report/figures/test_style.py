@@ -3,12 +3,7 @@
 import matplotlib
 from matplotlib.figure import Figure
 
-from palpate.models.enrichment.paper_enrichment import WEIGHTS
-from palpate.report import model_looks, style
-
-
-def test_kinds_of_weights_are_those_of_the_methods():
-    assert set(WEIGHTS) == set(model_looks.WEIGHTS)
+from palpate.report import style
 
 
 def figure():

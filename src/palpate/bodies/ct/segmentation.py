@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -161,7 +162,8 @@ def fill_between(mask: np.ndarray, image: Image, axis: str, path: Path) -> np.nd
         )
     steps = np.delete(image.spacing_m[::-1], along)
     box = box_around(np.asarray(slices.any(axis=0)), 1)
-    known = np.array([_signed_distance(slices[at][box], steps) for at in drawn])
+    depth = partial(ndimage.distance_transform_edt, sampling=steps)  # [m] from the outline of a slice
+    known = np.array([depth(slices[at][box]) - depth(~slices[at][box]) for at in drawn])
     places = np.array([2 * drawn[0] - drawn[1], *drawn, 2 * drawn[-1] - drawn[-2]])
     first, last = (known[end] - known[end].max() for end in (0, -1))
     curve = Akima1DInterpolator(places, np.stack([first, *known, last]), axis=0)
@@ -179,8 +181,3 @@ def undrawn_across(mask: np.ndarray) -> str | None:
         if found.sum() > 1 and not (found[1:] & found[:-1]).any():
             return axis
     return None
-
-
-def _signed_distance(drawn: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return the distance [m] to the outline of a slice, (n, m): positive inside."""
-    return ndimage.distance_transform_edt(drawn, steps) - ndimage.distance_transform_edt(~drawn, steps)

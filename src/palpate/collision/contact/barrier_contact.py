@@ -24,8 +24,8 @@ from palpate.collision.contact.push_apart import Movable, start_outside
 from palpate.effects import effect, settings
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import gather, hold
+from palpate.linalg.minimiser import Product, minimise_by_newton
 from palpate.linalg.multigrid import Factor
-from palpate.solvers.minimiser import Product, minimise_by_newton
 
 TOLERANCE = 1e-8
 """Relative residual at which the place counts as found."""

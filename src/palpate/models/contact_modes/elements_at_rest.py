@@ -9,9 +9,9 @@ from palpate.effects.elements import PLAIN_POISSON, largest_poisson
 from palpate.effects.law import PLAIN, Law, law_of
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import NotConverged
+from palpate.linalg.minimiser import Descent, minimise_by_lbfgs
 from palpate.linalg.multigrid import linear_response
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.minimiser import Descent, minimise_by_lbfgs
 
 
 class ElementsAtRest:

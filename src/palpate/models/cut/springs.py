@@ -18,12 +18,12 @@ from palpate.bodies.refinement import with_midpoints
 from palpate.effects.springs import Springs
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold, pattern_of, product
+from palpate.linalg.minimiser import minimise_by_lbfgs
 from palpate.linalg.multigrid import Factor
 from palpate.models.cut.opened import CutCase, LevelModel, Opened
 from palpate.models.springs.spring_motion import spring_model
 from palpate.models.touch.springs import CALIBRATING_ITERATIONS
 from palpate.solvers.grasping import Grasping, Patch
-from palpate.solvers.minimiser import minimise_by_lbfgs
 
 DELETED = "deleted"
 LIFT = 1e-4

@@ -16,12 +16,12 @@ from palpate.effects.held import Held
 from palpate.effects.springs import Springs
 from palpate.effects.volume_preservation import Volume
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.minimiser import minimise_by_lbfgs
 from palpate.linalg.multigrid import Factor, conjugate_gradients
 from palpate.models import kinds
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model, stiffnesses
-from palpate.solvers.minimiser import minimise_by_lbfgs
 from palpate.solvers.system import System
 
 TOLERANCE, REQUIRED_RESIDUAL, MAX_ITERATIONS = 1e-6, 1e-3, 300

@@ -3,6 +3,7 @@
 import os
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,11 +45,12 @@ def export(
     case = _case(settings, config, scene)
     from threadpoolctl import threadpool_limits
 
+    say = partial(print, file=sys.stderr, flush=True)
     try:
         with threadpool_limits(limits=1):  # products are small, and threads wait for each other
             touches = Touches(instruments, places) if instruments else None
             nodes = settings.tradeoff.settings.contact_modes.nodes
-            export_model(case, COLUMNS.having(nodes=nodes), contacts, out, lambda what: steps(_say, what), touches)
+            export_model(case, COLUMNS.having(nodes=nodes), contacts, out, lambda what: steps(say, what), touches)
     except NotConverged as failure:
         raise InputError(f"{scene} cannot be exported: {failure}; press less hard, or refine the body.") from failure
     except OSError as error:
@@ -77,7 +79,3 @@ def _case(settings: Any, config: Path, scene: str) -> Case:
     body = make_body(name, settings.bodies[name].seen_from(config.parent))
     radius_m, tolerance = settings.regimes[regime].radius_on(name), settings.solver.tolerance
     return Case.untrained(body, regime, radius_m, settings.seed, tolerance)
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)

@@ -345,7 +345,6 @@ def _scalars(case: Case, prepared: Sequence[Prepared]) -> dict[str, float]:
 def _info(
     case: Case, model: ContactModes, basis: SurfaceBasis, prepared: Sequence[Prepared], scalars: dict[str, float]
 ) -> dict:
-    """Return the header."""
     sizes = {"n": len(basis.nodes), "t": len(basis.triangles), "contacts": len(prepared)}
     named = {"format": "palpate portable model", "version": VERSION, "palpate": version("palpate")}
     body = {"body": case.body.name, "regime": case.regime, "model": "contact_modes", "setting": dict(model.said)}

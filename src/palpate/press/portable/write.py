@@ -163,7 +163,6 @@ def model_bytes(
 
 
 def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:
-    """Return the parts of one contact."""
     model = contact.prepared
     cells, loads = model.reduced.cells, model.reduced.loads
     scale, coefficients = _short(basis.coordinates(model.rest).T)

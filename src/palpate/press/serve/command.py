@@ -55,7 +55,10 @@ def press(
             with threadpool_limits(limits=1):  # products are small, and threads would wait for each other
                 live.warm_up(live.names[0])
             server.offer(_page(live, run, chosen, model), answers(live))
-            _serve(server, chosen, browser)
+            print(f"{chosen} can be pressed at {server.address}\nfrom this machine only; Ctrl-C ends it", flush=True)
+            if browser:  # one in a terminal would not come back before it is closed
+                threading.Thread(target=webbrowser.open, args=[server.address], daemon=True).start()
+            server.serve_forever()
     except KeyboardInterrupt:  # whenever it comes, it is how one leaves
         return "closed"
     finally:
@@ -69,14 +72,6 @@ def answers(live: LiveModels) -> Mapping[str, Answer]:
     found = {f"answer/{name}": partial(live.answer, name) for name in live.names}
     found |= {f"answer/{name}": partial(live.answer_cut, name) for name in live.knives}
     return found | {f"cut/{name}": partial(live.cut, name) for name in live.knives}
-
-
-def _serve(server: PressServer, scene: str, browser: bool) -> None:
-    """Answer requests until KeyboardInterrupt."""
-    print(f"{scene} can be pressed at {server.address}\nfrom this machine only; Ctrl-C ends it", flush=True)
-    if browser:  # one in a terminal would not come back before it is closed
-        threading.Thread(target=webbrowser.open, args=[server.address], daemon=True).start()
-    server.serve_forever()
 
 
 def find_run(config: Path | None, results: Path | None) -> FinishedRun:

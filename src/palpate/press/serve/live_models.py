@@ -152,7 +152,6 @@ def case_words(case: Case, peak: float, hardest: float) -> dict[str, float | str
 
 
 def _told(found: Found) -> bytes:
-    """Return an answer as JSON."""
     packed = base64_of(found.displacement.astype("<f4").tobytes())
     said = {"displacement": packed, "forces": found.forces.tolist(), "error": found.error}
     return json.dumps(said | {"doubt": found.doubt, "ms": found.milliseconds}, allow_nan=False).encode()

@@ -15,11 +15,11 @@ from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_p
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.springs import make as make_springs
 from palpate.linalg.block_pattern import product
+from palpate.linalg.minimiser import Product, minimise_by_newton
 from palpate.linalg.multigrid import Factor
 from palpate.linalg.polar import rotations
 from palpate.models.springs.mass_spring import LoadedSprings
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.minimiser import Product, minimise_by_newton
 from palpate.studies.measured.experiment import Marker, Weight
 
 

@@ -13,7 +13,7 @@ from palpate.bodies.simple_shapes import box
 from palpate.bodies.surface_quadrature import surface_interpolation
 from palpate.effects.elements import PLAIN_POISSON
 from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
-from palpate.solvers.minimiser import Product, minimise_by_newton
+from palpate.linalg.minimiser import Product, minimise_by_newton
 from palpate.solvers.quadratic_motion import mass_matrix
 
 TOLERANCE = 1e-9

@@ -9,6 +9,7 @@ import pytest
 from palpate.benchmark.accuracy import patch_nodes
 from palpate.benchmark.database import write
 from palpate.benchmark.judge import TRAINING, judge, judge_at_training, read_judged
+from palpate.benchmark.load import FORCES
 from palpate.benchmark.split import fold_sides, fold_table
 from palpate.benchmark.truth import OWN, Truth
 from palpate.bodies.body_file import save
@@ -114,9 +115,10 @@ def test_a_press_of_each_training_contact_is_judged_beside_the_others(slab, all_
 
 
 def test_the_page_shows_the_hardest_press_of_a_contact_with_the_truth_s_own_rmse(slab, all_samples, tmp_path):
-    truth = all_samples[2]
+    db, _, truth = all_samples
     force = np.outer(np.arange(1.0, len(truth.sample) + 1), [0.0, 0.0, -1.0])
-    loads = pd.DataFrame(force, columns=["force_x_n", "force_y_n", "force_z_n"]).assign(sample=truth.sample)
+    loads = pd.DataFrame(force, columns=FORCES).assign(sample=truth.sample, radius_m=0.05)
+    loads["contact"] = db.contact[truth.sample]
     store(truth, tmp_path / "truth.h5")
     write_table(loads, tmp_path / "loads.csv")
     found = known_presses(slab, [tmp_path / "truth.h5"], [tmp_path / "loads.csv"], 3)

@@ -14,10 +14,10 @@ from palpate.bodies.refinement import refine
 from palpate.bodies.simple_shapes import box as box_of
 from palpate.bodies.simple_shapes import cylinder
 from palpate.bodies.supports import Bed
+from palpate.effects.bed import BedSprings
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
 from palpate.linalg.multigrid import conjugate_gradients
-from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
 
 
@@ -39,24 +39,21 @@ def test_midpoints_that_the_body_has_moved_are_put_back(slab):
     assert np.array_equal(plain.solve(load, 1e-8).x, other.solve(load, 1e-8).x)
 
 
-def test_elastic_supports_hold_and_are_part_of_everything(slab, monkeypatch):
-    """Springs to rest at all nodes, in place of anchors: the linear answer, a balance and the preconditioner."""
-    n = [len(mesh.nodes) for mesh in slab.levels]
-    diagonal = np.random.default_rng(1).uniform(1.0, 2.0, 3 * n[1])
-    monkeypatch.setattr(
-        equilibrium, "springs_of", lambda body, level, order: sparse.diags_array(diagonal[: 3 * n[level + order - 1]])
-    )
-    body = Body("resting", slab.levels, slab.prolongations, [slab.anchors[0][:1], slab.anchors[1][:1]], slab.material)
+def test_elastic_supports_hold_and_are_part_of_everything(slab):
+    """A bed and one anchor: the linear answer, a balance and the preconditioner."""
+    bed = Bed(slab.coarse.nodes.mean(axis=0), 0.1, 2e5)
+    anchors = [slab.anchors[0][:1], slab.anchors[1][:1]]
+    body = Body("resting", slab.levels, slab.prolongations, anchors, slab.material, bed=bed)
     load = push(slab.fine, 44, [0.0, 0.3, -0.2])
     for level, order in ((1, 1), (0, 2)):
-        problem = Equilibrium(body, level, order)
+        problem, springs = Equilibrium(body, level, order), BedSprings(slab.levels[level], bed, order).matrix
         solution = problem.solve(load, 1e-10)
         moved = solution.x - slab.fine.nodes
-        force = problem._elasticity.force(solution.x) - diagonal.reshape(-1, 3) * moved + load
+        force = problem._elasticity.force(solution.x) - (springs @ moved.ravel()).reshape(-1, 3) + load
         force[body.anchors[1]] = 0.0
         assert np.linalg.norm(force) < 1e-9 * np.linalg.norm(load)
         matrix = problem._elasticity.stiffness(slab.fine.nodes)
-        expected = direct((matrix + sparse.diags_array(diagonal)).tobsr((3, 3)), body.anchors[1], load)
+        expected = direct((matrix + springs).tobsr((3, 3)), body.anchors[1], load)
         assert np.abs(problem.linear_solver()(load) - expected).max() < 1e-8 * np.abs(expected).max()
         slope = (problem.energy(solution.x + 1e-6 * load) - problem.energy(solution.x - 1e-6 * load)) / 2e-6
         problem.load = np.zeros_like(load)

@@ -183,7 +183,7 @@ class Equilibrium:
 
     def settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
         """Find an equilibrium as ``solve`` does, but stable or not."""
-        rest, scale = self.mesh.nodes, self._scale(load)
+        rest, scale, self.load = self.mesh.nodes, self._scale(load), load
         if scale == 0.0:
             return self._unmoved()
         solution = Solution(rest if start is None else start)
@@ -201,11 +201,8 @@ class Equilibrium:
                 solution = slid
             return solution.x
 
-        def told(until: float, step: float) -> str:
-            return f"at {until:.0%} of the load in steps of {step:.1%}"
-
+        told = "at {:.0%} of the load in steps of {:.1%}".format
         list(steps_to(1.0, 0.0, 1.0, solution.x, move, told, wary=True))
-        self.load = load
         return solution
 
     def softness(self, x: np.ndarray) -> float:

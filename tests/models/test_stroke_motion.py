@@ -194,7 +194,7 @@ def test_forces_and_stiffness_of_contact_are_derivatives(pad, tool):
         return instrument_contact.pushes(x, stiff, tools, rubbing)[0][0]
 
     def energy(x: np.ndarray) -> float:
-        return instrument_contact.pushes(x, stiff, tools, rubbing)[1]
+        return instrument_contact.pushes(x, stiff, tools, rubbing)[1].sum()
 
     force, h = force_at(points), 1e-8
     blocks = instrument_contact.stiffness(points, stiff, tools, rubbing, np.arange(40))

@@ -17,7 +17,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.collision.contact.instrument_contact import InstrumentContact, pushes, rubbing_of, stiffness
-from palpate.effects.instrument import gaps_of
+from palpate.effects.instrument import Tools, gaps_of
 from palpate.effects.settings import Loads, Rayleigh
 from palpate.linalg.minimiser import Product
 from palpate.solvers.incremental_potential import Descents
@@ -62,7 +62,7 @@ class TouchedMotion(QuadraticMotion):
         Raises NotConverged for a stage that is not found.
         """
         x, v, tau = self.mesh.nodes.copy(), np.zeros_like(self.mesh.nodes), STAGE * h
-        contact, descents = _Contact(self.points, self.contact, x), Descents()
+        contact, descents = _Contact(self.points, self.contact), Descents()
 
         def energy(z: np.ndarray) -> float:
             return self.energy(z) + contact.energy(z)
@@ -116,15 +116,16 @@ class TouchedMotion(QuadraticMotion):
 class _Contact:
     """The energy of contact and friction in a stage.
 
-    Friction has the pressures and normals of an earlier state, which ``renew`` sets.
+    Friction has the pressures and normals of an earlier state, which ``renew`` sets; without one there is none.
     speeds : (k, 3) [m/s] of the instruments; peak_n : largest norm of the nodal forces so far [N]
     """
 
-    def __init__(self, points: ContactPoints, contact: InstrumentContact, x: np.ndarray):
+    def __init__(self, points: ContactPoints, contact: InstrumentContact):
         self._interpolation, self._contact = points.interpolation, contact
-        self._stiff = STIFFER * points.penalty * points.areas
-        self._every, self.peak_n = np.arange(len(self._stiff)), 0.0
-        self._earlier, self.speeds = (self._interpolation @ x, self._contact.at(0.0)), np.empty((0, 3))
+        self._penalty, self._areas = STIFFER * points.penalty, points.areas
+        self._every, self.peak_n = np.arange(len(self._areas)), 0.0
+        self._earlier: tuple[np.ndarray, Tools] | None = None
+        self.speeds = np.empty((0, 3))
         self._seen: tuple[np.ndarray, np.ndarray, np.ndarray, float] | None = None
 
     def begin(self, end: float, x: np.ndarray, tau: float) -> None:
@@ -138,9 +139,10 @@ class _Contact:
         self._rub()
 
     def _rub(self) -> None:
-        at, tools = self._earlier
+        at, tools = self._earlier or (self._start, self._tools)
+        friction = self._contact.friction if self._earlier else 0.0
         past = self._start, self._tau * self.speeds, self._contact.slip_m_s * self._tau
-        self._rubbing, self._seen = rubbing_of(at, self._stiff, tools, self._contact.friction, *past), None
+        self._rubbing, self._seen = rubbing_of(at, self._penalty, tools, friction, *past), None
 
     def _see(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """Return the places (q, 3) [m] of points, each instrument's forces (k, q, 3) [N] on them, and the energy [J].
@@ -149,7 +151,8 @@ class _Contact:
         """
         if self._seen is None or not np.array_equal(z, self._seen[0]):
             at = self._interpolation @ z
-            self._seen = z.copy(), at, *pushes(at, self._stiff, self._tools, self._rubbing)
+            pressures, energies = pushes(at, self._penalty, self._tools, self._rubbing)
+            self._seen = z.copy(), at, self._areas[:, None] * pressures, float(self._areas @ energies)
         return self._seen[1:]
 
     def energy(self, z: np.ndarray) -> float:
@@ -167,14 +170,16 @@ class _Contact:
     def overlap(self, z: np.ndarray) -> tuple[np.ndarray, float]:
         """Return which points (q,) are inside of instruments, and the energy [J] of that."""
         deep = np.minimum(gaps_of(self._see(z)[0], self._tools)[0], 0.0)
-        return (deep < 0.0).any(axis=0), 0.5 * float(np.sum(self._stiff * deep**2))
+        return (deep < 0.0).any(axis=0), 0.5 * float(np.sum(self._areas * self._penalty * deep**2))
 
     def rubbed(self, z: np.ndarray) -> float:
         """Return the power [W] that friction takes."""
         at = self._see(z)[0]
-        forces, _ = pushes(at, np.zeros_like(self._stiff), self._tools, self._rubbing)
-        return -float(np.vdot(forces, at - self._rubbing.starts)) / self._tau
+        drags, _ = pushes(at, np.zeros_like(self._areas), self._tools, self._rubbing)
+        slid = at - self._start - self._tau * self.speeds[:, None]
+        return -float(np.sum(self._areas[:, None] * drags * slid)) / self._tau
 
     def stiffness(self, z: np.ndarray) -> np.ndarray:
         """Return the stiffness (q, 3, 3) [N/m] of the points, without what curvature and sliding take off."""
-        return stiffness(self._see(z)[0], self._stiff, self._tools, self._rubbing, self._every)
+        blocks = stiffness(self._see(z)[0], self._penalty, self._tools, self._rubbing, self._every)
+        return self._areas[:, None, None] * blocks

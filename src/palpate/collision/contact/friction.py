@@ -33,13 +33,13 @@ class LaggedFriction:
         self.rows, self.nodes, self.weights, self.normals, self.forces = found
         self.limits = friction * self.forces
         self._state = (self.nodes, self.weights, self.normals, self.limits, slip_m)
-        self._start = start.copy()
+        self._past = start.copy(), np.zeros(3)
 
     def energy(self, x: np.ndarray) -> float:
-        return energy(*self._state, x, self._start)
+        return float(energies(*self._state, x, *self._past).sum())
 
     def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
-        add_force(*self._state, x, self._start, force)
+        add_force(*self._state, x, *self._past, force)
 
     def blocks(self, x: np.ndarray, definite: bool) -> tuple[np.ndarray, np.ndarray]:
         """Compute nodes (a, 4) and second derivatives (a, 4, 4, 3, 3) [N/m].
@@ -48,14 +48,14 @@ class LaggedFriction:
         Both are positive semi-definite. Trap: a sliding contact has no curvature along its direction, so a step with
         the exact ones goes far beyond where it should stick; with the parabola's it gets there in few steps.
         """
-        return self.nodes, blocks(*self._state, x, self._start, definite)
+        return self.nodes, blocks(*self._state, x, *self._past, definite)
 
 
 class Rubbing(NamedTuple):
     """Friction of q points on k rigid instruments in a step, as the kernels take it.
 
     nodes, weights : (q, 1), each point and 1; normals : (k, q, 3); limits : (k, q) μ λ [N]; slip : [m]
-    starts : (k, q, 3) [m], where points would be if they had moved with each instrument
+    start : (q, 3) [m], where points were; ways : (k, 3) [m] of the instruments since
     """
 
     nodes: np.ndarray
@@ -63,7 +63,8 @@ class Rubbing(NamedTuple):
     normals: np.ndarray
     limits: np.ndarray
     slip: float
-    starts: np.ndarray
+    start: np.ndarray
+    ways: np.ndarray
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -85,12 +86,13 @@ def pressing(kinds, nodes, offsets, scales, mollify, gap, x):
 
 
 @numba.njit(cache=True)
-def _slide(nodes, weights, normal, x, start, u):
-    """Write the tangential part of Σ wᵢ (xᵢ − startᵢ) to ``u`` (3,), and return its length [m]."""
+def _slide(nodes, weights, normal, x, start, way, u):
+    """Write the tangential part of Σ wᵢ (xᵢ − startᵢ) − way to ``u`` (3,), and return its length [m]."""
     for i in range(3):
         u[i] = 0.0
         for a in range(len(nodes)):
             u[i] += weights[a] * (x[nodes[a], i] - start[nodes[a], i])
+        u[i] -= way[i]
     along = u[0] * normal[0] + u[1] * normal[1] + u[2] * normal[2]
     for i in range(3):
         u[i] -= along * normal[i]
@@ -107,37 +109,36 @@ def _law(length, slip):
 
 
 @numba.njit(cache=True)
-def energy(nodes, weights, normals, limits, slip, x, start):
-    u, total = np.empty(3), 0.0
+def energies(nodes, weights, normals, limits, slip, x, start, way):
+    u, found = np.empty(3), np.zeros(len(nodes))
     for k in range(len(nodes)):
         if limits[k] > 0.0:
-            total += limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[0]
-    return total
+            found[k] = limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)[0]
+    return found
 
 
 @numba.njit(cache=True)
-def add_force(nodes, weights, normals, limits, slip, x, start, force):
+def add_force(nodes, weights, normals, limits, slip, x, start, way, force):
     u = np.empty(3)
     for k in range(len(nodes)):
         if limits[k] > 0.0:
-            resistance = limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[1]
+            resistance = limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)[1]
             for a in range(len(nodes[k])):
                 for i in range(3):
                     force[nodes[k, a], i] -= resistance * weights[k, a] * u[i]
 
 
 @numba.njit(cache=True)
-def blocks(nodes, weights, normals, limits, slip, x, start, definite):
+def blocks(nodes, weights, normals, limits, slip, x, start, way, definite):
     count = nodes.shape[1]
     u, out = np.empty(3), np.empty((len(nodes), count, count, 3, 3))
     for k in range(len(nodes)):
-        _, resistance, change = _law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)
-        if definite:
-            change = 0.0
+        _, resistance, change = _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)
+        resistance, change = limits[k] * resistance, 0.0 if definite else limits[k] * change
         for i in range(3):
             for j in range(3):
                 across = (1.0 if i == j else 0.0) - normals[k, i] * normals[k, j]
-                value = limits[k] * (resistance * across + change * u[i] * u[j])
+                value = resistance * across + change * u[i] * u[j]
                 for a in range(count):
                     for b in range(count):
                         out[k, a, b, i, j] = value * weights[k, a] * weights[k, b]

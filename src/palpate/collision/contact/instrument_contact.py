@@ -60,41 +60,38 @@ def rubbing_of(points, stiff, tools, coefficient, base, ways, slip):
     It is that against motion from ``base`` (q, 3) [m], while instruments move by ``ways`` (k, 3) [m]; slip : [m]
     """
     gaps, normals = gaps_of(points, tools)
-    limits, starts = coefficient * stiff * np.maximum(-gaps, 0.0), np.empty_like(normals)
-    for k in range(len(ways)):
-        starts[k] = base + ways[k]
-    nodes = np.arange(len(points)).reshape(-1, 1)
-    return Rubbing(nodes, np.ones((len(points), 1)), normals, limits, slip, starts)
+    nodes, weights = np.arange(len(points)).reshape(-1, 1), np.ones((len(points), 1))
+    return Rubbing(nodes, weights, normals, coefficient * (stiff * np.maximum(-gaps, 0.0)), slip, base, ways)
 
 
 @numba.njit(cache=True, error_model="numpy")
 def pushes(points, stiff, tools, rubbing):
-    """Return each instrument's forces (k, q, 3) [N] on ``points`` (q, 3) [m], and their energy [J], with friction's.
+    """Return each instrument's forces (k, q, 3) [N] on ``points`` (q, 3) [m], and energies (q,) [J], with friction's.
 
-    stiff : (q,) [N/m]
+    stiff : (q,) [N/m], or [Pa/m]; then all, that of ``rubbing_of`` included, is over an area
     """
     gaps, normals = gaps_of(points, tools)
-    nodes, weights, held, limits, slip, starts = rubbing
-    forces, energy = np.zeros(normals.shape), 0.0
+    nodes, weights, held, limits, slip, start, ways = rubbing
+    forces, energies = np.zeros(normals.shape), np.zeros(len(points))
     for k in range(len(gaps)):
         for q in range(len(points)):
             if gaps[k, q] < 0.0:
-                energy += 0.5 * stiff[q] * gaps[k, q] ** 2
+                energies[q] += 0.5 * stiff[q] * gaps[k, q] ** 2
                 for i in range(3):
                     forces[k, q, i] = -stiff[q] * gaps[k, q] * normals[k, q, i]
-        energy += friction.energy(nodes, weights, held[k], limits[k], slip, points, starts[k])
-        friction.add_force(nodes, weights, held[k], limits[k], slip, points, starts[k], forces[k])
-    return forces, energy
+        energies += friction.energies(nodes, weights, held[k], limits[k], slip, points, start, ways[k])
+        friction.add_force(nodes, weights, held[k], limits[k], slip, points, start, ways[k], forces[k])
+    return forces, energies
 
 
 @numba.njit(cache=True, error_model="numpy")
 def stiffness(points, stiff, tools, rubbing, chosen):
     """Return blocks (c, 3, 3) [N/m] of the ``chosen`` (c,) points, without what curvature and sliding take off."""
     gaps, normals = gaps_of(points, tools)
-    nodes, weights, held, limits, slip, starts = rubbing
+    nodes, weights, held, limits, slip, start, ways = rubbing
     blocks = np.zeros((len(chosen), 3, 3))
     for k in range(len(gaps)):
-        rubbed = held[k][chosen], limits[k][chosen], slip, points, starts[k]
+        rubbed = held[k][chosen], limits[k][chosen], slip, points, start, ways[k]
         blocks += friction.blocks(nodes[chosen], weights[chosen], *rubbed, True)[:, 0, 0]
         for c in range(len(chosen)):
             q = chosen[c]

@@ -9,7 +9,7 @@ from typing import Literal
 
 from palpate.bodies.body import Body
 from palpate.errors import InputError, explained
-from palpate.setting_types import Number, Pair, Positive, check
+from palpate.setting_types import Number, Pair, Positive, Where, check
 
 ARGUMENTS = {"scale": "scale_m", "threshold": "threshold_hu", "hold": "hold", "label": "label"}
 """Of ``load``, by the option of ``palpate init`` that they are."""
@@ -35,7 +35,7 @@ def load(
     hold : the side that lies on a bed of its own tissue; chosen if it is not given
     Warns of all that was found, guessed and changed; raises InputError, with the reason, for what makes no body.
     """
-    check(path=(str | Path, path), mask=(str | Path | None, mask), scale_m=(Positive | None, scale_m))
+    check(path=(Where, path), mask=(Where | None, mask), hold=(str | None, hold), scale_m=(Positive | None, scale_m))
     check(label=(int | str | Sequence[int | str], label), threshold_hu=(Pair[Number] | None, threshold_hu))
     with explained(), _in_arguments():
         from palpate.init.choose import choose

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate.errors import InputError, explained
+from palpate.setting_types import Where, check
 
 if TYPE_CHECKING:
     from palpate.benchmark.load import Response
@@ -57,6 +58,7 @@ def check_path(path: str | Path | None, *endings: str) -> None:
     """Raise InputError, before anything is drawn, for a file of another ending, or in a folder that is not there."""
     if path is None:
         return
+    check(path=(Where, path))
     if Path(path).suffix.lower() not in endings:
         raise InputError(f"{path}: this is written as {', '.join(endings)}; give such an ending.")
     if not Path(path).parent.is_dir():

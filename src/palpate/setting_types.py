@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from importlib import import_module
 from inspect import Parameter, Signature, cleandoc
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import (
@@ -11,6 +12,7 @@ from pydantic import (
     ConfigDict,
     Field,
     GetJsonSchemaHandler,
+    InstanceOf,
     TypeAdapter,
     ValidationError,
     WrapValidator,
@@ -173,6 +175,7 @@ Index = Annotated[int, _NUMBER, Field(ge=0), KEPT]
 Count = Annotated[int, _NUMBER, Field(ge=1), KEPT]
 Switch = Annotated[bool, _NUMBER]
 Text = Annotated[str, Field(min_length=1)]
+Where = Annotated[str, Field(strict=True)] | InstanceOf[Path]
 Name = Annotated[str, Field(pattern=NAME)]
 Axis = Literal["x", "y", "z"]
 Distinct = Annotated[list[T], AfterValidator(_distinct), Field(json_schema_extra={"uniqueItems": True})]

@@ -231,6 +231,7 @@ NOTHING_FOUND = (pd.DataFrame(), pd.DataFrame())
         (lambda: setattr(BOX, "young_pa", 1.0), r"but\(young_pa"),
         (lambda: pp.simulate(BOX, [], step_s=0.1, duration_s=0.1, others=[BOX]), r"others\[0\] is a Box"),
         (lambda: BOX.make().plot("x.pdf"), r"\.png"),
+        (lambda: BOX.make().plot(3), "path is 3"),
         (lambda: BOX.make().plot("nofolder/x.png"), "folder nofolder"),
     ],
 )

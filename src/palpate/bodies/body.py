@@ -147,7 +147,7 @@ class Body:
         return replace(self._between(self._checked(level), len(self.levels)), regions=regions)
 
     def _checked(self, level: int) -> int:
-        if level not in range(len(self.levels)):
+        if not isinstance(level, int | np.integer) or not 0 <= level < len(self.levels):
             raise InputError(f"{self.name} has the levels 0 to {len(self.levels) - 1}, and not {level!r}.")
         return level
 

@@ -19,8 +19,9 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import InputError, NotConverged
+from palpate.linalg import minimiser
 from palpate.linalg.minimiser import minimise_by_lbfgs, minimise_by_newton
-from palpate.solvers import equilibrium, minimiser
+from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 
 

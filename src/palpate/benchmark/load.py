@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from palpate.effects.patch_load import Patch, patch_at, spread
 from palpate.errors import InputError, NotConverged
 from palpate.setting_types import Block, Index, NotNegative, Positive, Vector, key
 
@@ -16,6 +15,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from palpate.bodies.body import Body
+    from palpate.effects.patch_load import Patch
 
 PREPARED, NEW, TWO, DEPTH = "prepared", "never prepared", "two contacts", "depth"
 LOADS = (PREPARED, NEW, TWO, DEPTH)
@@ -205,8 +205,10 @@ class Sample:
     load: Load
     radius_m: float
 
-    def patches(self, body: "Body") -> list[Patch]:
+    def patches(self, body: "Body") -> "list[Patch]":
         """Return the disc of each press on ``body``."""
+        from palpate.effects.patch_load import patch_at
+
         return [patch_at(body, press.node, self.radius_m) for press in self.load.presses]
 
     def nodal(self, body: "Body", level: int, order: int = 1, whole: "Body | None" = None) -> np.ndarray:
@@ -214,6 +216,8 @@ class Sample:
 
         whole : ``body`` with more levels, one of which is meant; the discs are those of ``body``, the same for all
         """
+        from palpate.effects.patch_load import spread
+
         mesh = (body if whole is None else whole).levels[level]
         pressed = zip(self.patches(body), self.load.forces(), strict=True)
         return np.sum([spread(mesh, patch, force, order) for patch, (_, force) in pressed], axis=0)

@@ -112,7 +112,6 @@ class LevelModel:
         self.case, self._level, self._way, self._skin = case, level, way, skin_of(case, level)
 
     def _part(self, cuts: Sequence[Cut]) -> Opened:
-        """Cut the level."""
         return self._looked_at(part(self.case.body, self._level, cuts, self._way), cuts)
 
     def _looked_at(self, parted: Parted, cuts: Sequence[Cut] = ()) -> Opened:

@@ -52,8 +52,8 @@ TOUCH_MODELS: dict[str, tuple[str, dict]] = {
     "xpbd": ("palpate.models.relaxed", {"method": "xpbd"}),
     "vertex_block_descent": ("palpate.models.relaxed", {"method": "vertex_block_descent"}),
     "projective_dynamics": ("palpate.models.relaxed", {"method": "projective_dynamics"}),
-    "springs": ("palpate.models.touch.springs", {"volume": False}),
-    "springs_volume": ("palpate.models.touch.springs", {"volume": True}),
+    "springs": ("palpate.models.springs.mass_spring", {"volume": False}),
+    "springs_volume": ("palpate.models.springs.mass_spring", {"volume": True}),
     "shape_matching": ("palpate.models.shape_matching", {}),
 }
 """Models of touches: modules with ``settings(case)`` and ``online(case, **setting)``, as ``TouchSolver`` says."""

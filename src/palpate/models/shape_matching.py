@@ -31,8 +31,7 @@ from palpate.effects.instrument import Pose
 from palpate.effects.shape_matching import Clusters, ShapeMatching
 from palpate.errors import InputError, NotConverged
 from palpate.models import kinds
-from palpate.models.cut.opened import CutCase, LevelModel, Opened
-from palpate.models.cut.springs import before_cut
+from palpate.models.cut.opened import CutCase, LevelModel, Opened, before_cut
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.touch.pushing import NodeTouch, Relaxing, calibration, dragged, force_scale
 from palpate.solvers.xpbd import Obstacle

@@ -7,8 +7,9 @@ from fixtures.cut_cases import answer, check_severed
 from palpate.benchmark.cut_truth import pull_errors
 from palpate.bodies.cutting.ways import SPLIT_FACES, VIRTUAL_NODES
 from palpate.models.cut.elements import online
-from palpate.models.cut.springs import DELETED, CutSprings, before_cut
+from palpate.models.cut.opened import before_cut
 from palpate.models.relaxed import CutRelaxed
+from palpate.models.springs.mass_spring import DELETED, CutSprings
 
 
 @pytest.mark.parametrize("at", [0.05, 0.0537])

@@ -246,19 +246,6 @@ def test_an_affine_deformation_turns_every_node_by_its_polar_part(slab, rotation
     assert np.abs(found - polar(f)[0]).max() < 1e-12
 
 
-def test_a_bent_bar_turns_along_its_length(beam):
-    """Bent to a circle's arc the cross-section at height z turns by z/radius about y."""
-    radius, nodes = 0.3, beam.fine.nodes
-    angle = nodes[:, 2] / radius
-    x, z = (radius - nodes[:, 0]) * np.cos(angle), (radius - nodes[:, 0]) * np.sin(angle)
-    found = NodalRotations(beam.fine).at(np.column_stack([radius - x, nodes[:, 1], z]) - nodes)
-    middle = (nodes[:, 2] > 0.02) & (nodes[:, 2] < 0.18)
-    turned = np.arctan2(found[:, 0, 2], found[:, 2, 2])
-    assert np.abs(turned - angle)[middle].max() < 0.03
-    assert np.abs(np.swapaxes(found, 1, 2) @ found - np.eye(3)).max() < 1e-12
-    assert np.abs(np.linalg.det(found) - 1.0).max() < 1e-12
-
-
 def test_the_mean_around_a_node_is_weighted_by_volume(slab):
     """Moving one node turns its neighbours by the polar part of what their elements say together."""
     mesh, moved = slab.coarse, np.zeros_like(slab.coarse.nodes)

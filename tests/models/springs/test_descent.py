@@ -12,8 +12,8 @@ from palpate.models.springs.descent import (
     square_and_gradient,
     value_and_gradient,
 )
-from palpate.models.springs.evolution import Rules, evolve
 from palpate.models.springs.fitness import Fitness, Range
+from palpate.models.springs.searches import Rules, evolve
 from palpate.models.springs.spring_motion import simulate
 
 LIMITS = Range(500.0, 3000.0)

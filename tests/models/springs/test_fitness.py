@@ -15,8 +15,8 @@ from palpate.bodies.particles import solid_particles
 from palpate.effects.volume_preservation import Volume
 from palpate.errors import InputError, NotConverged
 from palpate.models.springs import fitness
-from palpate.models.springs.evolution import cma_es
 from palpate.models.springs.fitness import ALPHA_S, LANES, Fitness, Range, check_step, step_limit
+from palpate.models.springs.searches import cma_es
 from palpate.models.springs.spring_motion import simulate, spring_model, stiffnesses
 
 

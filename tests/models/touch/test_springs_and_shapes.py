@@ -12,7 +12,8 @@ from palpate.benchmark.touch import Touched
 from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
 from palpate.models import shape_matching
-from palpate.models.touch import fem, springs
+from palpate.models.springs import mass_spring as springs
+from palpate.models.touch import fem
 from palpate.models.touch import pushing as calibrating
 from palpate.models.touch.pushing import calibration, force_scale
 

@@ -8,13 +8,15 @@ from typing import Protocol
 import numpy as np
 from scipy import sparse
 
-from palpate.benchmark.cut_truth import Hook, Pulled, skin_map
+from palpate.benchmark.cut_truth import Hook, Pulled, forces_on, pulled, skin_map
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, part
 from palpate.bodies.mesh import unit
+from palpate.bodies.refinement import with_midpoints
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import to_fine
+from palpate.solvers.grasping import Grasping, Patch
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +112,15 @@ class LevelModel:
         self.case, self._level, self._way, self._skin = case, level, way, skin_of(case, level)
 
     def _part(self, cuts: Sequence[Cut]) -> Opened:
-        """Cut the level."""
         return self._looked_at(part(self.case.body, self._level, cuts, self._way), cuts)
 
     def _looked_at(self, parted: Parted, cuts: Sequence[Cut] = ()) -> Opened:
         return Opened(self.case, self._level, self._skin, parted, cuts)
+
+
+def before_cut(case: CutCase, level: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return displacements (n, 3) [m] and forces [N] of hooks before the cut, by quadratic elements on a ``level``."""
+    body, patch = with_midpoints(case.body, level), Patch(np.concatenate([hook.patch.corners for hook in case.hooks]))
+    problem = Grasping(body, level, 2, patch)
+    x, count = pulled(problem, case.hooks), len(case.body.levels[level].nodes)
+    return (x - problem.mesh.nodes)[:count], forces_on(problem, case.hooks, x)

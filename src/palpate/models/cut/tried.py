@@ -7,9 +7,9 @@ from typing import Any
 from palpate.models.cut import elements, linear
 from palpate.models.cut.enriched import Enriched
 from palpate.models.cut.opened import CutModel
-from palpate.models.cut.springs import CutSprings
 from palpate.models.relaxed import CutRelaxed
 from palpate.models.shape_matching import CutShapes
+from palpate.models.springs.mass_spring import CutSprings
 from palpate.setting_types import rows
 
 MODELS: dict[str, Callable[..., CutModel]] = {

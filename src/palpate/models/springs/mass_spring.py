@@ -1,29 +1,50 @@
-"""Answer with mass-spring networks whose moduli are fitted to pressed samples by the equilibrium's adjoint."""
+"""Answer with mass-spring networks, whose moduli are fitted to samples, or forces to those of finite elements.
 
+Pressed, moduli are fitted to training samples by the equilibrium's adjoint. Under an instrument, which a penalty keeps
+nodes out of, and on a cut level springs have the moduli of the material (Van Gelder 1998), of each element as much as
+there is tissue in it, and under an instrument with a volume force its bulk modulus, too. Their forces are multiplied by
+one factor, by which they fit those of calibrating touches, or those on the hooks before the cut. Springs that the blade
+crosses are deleted, or nodes are doubled.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 from scipy.optimize import minimize
 
+from palpate.benchmark import cut_truth
+from palpate.benchmark.cut_truth import Pulled
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Solver, held_mb, refuse_regions
+from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels, refuse_bed, refuse_regions
+from palpate.benchmark.touch import Touch, TouchCase, Touched
+from palpate.bodies.cutting.cut import Cut
+from palpate.bodies.cutting.ways import Parted, whole
 from palpate.bodies.particles import Particles, particles_of
 from palpate.effects.bed import BedSprings
 from palpate.effects.effect import Effect
 from palpate.effects.held import Held
+from palpate.effects.instrument import Pose
+from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.springs import Springs
+from palpate.effects.springs import make as make_springs
 from palpate.effects.volume_preservation import Volume
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.block_pattern import hold, pattern_of, product
 from palpate.linalg.minimiser import minimise_by_lbfgs
 from palpate.linalg.multigrid import Factor, conjugate_gradients
 from palpate.models import kinds
+from palpate.models.cut.opened import CutCase, LevelModel, Opened, before_cut
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model, stiffnesses
+from palpate.models.touch.pushing import NodeTouch, Relaxing, calibration, force_scale
+from palpate.solvers.pressed_descent import STILL, PressedDescent
 from palpate.solvers.system import System
 
+LAW = "springs"
 TOLERANCE, REQUIRED_RESIDUAL, MAX_ITERATIONS = 1e-6, 1e-3, 300
 """Residuals relative to the load at which a search ends and which it must reach; and after how many iterations."""
 
@@ -89,10 +110,7 @@ class Network(LoadedSprings):
 
     def press(self, contact: int, force: np.ndarray) -> None:
         """Load it with ``force`` (3,) [N] at coarse node ``contact``; InputError if that cannot be pressed."""
-        nodes, shares = self._shares.of(contact)
-        load = np.zeros_like(self.rest)
-        load[nodes] = np.outer(shares, force)
-        self.load(load)
+        self.load(self._shares.spread([(contact, force)], len(self.rest)))
 
     def approach(self, iterations: int, start: np.ndarray | None = None) -> np.ndarray:
         """Return positions (n, 3) [m] after so many quasi-Newton iterations; from rest the first is the linear answer.
@@ -267,3 +285,151 @@ class SpringsAtRest(Solver):
         network = self._network
         network.press(*load.single())
         return network.up @ (network.approach(self._iterations) - network.rest)
+
+
+PENALTY, MEMORY = 100.0, 8
+"""Stiffness of a node's contact over its own, and steps remembered; the residual is relative to the push before."""
+CALIBRATING_ITERATIONS = 100
+"""Iterations with which springs are calibrated: a factor is that of springs at rest, whatever a setting affords."""
+
+
+def settings(case: TouchCase, volume: bool) -> list[Setting]:
+    """List levels that the body has, and iterations."""
+    return on_own_levels(case, case.grid.springs)
+
+
+class SpringsTouch(NodeTouch):
+    """A network that makes so many quasi-Newton iterations at each step of the instrument.
+
+    InputError for a body that nothing holds, LeftOut for one on a bed, NotConverged for one of several stiffnesses.
+    """
+
+    def __init__(self, case: TouchCase, level: int, iterations: int, volume: bool):
+        refuse_bed(case, "springs that are calibrated under an instrument")  # a factor would stiffen the bed
+        refuse_regions(case, "springs")
+        super().__init__(case, level)
+        particles = particles_of(case.body, level, surface=False)
+        network, springs = LoadedSprings(particles), make_springs(particles, None)
+        kappa = volume_stiffness(spring_model(particles), particles.material) if volume else 0.0
+        volumes = {"volume": Volume(particles, kappa)} if kappa > 0.0 else {}
+        network.act(springs, **volumes)
+        matrix = network.stiffness(network.rest)
+        self._penalty = PENALTY * matrix.diagonal().reshape(-1, 3).mean(axis=1)
+        self._solve, self._own = Factor(matrix).solve, [springs, *volumes.values()]
+        self._iterations, self._scale = CALIBRATING_ITERATIONS, 1.0
+        self._scale = case.share(("factor of springs", level, volume), lambda: self._fitted(case))
+        self._iterations = iterations
+
+    def _fitted(self, case: TouchCase) -> float:
+        touches, right = zip(*calibration(case), strict=True)
+        return force_scale([self.respond(touch) for touch in touches], right)
+
+    def respond(self, touch: Touch) -> Touched:
+        found = super().respond(touch)
+        return found._replace(force_n=self._scale * found.force_n, reaction_n=self._scale * found.reaction_n)
+
+    def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
+        contact = NodeContact(nodes, self._penalty[nodes], pose)
+        descent = PressedDescent(self._own, contact, self.held, self._solve, isotropic=False)
+        return Relaxing(contact, lambda x: descent.relax(x, self._iterations, MEMORY, TOLERANCE), contact.pushes)
+
+    def supported(self, x: np.ndarray) -> np.ndarray:
+        force = np.zeros_like(x)
+        for effect in self._own:
+            effect.add_force(x, STILL, force)
+        return force[self.held].sum(axis=0)
+
+
+online = SpringsTouch
+
+
+DELETED = "deleted"
+LIFT = 1e-4
+"""Stiffness added to every node of the preconditioner, over the mean: where springs are deleted, nodes hang loosely."""
+
+
+@dataclass(frozen=True, eq=False)
+class Torn(Parted):
+    """A level whose nodes are as before, though springs between them are gone.
+
+    Points of the skin follow those corners of their triangle that are on their own side of the ``cuts``.
+    """
+
+    cuts: Sequence[Cut]
+
+    def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
+        rows = sparse.csr_array(rows)
+        at, places = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), rows @ self.whole.nodes
+        own = np.ones(len(at), dtype=bool)
+        for c, cut in enumerate(self.cuts):
+            of_nodes = np.where(cut.across(self.whole.nodes) >= 0.0, 1, -1)
+            own &= (of_nodes[rows.indices] == sides[at, c]) | (cut.within(places) <= 0.0)[at]
+        own |= (np.bincount(at, own * rows.data, minlength=rows.shape[0]) <= 0.0)[at]
+        sums = np.bincount(at, own * rows.data, minlength=rows.shape[0])
+        return sparse.csr_array((own * rows.data / sums[at], rows.indices, rows.indptr), shape=rows.shape)
+
+
+class CutSprings(LevelModel):
+    """A network that makes so many quasi-Newton ``iterations`` from its linear answer."""
+
+    def __init__(self, case: CutCase, level: int, way: str, iterations: int):
+        super().__init__(case, level, way)
+        self._iterations, self._factor = CALIBRATING_ITERATIONS, 1.0
+        self._ready(self._looked_at(whole(case.body, level, 0)))
+        before, right = self.pull().force, before_cut(case, level)[1]
+        self._factor, self._iterations = float(before @ right / (before @ before)), iterations
+
+    def cut(self, cuts: Sequence[Cut]) -> None:
+        if self._way != DELETED:
+            self._ready(self._part(cuts))
+            return
+        before = whole(self.case.body, self._level, len(cuts))
+        self._ready(self._looked_at(Torn(**vars(before), cuts=cuts), cuts), deleted=cuts)
+
+    def _ready(self, cut: Opened, deleted: Sequence[Cut] = ()) -> None:
+        self._opened, rest = cut, cut.rest
+        particles = particles_of(cut.parted.body, 0, surface=False)
+        model = spring_model(particles)
+        kept = np.ones(len(model.pairs), dtype=bool)
+        for each in deleted:
+            kept &= ~each.severs(*np.swapaxes(rest[model.pairs], 0, 1))
+        stiffness = particles.material.young_pa * model.weights
+        self._springs = Springs(model.pairs[kept], stiffness[kept], model.rest_m[kept])
+        self._still = cut.held | cut.moved
+        pattern = pattern_of(self._springs.couples, len(rest))
+        values = np.zeros((len(pattern.indices), 3, 3))
+        self._springs.add_stiffness(rest, True, pattern.slots[0], values)
+        values[pattern.diagonal] += LIFT * np.trace(values[pattern.diagonal].mean(axis=0)) / 3.0 * np.eye(3)
+        matrix = pattern.matrix(values)
+        self._stiffness = product(matrix)
+        bound = matrix.copy()
+        hold(bound.indptr, bound.indices, bound.data, self._still)
+        self._solve = Factor(bound).solve
+
+    def pull(self) -> Pulled:
+        cut, start = self._opened, self._linear()
+        scale = cut_truth.TOLERANCE * float(np.linalg.norm(self._free_force(start)[cut.moved]))
+        way = minimise_by_lbfgs(self, self._solve, start, scale, self._iterations)
+        if not np.isfinite(way.x).all():
+            raise NotConverged("springs left the finite numbers", way.forces)
+        return cut.answer(way.x, self._factor * self._free_force(way.x))
+
+    def _linear(self) -> np.ndarray:
+        """Return the positions (n, 3) [m] of the network linearised at rest."""
+        cut = self._opened
+        left = -self._stiffness(cut.shifts)
+        left[self._still] = 0.0
+        return cut.rest + cut.shifts + self._solve(left)
+
+    def energy(self, x: np.ndarray) -> float:
+        return self._springs.energy(x)
+
+    def force(self, x: np.ndarray) -> np.ndarray:
+        force = self._free_force(x)
+        force[self._still] = 0.0
+        return force
+
+    def _free_force(self, x: np.ndarray) -> np.ndarray:
+        force = np.zeros_like(x)
+        self._springs.add_force(x, None, force)
+        return force

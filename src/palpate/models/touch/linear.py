@@ -131,7 +131,6 @@ def _longest(instrument: Instrument) -> float:
 
 
 def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warped: bool) -> Discs:
-    """Return the discs around a node."""
     place, outward, instrument = case.body.fine.nodes[node], case.body.fine.normals[node], case.instrument
     meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
     deepest = Touch(instrument, node, -outward, case.deepest_m)

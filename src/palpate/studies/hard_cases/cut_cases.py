@@ -25,8 +25,8 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.models.cut import elements, linear
 from palpate.models.cut.elements import CONFORM, Nodes
 from palpate.models.cut.opened import CutCase, CutModel
-from palpate.models.cut.springs import DELETED, CutSprings
 from palpate.models.relaxed import CutRelaxed
+from palpate.models.springs.mass_spring import DELETED, CutSprings
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.grasping import Grasping, patch_around
 from palpate.studies.hard_cases import stage

@@ -16,8 +16,8 @@ from palpate.effects.held import Held
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.maxwell import Maxwell
 from palpate.effects.springs import Springs
-from palpate.models.springs.evolution import Rules, cma_es, evolve
 from palpate.models.springs.fitness import Range
+from palpate.models.springs.searches import Rules, cma_es, evolve
 from palpate.scenes.run_scene import initial_positions
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.equilibrium import Equilibrium

@@ -45,7 +45,6 @@ def _over_seeds(means: pd.DataFrame, model: str) -> str:
 
 
 def _holds(fitted: pd.DataFrame, tested: pd.DataFrame, premise: str) -> Claim:
-    """Judge by medians over the seeds."""
     first, second = _of_seeds(fitted), _of_seeds(tested)
     ours = f"{_over_seeds(first, 'genetic')} of the peak where fitted, {_over_seeds(second, 'genetic')} elsewhere"
     claim = "moduli of an organ found by the genetic algorithm hold for other presses"
@@ -54,7 +53,6 @@ def _holds(fitted: pd.DataFrame, tested: pd.DataFrame, premise: str) -> Claim:
 
 
 def _search(rows: pd.DataFrame, premise: str) -> Claim:
-    """Compare with what needs no search: Van Gelder's springs and one modulus for all nodes."""
     means = _of_seeds(rows)
     tested = means.median()
     names = {"genetic": "genetic algorithm", "uniform": "one modulus", "van_gelder": "Van Gelder"}

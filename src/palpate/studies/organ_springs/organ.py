@@ -188,20 +188,11 @@ def mass_motion(found: Organ) -> pd.DataFrame:
     for name, particles in {"own": own, "uniform": uniform, "mean": even}.items():
         other = frequencies_hz(particles)
         changes = [deviation(x, y, rest) for x, y in zip(motions(particles), wanted, strict=True)]
-        rows.append(
-            {
-                "body": found.body.name,
-                "from_ct": found.body.densities is not None,
-                "masses": name,
-                "total_kg": particles.masses.sum(),
-                "least_node_of_uniform": float((particles.masses / uniform.masses).min()),
-                "most_node_of_uniform": float((particles.masses / uniform.masses).max()),
-                "frequency_hz": other[0],
-                "change_of_frequency": float(np.abs(other / frequencies - 1.0).max()),
-                "change_of_motion": float(np.mean(changes)),
-            }
-        )
-    return pd.DataFrame(rows)
+        of_uniform = particles.masses / uniform.masses
+        weighed = particles.masses.sum(), float(of_uniform.min()), float(of_uniform.max())
+        changed = float(np.abs(other / frequencies - 1.0).max()), float(np.mean(changes))
+        rows.append((found.body.name, found.body.densities is not None, name, *weighed, other[0], *changed))
+    return MASS_MOTION.frame(rows)
 
 
 def frequencies_hz(particles: Particles) -> np.ndarray:

@@ -112,19 +112,10 @@ def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: l
         every = len(wanted) // len(motion)
         rmse = float(np.sqrt(((motion - wanted[every - 1 :: every]) ** 2).sum(axis=2).mean()))
         peak = float(np.linalg.norm(wanted - rest, axis=2).max())
-        rows.append(
-            {
-                "body": found.body.name,
-                "contact": int(found.contacts[number]),
-                "used_in_fit": number < found.fitted,
-                "rmse_m": rmse,
-                "peak_m": peak,
-                "rmse_of_peak": rmse / peak,
-                "reference_error": own_error,
-                "ms_a_second": 1e3 * taken / found.settings.duration_s,
-            }
-        )
-    return pd.DataFrame(rows)
+        errors = rmse, peak, rmse / peak, own_error, 1e3 * taken / found.settings.duration_s
+        rows.append((found.body.name, int(found.contacts[number]), number < found.fitted, *errors))
+    names = "body contact used_in_fit rmse_m peak_m rmse_of_peak reference_error ms_a_second"
+    return pd.DataFrame(rows, columns=names.split())
 
 
 def rivals(found: Organ, references: list[Reference]) -> pd.DataFrame:

@@ -162,7 +162,7 @@ def cores(count: int, meter: Meter) -> Size:
     import numba
 
     from palpate.models.springs.cube_experiment import experiment
-    from palpate.models.springs.evolution import Genetic, Rules
+    from palpate.models.springs.searches import Genetic, Rules
 
     found = experiment(CUBE, 0.3)
     # a reference at rest costs as much as a moving one

@@ -30,7 +30,6 @@ def experiments(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _integrators(stability: pd.DataFrame) -> Iterator[Claim]:
-    """Judge limits of stability, and the growth of an oscillation in a step."""
     premise, found = "one mass on one spring, no damping", limit(stability)
     claim, published = "explicit integration of a spring is unstable beyond a step of", "2 sqrt(m/k)"
     ours = f"{found:.4f} sqrt(m/k)"
@@ -69,7 +68,6 @@ def _poke(body_springs: pd.DataFrame) -> Iterator[Claim]:
 
 
 def _column(clusters: pd.DataFrame) -> Claim:
-    """Judge how far a column bends in more clusters."""
     found, particles = tips(clusters), clusters["particle"].nunique()
     ours = "its tip moves " + ", ".join(f"{100 * tip:.2g} cm in {count}" for count, tip in found.items())
     premise = f"a column of {particles} particles, quadratic clusters that overlap, one load"
@@ -78,7 +76,6 @@ def _column(clusters: pd.DataFrame) -> Claim:
 
 
 def _cost(timing: pd.DataFrame) -> Iterator[Claim]:
-    """Judge how the time of a step grows, and whether the largest scene is interactive."""
     section, premise = "3, figure 3.12", "objects of 100 particles, one core"
     slopes = exponents(timing)["exponent"]
     linear = bool(((slopes - 1).abs() < _LINEAR).all())

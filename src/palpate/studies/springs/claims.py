@@ -53,7 +53,6 @@ def _fitness(found: float, count: int, premise: str) -> Claim:
 
 
 def _converged(history: pd.DataFrame, premise: str) -> Claim:
-    """Judge whether the last tenth of the generations still gains."""
     shares = []
     for _, run in history.groupby("seed"):
         best = run.sort_values("generation").set_index("generation")["fitness"].cummax()
@@ -67,7 +66,6 @@ def _converged(history: pd.DataFrame, premise: str) -> Claim:
 
 
 def _holds(error: float, others: pd.DataFrame, premise: str) -> Claim:
-    """Judge moduli at presses that they were not fitted to."""
     worst = others.groupby("press")["rmse_of_peak"].median().max()
     ours = f"{percent(error)} of the peak on the fitted press, up to {percent(worst)} on the others"
     claim = "moduli fitted to the top press hold for the left and the front press too"
@@ -136,7 +134,6 @@ def presses(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _growth(errors: pd.DataFrame, premise: str) -> Claim:
-    """Compare the first and the last part of the steps, for each axis of each press."""
     grown, signs = [], 0
     for _, rows in errors.groupby("press", sort=False):
         median = rows.groupby("step")[["error_x_m", "error_y_m", "error_z_m"]].median()
@@ -167,7 +164,6 @@ def _bounds(errors: pd.DataFrame, premise: str) -> Iterator[Claim]:
 
 
 def _least(fits: pd.DataFrame, premise: str) -> Claim:
-    """Compare the fitted press with the two others."""
     medians = fits.groupby(["press", "used_in_fit"], sort=False)["rmse_m"].median().reset_index()
     used = medians["used_in_fit"].astype(bool)
     ours = ", ".join(f"{row.press} {1e3 * row.rmse_m:.2g} mm" for row in medians.itertuples())

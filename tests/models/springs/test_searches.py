@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.models.springs.evolution import Genetic, Rules, evolve
 from palpate.models.springs.fitness import Range
+from palpate.models.springs.searches import Genetic, Rules, evolve
 
 LIMITS = Range(300.0, 5000.0)
 

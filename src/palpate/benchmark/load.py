@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from palpate.benchmark.accuracy import patch_nodes
 from palpate.effects.patch_load import Patch, patch_at, spread
 from palpate.errors import InputError, NotConverged
 from palpate.setting_types import Block, Index, NotNegative, Positive, Vector, key
@@ -205,6 +206,10 @@ class Sample:
     def patches(self, body: "Body") -> list[Patch]:
         """Return the disc of each press on ``body``."""
         return [patch_at(body, press.node, self.radius_m) for press in self.load.presses]
+
+    def pressed(self, body: "Body") -> np.ndarray:
+        """Mark the fine surface nodes in its discs, (n_surface,) bool."""
+        return np.any([patch_nodes(body.fine, press.node, self.radius_m) for press in self.load.presses], axis=0)
 
     def nodal(self, body: "Body", level: int, order: int = 1, whole: "Body | None" = None) -> np.ndarray:
         """Return nodal forces (n, 3) [N] on one level of ``body``, for elements of ``order``, as ``nodal_load`` does.

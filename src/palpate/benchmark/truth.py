@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
+from palpate.benchmark.accuracy import TruthErrors, truth_errors
 from palpate.benchmark.load import Sample, samples_in
 from palpate.benchmark.richardson import RATIOS, limit_over, rejection
 from palpate.bodies.body import Body
@@ -264,7 +264,7 @@ def _row(body: Body, each: Ascent, count: int) -> dict[str, Any]:
     surface = np.full((count, len(body.fine.surface), 3), np.nan)
     surface[: len(each.surface)] = each.surface if each.surface else np.nan
     contact, _ = each.sample.load.single()
-    patch = patch_nodes(body.fine, contact, each.sample.radius_m)
+    patch = each.sample.pressed(body)
 
     def errors(wrong: _Pressed, truth: _Pressed) -> TruthErrors:
         return truth_errors(wrong.displacement, truth.displacement, patch)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.comparable import followed
-from palpate.benchmark.load import FORCES
+from palpate.benchmark.load import samples_in
 from palpate.benchmark.motion_truth import MotionTruth
 from palpate.benchmark.moving_scene import MovingScene
 from palpate.benchmark.presses import choose_presses
@@ -100,8 +100,7 @@ def _presses(name: str, regime: str, settings: Any, config: Path, results: Path,
     able = contacts_by_area(body, count, seed)
     progress = steps(partial(print, file=sys.stderr, flush=True), "forces at contact")
     loads = choose_presses(body, 0, plain(asked.presses), plain(rule), radius_m, seed, progress, able.tolist())
-    told = loads["sample"].to_numpy(), loads["contact"].to_numpy(), loads[FORCES].to_numpy()
-    return body, presses.questions_of(body, regime, radius_m, *told)
+    return body, presses.questions_of(body, regime, samples_in(loads))
 
 
 def _touches(name: str, tool: ToolSettings, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:

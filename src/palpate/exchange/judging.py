@@ -72,13 +72,12 @@ def _onto(nodes: np.ndarray, triangles: np.ndarray, points: np.ndarray) -> tuple
 class Scored:
     """What was found of a file of answers.
 
-    samples, settings : rows as ``benchmark.measuring`` has them, in settings also where they were found, and errors
-        of the engine's own mesh and against the truth of its own law
+    settings : rows as ``benchmark.measuring`` has them, and where they were found, and errors of the engine's own mesh
+        and against the truth of its own law
     warnings : a sentence each
     """
 
     answers: Answers
-    samples: pd.DataFrame
     settings: pd.DataFrame
     warnings: tuple[str, ...]
 
@@ -86,30 +85,27 @@ class Scored:
 class Judge:
     """What judges answers to those questions ``rows`` (q,) whose truth is believed.
 
-    kind : the columns that rows have; labels : of every row
+    kind : the means that settings have; named : further columns of questions that these need
     known : the true displacements (k, …, p, 3) [m]
-    places : (k, 3) [m] where each question acts, None where questions have no order to mistake
+    place : the array of where each question acts, "" where questions have no order to mistake
     answer_suffices : whether questions are judged by their distance from the finest answer where no truth is believed
     InputError where there is nothing to judge by.
     """
 
     kind: ClassVar[type[Kind]]
+    named: ClassVar[Row] = {}
+    place: ClassVar[str] = ""
     answer_suffices: ClassVar[bool] = False
 
-    def __init__(self, questions: Questions, truth: Arrays, labels: tuple[str, ...] = (), places: str = ""):
+    def __init__(self, questions: Questions, truth: Arrays):
         self.loads, self.asked = questions.arrays["loads"], questions.arrays["asked"]
-        self.known, self.places = truth["displacement_m"], self.loads.get(places)
-        self.labels: Row = {name: questions.info[name] for name in ("scene", "body", *labels)}
+        self.known = truth["displacement_m"]
         judged: np.ndarray = believed(truth)
         if self.answer_suffices and not judged.any():
             judged = np.all(np.isfinite(self.known), axis=(1, 2))
         if not judged.any():
             raise InputError(f"{questions.info['scene']}: no {questions.kind} has a truth that is believed; ask anew.")
         self.rows = np.flatnonzero(judged)
-
-    def sample(self, row: int) -> Row:
-        """Return what names a question in the table of samples."""
-        return {"sample": row}
 
     def errors(self, row: int, moved: np.ndarray) -> Row:
         """Return the errors of displacements (…, p, 3) [m] over the surface and in the dent."""
@@ -123,7 +119,7 @@ class Judge:
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
         """Return which array of the questions ``there`` (m,) has a slip of the adapter, and which; or ""."""
-        places, asked = None if self.places is None else self.places[there], self.asked
+        places, asked = self.loads[self.place][there] if self.place else None, self.asked
         told = slip(moved[there], self.known[there], asked["points_m"], asked["triangles"], places)
         return f"displacement_m {told}" if told else ""
 
@@ -161,30 +157,27 @@ def score_answers(
     other = None if elsewhere is None else module.Judge(questions, elsewhere)
     if lost := questions.count - len(judge.rows):
         warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
-    samples: list[Row] = []
     settings: list[Row] = []
+    where = {"scene": questions.info["scene"], "model": answers.engine, "law": answers.law}
+    where |= {"engine": answers.engine, "version": answers.version, "hardware": answers.hardware}
     for i, setting in enumerate(answers.settings):
         moved, mesh = at_points(setting, questions)
         there = judge.rows[~setting.failed[judge.rows]]
         if told := judge.slip(moved, setting, there):
             raise InputError(f"{path}: setting_{i}/{told}.")
         warned += _odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], judge.known[there], mesh, there)
-        labels = judge.labels | {"model": answers.engine, "setting": setting.name}
         found = [_row(judge, row, moved[row], setting) for row in judge.rows]
-        samples += [labels | row for row in found]
-        more = {"law": answers.law, "offline_s": setting.preparation_s, "memory_mb": setting.memory_mb}
-        more |= {"engine": answers.engine, "version": answers.version, "hardware": answers.hardware}
-        more |= {"converged": setting.converged}
+        more = {"setting": setting.name, "converged": setting.converged}
+        more |= {"offline_s": setting.preparation_s, "memory_mb": setting.memory_mb}
         through = [] if mesh is None else [judge.errors(row, mesh.through(judge.known[row])) for row in judge.rows]
         of_law = [] if other is None else [other.errors(r, moved[r]) for r in other.rows if not setting.failed[r]]
         costs = _means("mesh", through) | _means("own_law", of_law)
-        settings.append(labels | more | judge.kind.means(found) | costs)
-    columns = judge.kind.columns_of_questions(judge.labels)
-    return Scored(answers, pd.DataFrame(samples, columns=columns), pd.DataFrame(settings), tuple(warned))
+        settings.append(where | more | judge.kind.means(found) | costs)
+    return Scored(answers, pd.DataFrame(settings), tuple(warned))
 
 
 def _row(judge: Judge, row: int, moved: np.ndarray, setting: Setting) -> Row:
-    found = judge.sample(row) | {"failure": ""}
+    found = judge.named | {"failure": ""}
     if setting.failed[row]:
         return found | {"failure": NO_ANSWER}
     seconds = setting.seconds[row]

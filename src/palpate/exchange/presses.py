@@ -1,6 +1,6 @@
 """Questions of presses: a pressure over a disc, and the displacement that it causes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import TruthErrors, patch_nodes
+from palpate.benchmark.accuracy import TruthErrors
 from palpate.benchmark.judge import read_judged
-from palpate.benchmark.load import FORCES
+from palpate.benchmark.load import FORCES, Sample, loads_of
 from palpate.benchmark.measure import Presses
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import truth_of
 from palpate.bodies.body import Body
-from palpate.effects.patch_load import nodal_load, patch_at
 from palpate.exchange import judging
 from palpate.exchange.answers import Wanted
 from palpate.exchange.asked_body import body_of, questions_on, with_law
@@ -28,33 +27,24 @@ TABLE, COLUMNS = "accuracy_vs_time", ("split", "online_median_s")
 ASKED = ["contact", *FORCES]
 
 
-def questions_of(
-    body: Body, regime: str, radius_m: float, samples: np.ndarray, contacts: np.ndarray, forces: np.ndarray
-) -> Questions:
-    """Return the questions of k presses, without a truth; samples, contacts : (k,), forces : (k, 3) [N]."""
+def questions_of(body: Body, regime: str, samples: Sequence[Sample]) -> Questions:
+    """Return the questions of presses at one contact each, without a truth."""
     loads: list[dict[str, Any]] = []
-    for number, contact, force in zip(samples, contacts, forces, strict=True):
-        patch = patch_at(body, int(contact), radius_m)
-        told = {"name": f"press {int(number)}", "place_m": patch.center_m.tolist(), "normal": patch.normal.tolist()}
-        loads.append(told | {"radius_m": patch.radius_m, "force_n": np.asarray(force, dtype=float).tolist()})
+    for sample in samples:
+        [patch], (_, force) = sample.patches(body), sample.load.single()
+        told = {"name": f"press {sample.number}", "place_m": patch.center_m.tolist(), "normal": patch.normal.tolist()}
+        loads.append(told | {"radius_m": patch.radius_m, "force_n": force.tolist()})
+    more = {"sample": np.array([sample.number for sample in samples])}
     # contacts are nodes of the coarse mesh, and of all finer ones
-    more = {"sample": np.asarray(samples, dtype=np.int64), "node": np.asarray(contacts, dtype=np.int64)}
-    more["in_dent"] = np.array([patch_nodes(body.fine, int(each), radius_m) for each in contacts])
+    more["node"] = np.array([sample.load.single()[0] for sample in samples])
+    more["in_dent"] = np.array([sample.pressed(body) for sample in samples])
     for level in range(len(body.levels)):
-        nodal = [nodal_load(body, level, int(c), f, radius_m) for c, f in zip(contacts, forces, strict=True)]
-        more[f"level_{level}/nodal_force_n"] = np.array(nodal)
+        more[f"level_{level}/nodal_force_n"] = np.array([sample.nodal(body, level) for sample in samples])
     return questions_on(body, {"kind": "press", "scene": f"{body.name}_{regime}", "regime": regime}, loads, more)
 
 
 class Judge(judging.Judge):
-    kind, answer_suffices = Presses, True
-
-    def __init__(self, questions: Questions, truth: Arrays):
-        super().__init__(questions, truth, ("regime",), "place_m")
-        self.labels["split"] = 1
-
-    def sample(self, row: int) -> dict[str, Any]:
-        return {"side": "test", "sample": self.loads["sample"][row], "contact": self.loads["node"][row]}
+    kind, named, place, answer_suffices = Presses, {"side": "test"}, "place_m", True
 
 
 def truth_arrays(displacement: np.ndarray, own: np.ndarray, seconds: np.ndarray) -> Arrays:
@@ -73,8 +63,9 @@ def of_run(files: Mapping[str, Any], regime: str, split: int, radius_m: float) -
     """
     case, judge = read_judged(files, regime, split, radius_m, FitOptions(), 1e-8)  # nothing learns
     rows = np.flatnonzero(judge.side == "test")
-    asked = judge.numbers[rows], judge.samples.contact[rows], judge.samples.force[rows]
-    questions = questions_of(case.body, regime, radius_m, *asked)
+    asked = judge.samples.take(rows)
+    loads = zip(judge.numbers[rows], loads_of(asked.contact, asked.force), strict=True)
+    questions = questions_of(case.body, regime, [Sample(int(number), load, radius_m) for number, load in loads])
     truth = truth_arrays(judge.truth[rows], judge.own[rows], judge.own_seconds[rows])
     return case.body, replace(questions, truth=truth)
 

@@ -57,16 +57,12 @@ def touches_in(questions: Questions, body: Body) -> list[Touch]:
 
 
 class Judge(judging.Judge):
-    kind = Touches
+    kind, place = Touches, "tip_m"
 
     def __init__(self, questions: Questions, truth: Arrays):
-        super().__init__(questions, truth, places="tip_m")
+        super().__init__(questions, truth)
         body, tool, self._truth = body_of(questions), Instrument(**questions.info["instrument"]), truth
         self._case, self._touches = TouchCase(body, tool, 0.0, 0), touches_in(questions, body)
-        self.labels |= {"instrument": tool.kind, "radius_m": tool.radius_m}
-
-    def sample(self, row: int) -> dict[str, Any]:
-        return {"sample": int(self.loads["sample"][row]), "node": int(self.loads["node"][row])}
 
     def felt(self, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
         before, whole = self._truth["force_n"][row]

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.load import FORCES, samples_in
+from palpate.benchmark.accuracy import truth_errors
+from palpate.benchmark.load import FORCES, Sample, samples_in
 from palpate.benchmark.presses import choose_presses
 from palpate.benchmark.truth import OWN as ERRORS
 from palpate.benchmark.truth import Truth, truth_levels, truth_of
@@ -102,31 +102,29 @@ def compare_laws(
     variant's own limit. A press without an answer under a law has no numbers of its own, and says ``why``.
     """
     rows: list[dict] = []
-    own = None
+    samples, own = samples_in(loads), None
     for each in progress(variants(body, laws, poissons)):
         with warnings.catch_warnings():  # the table says which presses have no truth, instead
             warnings.filterwarnings("ignore", ".*presses have no truth")
             truth = truth_of(each.body, loads, (), tolerance=tolerance)
-        linear = _linear(each.body, loads, tolerance)
+        linear = _linear(each.body, samples, tolerance)
         own = own or truth  # the first variant is the body as it is described
         material = each.body.material
         labels = {"body": each.body.name, "changed": each.changed, "law": material.law, "poisson": material.poisson}
-        for i, (_, load) in enumerate(loads.iterrows()):
-            pressed = {
-                "contact": int(load["contact"]),
-                "force_n": float(np.linalg.norm(load[FORCES].to_numpy(dtype=float))),
-            }
-            rows.append(labels | pressed | _numbers(each.body, truth, own, linear[i], i, load))
+        for i, (sample, depth) in enumerate(zip(samples, loads["peak_of_size"], strict=True)):
+            contact, force = sample.load.single()
+            pressed = {"contact": contact, "force_n": float(np.linalg.norm(force)), "depth_of_size": float(depth)}
+            rows.append(labels | pressed | _numbers(each.body, truth, own, linear[i], i, sample))
     return LAW_TABLE.frame(rows)
 
 
-def _linear(body: Body, loads: pd.DataFrame, tolerance: float) -> list[np.ndarray | None]:
+def _linear(body: Body, samples: Sequence[Sample], tolerance: float) -> list[np.ndarray | None]:
     """Return the answers (n, 3) [m] of linear elements on the finest level; None where there is none."""
     level = len(body.levels) - 1
     answers: list[np.ndarray | None] = []
     with locking_is_measured():
         problem = Equilibrium(body, level)
-    for sample in samples_in(loads):
+    for sample in samples:
         try:
             moved = problem.solve(sample.nodal(body, level), tolerance).x - problem.mesh.nodes
         except NotConverged:
@@ -136,10 +134,10 @@ def _linear(body: Body, loads: pd.DataFrame, tolerance: float) -> list[np.ndarra
     return answers
 
 
-def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i: int, load: pd.Series) -> dict:
+def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i: int, sample: Sample) -> dict:
     """Measure press ``i`` of a changed ``body``; ``own`` is the truth of the body as it is described."""
     levels, before = _answered(truth, i), _answered(own, i)
-    row = {"why": truth.rejected[i], "believed": bool(truth.believed[i]), "depth_of_size": float(load["peak_of_size"])}
+    row = {"why": truth.rejected[i], "believed": bool(truth.believed[i])}
     if before:
         row |= {"depth_of_size": _peak(own.displacement[i]) / body.fine.size}
     if not levels:
@@ -150,7 +148,7 @@ def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i:
         pairs |= {"finest": (levels[finest], limit)}
     pairs |= {"change": (levels[-1], before[-1])} if before else {}
     pairs |= {"linear": (linear, limit)} if linear is not None else {}
-    patch = patch_nodes(body.fine, int(load["contact"]), float(load["radius_m"]))
+    patch = sample.pressed(body)
     for kind, (found, truly) in pairs.items():
         errors = truth_errors(found, truly, patch)
         row |= {

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
+from palpate.benchmark.accuracy import TruthErrors, truth_errors
 from palpate.benchmark.judge import Judge
 from palpate.benchmark.load import DEPTH, NEW, PREPARED, TWO, Answer, Load, Press, Refused, Sample, displacement_of
 from palpate.benchmark.measure import labels_of, prepared_settings
@@ -81,8 +81,7 @@ def questions(case: Case, judge: Judge, count: int, tolerance: float, progress: 
 
 def _question(case: Case, kind: str, given: Load, truth: np.ndarray | None, asked: Load | None = None) -> Question:
     """Put a question about a load by its forces, or as it is ``asked`` for by depths."""
-    body, nodes = case.body, [press.node for press in given.presses]
-    patch = np.any([patch_nodes(body.fine, node, case.radius_m) for node in nodes], axis=0)
+    patch = Sample(0, given, case.radius_m).pressed(case.body)
     forces = np.array([force for _, force in given.forces()])
     return Question(kind, given if asked is None else asked, truth, forces, patch)
 

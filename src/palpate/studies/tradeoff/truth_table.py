@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
+from palpate.benchmark.accuracy import TruthErrors, truth_errors
 from palpate.benchmark.load import Sample, samples_in
 from palpate.benchmark.presses import check_radius
 from palpate.benchmark.ranking import KINDS
@@ -182,7 +182,7 @@ def _on_surface(body: Body, whole: Body, level: int, moved: np.ndarray) -> np.nd
 
 
 def _row(body: Body, sample: Sample, levels: np.ndarray, truth: np.ndarray) -> dict:
-    patch = patch_nodes(body.fine, sample.load.single()[0], sample.radius_m)
+    patch = sample.pressed(body)
     row = {"sample": sample.number} | truth_errors(limit(levels), truth, patch)._asdict()
     return row | {"ratio": ratio(levels), "finest_rmse_of_peak": truth_errors(levels[-1], truth, patch).rmse_of_peak}
 
@@ -222,7 +222,7 @@ def geometry_share(
             continue
         own, limit = truth.levels[row, level - truth_levels(body)[0]], truth.displacement[row]
         moved = (answer.surface[0] - own) / (1.0 - 2.0 ** (-ORDER * level))
-        patch = patch_nodes(body.fine, answer.sample.load.single()[0], answer.sample.radius_m)
+        patch = answer.sample.pressed(body)
         found.append([truth.sample[row], *truth_errors(limit + moved, limit, patch), answer.seconds])
     return pd.DataFrame(found, columns=GEOMETRY_COLUMNS)
 

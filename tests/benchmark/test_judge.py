@@ -26,7 +26,7 @@ def all_samples(slab_case):
     k, order = len(db.contact), np.random.default_rng(0).permutation(len(db.contact))
     own = np.tile(np.arange(float(k))[:, None], (1, len(OWN)))
     truth = Truth(
-        sample=order, contact=db.contact[order], displacement=1.1 * db.fine[order], levels=np.zeros((k, 3, 1, 3)),
+        sample=order, displacement=1.1 * db.fine[order], levels=np.zeros((k, 3, 1, 3)),
         ratio=np.full(k, 2.8), least_det=np.full(k, 0.9), own=own[order],
         volume_change=np.zeros(k), iterations=np.ones(k, int), products=np.ones(k, int),
         rejected=np.full(k, "", dtype=object), seconds=np.arange(float(k))[order], radius_m=0.05, level=2,
@@ -109,7 +109,7 @@ def test_a_press_of_each_training_contact_is_judged_beside_the_others(slab, all_
     assert not set(more.samples.contact) & set(found.samples.contact)
     assert len(set(more.samples.contact)) == len(more.side)
     assert np.allclose(more.truth[0], 1.1 * db.fine[more.numbers[0]])
-    lost = np.where(np.isin(truth.contact, db.contact[more.numbers]), "no limit", "").astype(object)
+    lost = np.where(np.isin(db.contact[truth.sample], db.contact[more.numbers]), "no limit", "").astype(object)
     nothing = replace(truth, rejected=lost, displacement=np.full_like(truth.displacement, np.nan))
     assert judge_at_training(slab, db, folds, nothing, 2, 0.05) is None
 
@@ -124,6 +124,6 @@ def test_the_page_shows_the_hardest_press_of_a_contact_with_the_truth_s_own_rmse
     found = known_presses(slab, [tmp_path / "truth.h5"], [tmp_path / "loads.csv"], 3)
     assert len({each.contact for each in found}) == len(found) == 3
     for each in found:
-        last = np.flatnonzero(truth.contact == each.contact).max()
+        last = np.flatnonzero(db.contact[truth.sample] == each.contact).max()
         assert each.force[2] == force[last, 2]
         assert each.own == pytest.approx(truth.own[last, OWN.index("rmse_of_peak")])

@@ -173,7 +173,7 @@ OWN = TruthErrors._fields
 class Truth:
     """The truth of k samples on the n fine surface nodes of a body.
 
-    sample : (k,) sample numbers; contact : (k,) coarse nodes
+    sample : (k,) sample numbers
     displacement : (k, n, 3) [m], the limit, or the finest level where there is none; NaN where a level had no answer
     levels : (k, n_levels, n, 3) [m], the answer of each level, coarse first; NaN where a sample goes without it
     ratio : (k,) by how much the last halving reduced the change, as it is
@@ -188,7 +188,6 @@ class Truth:
     """
 
     sample: np.ndarray
-    contact: np.ndarray
     displacement: np.ndarray
     levels: np.ndarray
     ratio: np.ndarray
@@ -263,14 +262,13 @@ def _row(body: Body, each: Ascent, count: int) -> dict[str, Any]:
     """Return what is known of one sample, with NaN for those of ``count`` levels that it has gone without."""
     surface = np.full((count, len(body.fine.surface), 3), np.nan)
     surface[: len(each.surface)] = each.surface if each.surface else np.nan
-    contact, _ = each.sample.load.single()
     patch = each.sample.pressed(body)
 
     def errors(wrong: _Pressed, truth: _Pressed) -> TruthErrors:
         return truth_errors(wrong.displacement, truth.displacement, patch)
 
     row = {name: getattr(each, name) for name in ("least_det", "volume_change", "iterations", "products", "seconds")}
-    row |= {"sample": each.sample.number, "contact": contact, "levels": surface}
+    row |= {"sample": each.sample.number, "levels": surface}
     if each.failure:
         row |= {"displacement": np.full(surface.shape[1:], np.nan), "ratio": np.nan, "own": [np.nan] * len(OWN)}
         return row | {"rejected": f"{NO_ANSWER} ({each.failure})"}

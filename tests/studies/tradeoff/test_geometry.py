@@ -33,12 +33,10 @@ def truth_on_level_1(body, loads):
     moved = np.array([each.surface[0] for each in answers])
     levels = np.stack([np.full_like(moved, np.nan), moved, np.full_like(moved, np.nan)], axis=1)
     one, nothing = np.ones(len(moved)), np.zeros((len(moved), len(OWN)))
-    numbers = loads["sample"].to_numpy(), loads["contact"].to_numpy()
     whole = dict.fromkeys(("ratio", "least_det", "volume_change", "iterations", "products", "seconds"), one)
     rejected = np.array([""] * len(moved), dtype=object)
-    return Truth(
-        *numbers, moved, levels, own=nothing, rejected=rejected, radius_m=0.02, level=1, elements=1, nodes=1, **whole
-    )
+    known = loads["sample"].to_numpy(), moved, levels
+    return Truth(*known, own=nothing, rejected=rejected, radius_m=0.02, level=1, elements=1, nodes=1, **whole)
 
 
 def test_facets_bend_more_by_what_their_section_lacks(beam, loads):

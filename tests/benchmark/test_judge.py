@@ -9,7 +9,7 @@ import pytest
 from palpate.benchmark.accuracy import patch_nodes
 from palpate.benchmark.database import write
 from palpate.benchmark.judge import TRAINING, judge, judge_at_training, read_judged
-from palpate.benchmark.load import FORCES
+from palpate.benchmark.presses import FORCES
 from palpate.benchmark.split import fold_sides, fold_table
 from palpate.benchmark.truth import OWN, Truth
 from palpate.bodies.body_file import save

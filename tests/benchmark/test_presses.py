@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from palpate.benchmark import presses
-from palpate.benchmark.load import FORCES, samples_in
 from palpate.benchmark.presses import (
+    FORCES,
     PRESS_COLUMNS,
     SOUND,
     choose_presses,
     oblique,
+    samples_in,
 )
 from palpate.benchmark.static_responses import press
 from palpate.bodies.contacts import kept_contacts, sampled_contacts

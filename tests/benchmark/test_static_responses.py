@@ -8,8 +8,7 @@ import pytest
 
 from palpate.benchmark import static_responses
 from palpate.benchmark.database import read, write
-from palpate.benchmark.load import samples_in
-from palpate.benchmark.presses import LOAD_COLUMNS
+from palpate.benchmark.presses import LOAD_COLUMNS, samples_in
 from palpate.benchmark.static_responses import Responses, assemble, digest, inverted, load_responses, press
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import finer, ten_nodes

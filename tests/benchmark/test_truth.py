@@ -7,8 +7,7 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.load import samples_in
-from palpate.benchmark.presses import LOAD_COLUMNS
+from palpate.benchmark.presses import LOAD_COLUMNS, samples_in
 from palpate.benchmark.richardson import limit
 from palpate.benchmark.truth import OWN, objection, truth_levels, truth_of
 from palpate.bodies.body import nest

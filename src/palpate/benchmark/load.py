@@ -12,10 +12,7 @@ from palpate.setting_types import Block, Index, NotNegative, Positive, Vector, k
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import pandas as pd
-
     from palpate.bodies.body import Body
-    from palpate.effects.patch_load import Patch
 
 PREPARED, NEW, TWO, DEPTH = "prepared", "never prepared", "two contacts", "depth"
 LOADS = (PREPARED, NEW, TWO, DEPTH)
@@ -195,49 +192,6 @@ class Doubted(NotConverged):
     def __init__(self, message: str, residuals: list[float], answer: Answer):
         super().__init__(message, residuals)
         self.answer = answer
-
-
-@dataclass(frozen=True, eq=False)
-class Sample:
-    """A load that is simulated, a row of loads.csv: its ``number``, and the radius of its discs [m]."""
-
-    number: int
-    load: Load
-    radius_m: float
-
-    def patches(self, body: "Body") -> "list[Patch]":
-        """Return the disc of each press on ``body``."""
-        from palpate.effects.patch_load import patch_at
-
-        return [patch_at(body, press.node, self.radius_m) for press in self.load.presses]
-
-    def pressed(self, body: "Body") -> np.ndarray:
-        """Mark the fine surface nodes in its discs, (n_surface,) bool."""
-        from palpate.benchmark.accuracy import patch_nodes
-
-        return np.any([patch_nodes(body.fine, press.node, self.radius_m) for press in self.load.presses], axis=0)
-
-    def nodal(self, body: "Body", level: int, order: int = 1, whole: "Body | None" = None) -> np.ndarray:
-        """Return nodal forces (n, 3) [N] on one level of ``body``, for elements of ``order``, as ``nodal_load`` does.
-
-        whole : ``body`` with more levels, one of which is meant; the discs are those of ``body``, the same for all
-        """
-        from palpate.effects.patch_load import spread
-
-        mesh = (body if whole is None else whole).levels[level]
-        pressed = zip(self.patches(body), self.load.forces(), strict=True)
-        return np.sum([spread(mesh, patch, force, order) for patch, (_, force) in pressed], axis=0)
-
-
-FORCES = ["force_x_n", "force_y_n", "force_z_n"]
-"""The columns of loads.csv that have a force."""
-
-
-def samples_in(table: "pd.DataFrame") -> list[Sample]:
-    """Return the samples of loads.csv, in its order."""
-    loads = loads_of(table["contact"], table[FORCES].to_numpy(dtype=float))
-    rows = zip(table["sample"], loads, table["radius_m"], strict=True)
-    return [Sample(int(number), load, float(radius_m)) for number, load, radius_m in rows]
 
 
 def displacement_of(answer: np.ndarray | Answer) -> np.ndarray:

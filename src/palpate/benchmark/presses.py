@@ -8,16 +8,52 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.load import FORCES
+from palpate.benchmark.accuracy import patch_nodes
+from palpate.benchmark.load import Load, loads_of
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import sampled_contacts
 from palpate.bodies.refinement import finer
 from palpate.bodies.surface_quadrature import enclosed_volume
-from palpate.effects.patch_load import nodal_load
+from palpate.effects.patch_load import Patch, nodal_load, patch_at, spread
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.equilibrium import Unbuckled
 
+FORCES = ["force_x_n", "force_y_n", "force_z_n"]
+"""The columns of loads.csv that have a force."""
 LOAD_COLUMNS = ["sample", "contact", *FORCES, "radius_m"]
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A load that is simulated, a row of loads.csv: its ``number``, and the radius of its discs [m]."""
+
+    number: int
+    load: Load
+    radius_m: float
+
+    def patches(self, body: Body) -> list[Patch]:
+        """Return the disc of each press on ``body``."""
+        return [patch_at(body, press.node, self.radius_m) for press in self.load.presses]
+
+    def pressed(self, body: Body) -> np.ndarray:
+        """Mark the fine surface nodes in its discs, (n_surface,) bool."""
+        return np.any([patch_nodes(body.fine, press.node, self.radius_m) for press in self.load.presses], axis=0)
+
+    def nodal(self, body: Body, level: int, order: int = 1, whole: Body | None = None) -> np.ndarray:
+        """Return nodal forces (n, 3) [N] on one level of ``body``, for elements of ``order``, as ``nodal_load`` does.
+
+        whole : ``body`` with more levels, one of which is meant; the discs are those of ``body``, the same for all
+        """
+        mesh = (body if whole is None else whole).levels[level]
+        pressed = zip(self.patches(body), self.load.forces(), strict=True)
+        return np.sum([spread(mesh, patch, force, order) for patch, (_, force) in pressed], axis=0)
+
+
+def samples_in(table: pd.DataFrame) -> list[Sample]:
+    """Return the samples of loads.csv, in its order."""
+    loads = loads_of(table["contact"], table[FORCES].to_numpy(dtype=float))
+    rows = zip(table["sample"], loads, table["radius_m"], strict=True)
+    return [Sample(int(number), load, float(radius_m)) for number, load, radius_m in rows]
 
 
 def _peak(displacement: np.ndarray) -> float:

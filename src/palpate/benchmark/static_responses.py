@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.database import Database, database_of
-from palpate.benchmark.load import FORCES, Sample, samples_in
+from palpate.benchmark.presses import FORCES, Sample, samples_in
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.mesh import Mesh

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, truth_errors
-from palpate.benchmark.load import Sample, samples_in
+from palpate.benchmark.presses import Sample, samples_in
 from palpate.benchmark.richardson import RATIOS, limit_over, rejection
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints

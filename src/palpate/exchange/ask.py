@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.comparable import followed
-from palpate.benchmark.load import samples_in
 from palpate.benchmark.motion_truth import MotionTruth
 from palpate.benchmark.moving_scene import MovingScene
-from palpate.benchmark.presses import choose_presses
+from palpate.benchmark.presses import choose_presses, samples_in
 from palpate.benchmark.settings import Instrument as ToolSettings
 from palpate.benchmark.settings import instrument_name, pressed_bodies
 from palpate.benchmark.split import FOLDS

@@ -10,8 +10,9 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors
 from palpate.benchmark.judge import read_judged
-from palpate.benchmark.load import FORCES, Sample, loads_of
+from palpate.benchmark.load import loads_of
 from palpate.benchmark.measure import Presses
+from palpate.benchmark.presses import FORCES, Sample
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import truth_of
 from palpate.bodies.body import Body

@@ -8,8 +8,7 @@ import pytest
 from fixtures.known_deformations import *  # noqa: F403
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.load import samples_in
-from palpate.benchmark.presses import LOAD_COLUMNS
+from palpate.benchmark.presses import LOAD_COLUMNS, samples_in
 from palpate.benchmark.split import split
 from palpate.benchmark.static_responses import press
 from palpate.errors import InputError

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.load import samples_in
+from palpate.benchmark.presses import samples_in
 from palpate.benchmark.truth import OWN, truth_of
 from palpate.bodies.body import nest
 from palpate.bodies.contacts import sampled_contacts

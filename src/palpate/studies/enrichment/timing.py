@@ -15,7 +15,7 @@ from scipy import stats
 
 from palpate.benchmark.accuracy import Method
 from palpate.benchmark.database import Database
-from palpate.benchmark.load import samples_in
+from palpate.benchmark.presses import samples_in
 from palpate.benchmark.timing import Call, measure, processor_seconds, timing_rows
 from palpate.bodies.body import Body
 from palpate.models.enrichment.features import nearest_first

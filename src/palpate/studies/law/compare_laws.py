@@ -14,8 +14,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import truth_errors
-from palpate.benchmark.load import FORCES, Sample, samples_in
-from palpate.benchmark.presses import choose_presses
+from palpate.benchmark.presses import FORCES, Sample, choose_presses, samples_in
 from palpate.benchmark.truth import OWN as ERRORS
 from palpate.benchmark.truth import Truth, truth_levels, truth_of
 from palpate.bodies import body_file

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.load import samples_in
+from palpate.benchmark.presses import samples_in
 from palpate.benchmark.timing import online, time_calls
 from palpate.benchmark.truth import OWN, Truth
 from palpate.bodies.body import Body

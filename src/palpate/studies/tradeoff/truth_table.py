@@ -12,8 +12,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, truth_errors
-from palpate.benchmark.load import Sample, samples_in
-from palpate.benchmark.presses import check_radius
+from palpate.benchmark.presses import Sample, check_radius, samples_in
 from palpate.benchmark.ranking import KINDS
 from palpate.benchmark.richardson import limit, ratio
 from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, over, reasons, truth_levels

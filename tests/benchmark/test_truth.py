@@ -31,7 +31,7 @@ def loads(slab):
 
 @pytest.fixture(scope="module")
 def slab_truth(slab, loads):
-    return truth_of(slab, loads, {3, 7})
+    return truth_of(slab, samples_in(loads), {3, 7})
 
 
 @pytest.fixture(scope="module")
@@ -65,8 +65,10 @@ def test_levels_are_solved_to_less_than_can_be_seen(slab, loads, slab_truth):
 
 def test_its_own_error_is_that_which_finer_levels_find(block, corner):
     """In the models' denominators and on their nodes: all of it, or down to a fifth, as a change of limits is."""
-    found, once = truth_of(block, corner, {0}), finer(block)
-    again = truth_of(once, corner, {0}).displacement[0][np.searchsorted(once.fine.surface, block.fine.surface)]
+    found, once = truth_of(block, samples_in(corner), {0}), finer(block)
+    again = truth_of(once, samples_in(corner), {0}).displacement[0][
+        np.searchsorted(once.fine.surface, block.fine.surface)
+    ]
     patch = patch_nodes(block.fine, int(corner["contact"][0]), 0.06)
     error = truth_errors(found.displacement[0], again, patch)
     for name in ("rmse_of_peak", "relative_l2", "patch_rms_of_peak"):
@@ -95,7 +97,7 @@ def test_another_element_has_the_same_limit(slab, loads, slab_truth):
     patch = patch_nodes(slab.fine, int(loads["contact"][0]), RADIUS_M)
     error = truth_errors(linear, slab_truth.displacement[0], patch).rmse_of_peak
     assert error > 20 * slab_truth.own[0, OWN.index("rmse_of_peak")]
-    [row] = other_element(slab, loads, slab_truth, [7]).itertuples()
+    [row] = other_element(slab, samples_in(loads), slab_truth, [7]).itertuples()
     own = slab_truth.own[1, OWN.index("rmse_of_peak")]
     assert row.sample == 7 and row.rmse_of_peak < 0.6 * row.finest_rmse_of_peak < 4 * own
     assert 2.0 < row.ratio < 4.5
@@ -118,7 +120,7 @@ def test_four_levels_where_a_body_has_them_and_three_for_who_does_without(slab, 
     assert truth_levels(twice) == range(0, 4) and truth_levels(slab) == range(0, 3)
     small = nest("small", block.coarse, 2, block.anchors[0], soft)
     there = int(corner["contact"][0])
-    found = truth_of(small, loads.assign(contact=there, radius_m=0.06), {3})
+    found = truth_of(small, samples_in(loads.assign(contact=there, radius_m=0.06)), {3})
     assert np.isfinite(found.levels[0]).all() and np.isnan(found.levels[1, 3]).all() and found.level == 3
     first, second = (limit(found.levels[0][part]) for part in (slice(0, 3), slice(1, 4)))
     assert np.allclose(found.displacement[0], second)
@@ -141,7 +143,7 @@ def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner
         slab_truth.rows([3, 5])
     both = pd.concat([corner, corner.assign(sample=1, force_z_n=-40.0)])
     with pytest.warns(UserWarning, match=r"bodies\.block: 1 of 2 presses have no truth .* they are left out"):
-        found = truth_of(block, both, {0, 1})
+        found = truth_of(block, samples_in(both), {0, 1})
     assert found.rejected[1] and not found.rejected[0] and found.rows([1, 0]).tolist() == [0]
     [row] = truth_table({"block_deep": found}).itertuples()
     assert (row.samples, row.rejected) == (1, 1)
@@ -196,7 +198,7 @@ def test_a_bed_gives_a_truth_and_nails_one_that_is_less_sure(bean):
     nailed, bedded = bean
     contact = int(bedded.coarse.surface[np.argmax(bedded.coarse.nodes[bedded.coarse.surface] @ [0.3, 0.0, 1.0])])
     press = pd.DataFrame([(0, contact, 0.0, 0.0, -0.1, 0.015)], columns=LOAD_COLUMNS)
-    lying, held = truth_of(bedded, press, {0}), truth_of(nailed, press, {0})
+    lying, held = (truth_of(body, samples_in(press), {0}) for body in (bedded, nailed))
     assert lying.rejected[0] == held.rejected[0] == ""
     rms = OWN.index("rmse_of_peak")
     assert lying.ratio[0] > 3.0 and lying.own[0, rms] < 0.01

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.database import write
-from palpate.benchmark.presses import LOAD_COLUMNS, oblique
+from palpate.benchmark.presses import LOAD_COLUMNS, oblique, samples_in
 from palpate.benchmark.split import asked_samples, fold_table
 from palpate.benchmark.static_responses import assemble, press
 from palpate.benchmark.truth import truth_of
@@ -66,7 +66,7 @@ def pressed(tmp_path_factory) -> Run:
     write(database, place / "database.h5")
     write_table(folds, place / "samples.csv")
     write_table(loads, place / "loads.csv")
-    store(truth_of(body, loads[loads["sample"].isin(asked)], set(tested)), place / "truth.h5")
+    store(truth_of(body, samples_in(loads[loads["sample"].isin(asked)]), set(tested)), place / "truth.h5")
     return Run(config, folder / "results", settings, body, loads)
 
 

@@ -13,10 +13,9 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, truth_errors
-from palpate.benchmark.presses import Sample, samples_in
+from palpate.benchmark.presses import Sample
 from palpate.benchmark.richardson import RATIOS, limit_over, rejection
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
@@ -83,9 +82,9 @@ def truth_levels(body: Body) -> range:
 
 
 def ascend(
-    body: Body, loads: pd.DataFrame, levels: Sequence[range], tolerance: float, progress: Callable = iter
+    body: Body, samples: Sequence[Sample], levels: Sequence[range], tolerance: float, progress: Callable = iter
 ) -> tuple[list[Ascent], Body]:
-    """Solve for every row of ``loads`` on its own ``levels``; return also the body with all levels that were needed.
+    """Solve for every sample on its own ``levels``; return also the body with all levels that were needed.
 
     tolerance : relative residual of the solutions that start from another level's
     progress : wraps the sequence of all solutions, as ``tqdm`` does
@@ -93,7 +92,7 @@ def ascend(
     """
     last = max(own[-1] for own in levels)
     whole = with_midpoints(body, last)
-    ascents = [Ascent(sample, own) for sample, own in zip(samples_in(loads), levels, strict=True)]
+    ascents = [Ascent(sample, own) for sample, own in zip(samples, levels, strict=True)]
     todo = [(level, each) for level in range(last + 1) for each in ascents if level in each.levels]
     step: _Level | None = None
     for level, each in progress(todo):
@@ -226,16 +225,16 @@ class Truth:
 
 
 def truth_of(
-    body: Body, loads: pd.DataFrame, finest: Collection[int], progress: Callable = iter, tolerance: float = NEXT
+    body: Body, samples: Sequence[Sample], finest: Collection[int], progress: Callable = iter, tolerance: float = NEXT
 ) -> Truth:
-    """Find the truth of every row of ``loads``.
+    """Find the truth of presses at one contact each.
 
     finest : the sample numbers that get the finest level; the others do without it where three levels are left
     progress, tolerance : as in ``ascend``
     """
     levels = truth_levels(body)
-    wanted = [levels if len(levels) < 4 or sample in finest else levels[:-1] for sample in loads["sample"]]
-    ascents, whole = ascend(body, loads, wanted, tolerance, progress)
+    wanted = [levels if len(levels) < 4 or each.number in finest else levels[:-1] for each in samples]
+    ascents, whole = ascend(body, samples, wanted, tolerance, progress)
     columns = columns_of([_row(body, each, len(levels)) for each in ascents])
     then = "they are left out."
     if columns["rejected"].all():
@@ -247,7 +246,7 @@ def truth_of(
     last = max(each.levels[-1] for each in ascents)
     return Truth(
         **columns,
-        radius_m=float(loads["radius_m"].iloc[0]),
+        radius_m=samples[0].radius_m,
         level=last,
         elements=len(whole.levels[last].tetrahedra),
         nodes=len(whole.levels[last + 1].nodes),

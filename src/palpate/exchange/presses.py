@@ -74,9 +74,8 @@ def of_run(files: Mapping[str, Any], regime: str, split: int, radius_m: float) -
 def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:
     """Find the truth of every press with the material's ``law``, one of palpate's, as ``make`` does."""
     body, loads = with_law(body_of(questions), law), questions.arrays["loads"]
-    table = pd.DataFrame(loads["force_n"], columns=FORCES)
-    table = table.assign(sample=loads["sample"], contact=loads["node"], radius_m=loads["radius_m"])
-    found = truth_of(body, table, set(loads["sample"].tolist()), progress)
+    asked = zip(loads["sample"].tolist(), loads_of(loads["node"], loads["force_n"]), loads["radius_m"], strict=True)
+    found = truth_of(body, [Sample(*each) for each in asked], set(loads["sample"].tolist()), progress)
     own = np.where(found.believed[:, None], found.own, np.nan)
     return truth_arrays(found.displacement, own, found.seconds)
 

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from palpate.benchmark import truth
@@ -11,6 +10,7 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Doubted, Load, Press, displacement_of, loads_of
 from palpate.benchmark.model import Case
+from palpate.benchmark.presses import Sample
 from palpate.benchmark.truth import truth_of
 from palpate.models import near_buckling, pod_galerkin
 from palpate.models.contact_modes import contact_modes
@@ -117,9 +117,7 @@ def test_galerkin_without_guards_answers_with_the_straight_column(monkeypatch):
 
 def pressed_column(share):
     """Return a press of the column, as truths are asked for it, at a ``share`` of the load under which it buckles."""
-    node, force = press_of("column", share)
-    names = ["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"]
-    return pd.DataFrame([(0, node, *force, RADIUS_M)], columns=names)
+    return [Sample(0, Load.at(*press_of("column", share)), RADIUS_M)]
 
 
 def test_a_truth_of_a_column_that_buckles_on_finer_elements_only_is_rejected():

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from palpate.benchmark import truth as truth_of_presses
-from palpate.benchmark.presses import LOAD_COLUMNS
+from palpate.benchmark.load import Load
+from palpate.benchmark.presses import Sample
 from palpate.benchmark.truth import OWN, Truth, ascend, truth_levels
 from palpate.bodies.organs import SmoothSurface
 from palpate.bodies.refinement import finer
@@ -24,7 +24,7 @@ SECOND_MOMENTS = SIDES / 24 * np.sin(2 * np.pi / SIDES) * (2 + np.cos(2 * np.pi 
 def loads(beam):
     """A force on the bar's side, near its free end, across it."""
     contact = int(np.argmax(beam.coarse.nodes @ [1.0, 0.0, 1.0] - np.abs(beam.coarse.nodes[:, 2] - 0.18)))
-    return pd.DataFrame([(4, contact, -0.002, 0.0, 0.0, 0.02)], columns=LOAD_COLUMNS)
+    return [Sample(4, Load.at(contact, np.array([-0.002, 0.0, 0.0])), 0.02)]
 
 
 def truth_on_level_1(body, loads):
@@ -35,7 +35,7 @@ def truth_on_level_1(body, loads):
     one, nothing = np.ones(len(moved)), np.zeros((len(moved), len(OWN)))
     whole = dict.fromkeys(("ratio", "least_det", "volume_change", "iterations", "products", "seconds"), one)
     rejected = np.array([""] * len(moved), dtype=object)
-    known = loads["sample"].to_numpy(), moved, levels
+    known = np.array([sample.number for sample in loads]), moved, levels
     return Truth(*known, own=nothing, rejected=rejected, radius_m=0.02, level=1, elements=1, nodes=1, **whole)
 
 

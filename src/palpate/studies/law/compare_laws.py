@@ -105,7 +105,7 @@ def compare_laws(
     for each in progress(variants(body, laws, poissons)):
         with warnings.catch_warnings():  # the table says which presses have no truth, instead
             warnings.filterwarnings("ignore", ".*presses have no truth")
-            truth = truth_of(each.body, loads, (), tolerance=tolerance)
+            truth = truth_of(each.body, samples, (), tolerance=tolerance)
         linear = _linear(each.body, samples, tolerance)
         own = own or truth  # the first variant is the body as it is described
         material = each.body.material

@@ -33,14 +33,15 @@ TRUTH_TOLERANCE = 1e-3
 
 
 def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool, check_samples: int):
+    from palpate.benchmark.presses import samples_in
     from palpate.benchmark.split import asked_samples, read_folds, training_presses
     from palpate.benchmark.truth import truth_of
     from palpate.studies.tradeoff.truth_table import other_element, widened
 
-    body, loads, folds = load(input.body), pd.read_csv(input.loads), read_folds(input.samples)
+    body, samples, folds = load(input.body), samples_in(pd.read_csv(input.loads)), read_folds(input.samples)
     asked, tested = asked_samples(folds, splits)
     training = training_presses(folds, splits[0]) if more else np.empty(0, dtype=int)
-    chosen = loads[loads["sample"].isin([*asked, *training])]
+    chosen = [sample for sample in samples if sample.number in {*asked, *training}]
     progress = steps(say, f"{body.name}, {wildcards.regime}: truth, solution")
     truth, check = truth_of(body, chosen, set(tested), progress, TRUTH_TOLERANCE), pd.DataFrame()
     if check_samples:
@@ -79,12 +80,13 @@ def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radi
 
 
 def measure_facets(input, wildcards, say, samples: int, entry: Smooth):
+    from palpate.benchmark.presses import samples_in
     from palpate.bodies.organs import surface_of
     from palpate.studies.tradeoff.truth_table import geometry_share
 
-    body, truth, loads = load(input.body), stored(Truth, input.truth), pd.read_csv(input.loads)
+    body, truth, presses = load(input.body), stored(Truth, input.truth), samples_in(pd.read_csv(input.loads))
     progress = steps(say, f"{body.name}, {wildcards.regime}: what its facets change, solution")
-    return geometry_share(body, surface_of(entry), loads, truth, truth.spread(samples), progress)
+    return geometry_share(body, surface_of(entry), presses, truth, truth.spread(samples), progress)
 
 
 def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], split: int):

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, truth_errors
-from palpate.benchmark.presses import Sample, check_radius, samples_in
+from palpate.benchmark.presses import Sample, check_radius
 from palpate.benchmark.ranking import KINDS
 from palpate.benchmark.richardson import limit, ratio
 from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, over, reasons, truth_levels
@@ -115,7 +115,7 @@ OTHER_ELEMENT_COLUMNS = ["sample", *TruthErrors._fields, "ratio", "finest_rmse_o
 
 
 def other_element(
-    body: Body, loads: pd.DataFrame, truth: Truth, samples: Sequence[int] | np.ndarray, progress: Callable = iter
+    body: Body, presses: Sequence[Sample], truth: Truth, samples: Sequence[int] | np.ndarray, progress: Callable = iter
 ) -> pd.DataFrame:
     """Tabulate how far the limit of linear elements is from ``truth``, a row for each of ``samples`` that is believed.
 
@@ -128,7 +128,7 @@ def other_element(
     levels = range(last - 2, last + 1)
     whole = finer(body, last + 1 - len(body.levels))
     rows = truth.rows(np.asarray(samples))
-    asked = samples_in(loads.set_index("sample", drop=False).loc[truth.sample[rows]])
+    asked = _numbered(presses, truth.sample[rows])
     found: list[list[np.ndarray]] = [[] for _ in asked]
     starts: list[np.ndarray | None] = [None] * len(asked)
     solver: Equilibrium | None = None
@@ -156,6 +156,11 @@ def other_element(
         ],
         columns=OTHER_ELEMENT_COLUMNS,
     )
+
+
+def _numbered(presses: Sequence[Sample], numbers: np.ndarray) -> list[Sample]:
+    known = {press.number: press for press in presses}
+    return [known[number] for number in numbers]
 
 
 def widened(truth: Truth, check: pd.DataFrame) -> Truth:
@@ -196,7 +201,7 @@ ORDER = 2
 def geometry_share(
     body: Body,
     surface: SmoothSurface,
-    loads: pd.DataFrame,
+    presses: Sequence[Sample],
     truth: Truth,
     samples: Sequence[int] | np.ndarray,
     progress: Callable = iter,
@@ -212,7 +217,7 @@ def geometry_share(
     """
     level = max(LEVEL, len(body.levels) - 2)
     rows = truth.rows(np.asarray(samples))
-    asked = loads.set_index("sample", drop=False).loc[truth.sample[rows]]
+    asked = _numbered(presses, truth.sample[rows])
     other = finer(replace(body.up_to(0), smooth=surface if body.smooth is None else None), len(body.levels) - 1)
     answers, _ = ascend(other, asked, [range(level, level + 1)] * len(asked), FIRST, progress)
     found = []

@@ -1,4 +1,4 @@
-"""Measure the error of a prediction, and tabulate it."""
+"""Measure the error of a prediction."""
 
 from typing import NamedTuple, Protocol
 

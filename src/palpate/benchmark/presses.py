@@ -1,4 +1,4 @@
-"""Choose which contacts are pressed, and how hard: paper 1's loads, and the presses of the trade-off."""
+"""Choose which contacts are pressed and how hard, and spread what presses them over the nodes of a level."""
 
 import warnings
 from collections import Counter
@@ -67,7 +67,7 @@ PRESSURE = 0.25
 DEEPEST = 0.15
 """Share of the body's size by which a press of a regime without peak_of_size moves it at most: slender bodies bend."""
 TOLERANCE = 1e-4
-"""Relative residual of the solves that the search takes: far below LOAD_TOLERANCE."""
+"""Relative residual of the solves that the search takes: far below PEAK_TOLERANCE."""
 SOUND = 0.5
 """The smallest det F that a press may reach: finer meshes reach less, and below there is no truth to compare with."""
 FIRST = 0.7
@@ -221,7 +221,7 @@ def choose_presses(
         ``pressure_of_young``, the peak pressure 2 F / (π radius²) as a share of Young's modulus that no press exceeds,
         by default PRESSURE. Without peak_of_size a press of magnitude 1 has that pressure, or a peak of DEEPEST.
 
-    Forces are found to LOAD_TOLERANCE with quadratic elements on the last level but one, whose nodes are those of the
+    Forces are found to PEAK_TOLERANCE with quadratic elements on the last level but one, whose nodes are those of the
     finest. A press at which an element is inverted, or squeezed below SOUND, or beyond which the body collapses, is
     lowered, and at the same contact no press of a smaller magnitude has more than its share of that force. The column
     ``capped`` is "no", or where a press is lower than asked "pressure", "peak", "inverted", "squeezed" or "unstable";

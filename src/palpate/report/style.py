@@ -43,6 +43,8 @@ STYLE: dict[Any, Any] = {
 DISPLACEMENT = "YlGnBu"
 ERROR = "YlOrRd"
 INK, FAINT = "#222222", "#9a9a9a"
+HUES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8b0000", "#708090")
+"""Of things that have no colour of their own, in turn."""
 
 
 # One hue for elastic effects, another for loads and contact, a third for damping

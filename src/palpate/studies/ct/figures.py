@@ -196,7 +196,6 @@ def _look():
 
 _INCHES = 10.5
 _FOUND, _TRUE = "#d55e00", "#009e73"
-_MASK_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00")
 
 
 @style.figure("ct_imaging")
@@ -247,7 +246,7 @@ def _masks(axis: Axes, table: pd.DataFrame) -> None:
             rows = tables.where(table, body=body)
             rows = rows[(rows["method"] == BETWEEN) == (method == BETWEEN)].sort_values("every")
             label = body if method else None
-            colour = _MASK_COLOURS[i % len(_MASK_COLOURS)]
+            colour = style.HUES[i % len(style.HUES)]
             axis.plot(rows["every"], rows["dice"], line, color=colour, marker="o", ms=3, label=label)
     axis.axhline(0.95, color=style.FAINT, lw=0.8)
     axis.plot([], [], ":", color=style.INK, label="nearest drawn slice")
@@ -256,7 +255,6 @@ def _masks(axis: Axes, table: pd.DataFrame) -> None:
     axis.legend(loc="lower left")
 
 
-_MASS_COLOURS = ("#009e73", "#d55e00", "#0072b2", "#cc79a7", "#e69f00")
 _ENOUGH, _BOUND, _PAPERS = 6000, 1.0, 3.5  # elements; deviations [%]
 
 
@@ -266,7 +264,7 @@ def draw_node_mass(node_mass) -> Figure:
     figure, ((left, right),) = style.panels(1, 2, (9.5, 3.9))
     for i, body in enumerate(tables.bodies(node_mass)):
         rows = tables.where(node_mass, body=body).sort_values("elements")
-        colour = _MASS_COLOURS[i % len(_MASS_COLOURS)]
+        colour = style.HUES[i % len(style.HUES)]
         left.plot(rows["elements"], 100 * rows["raw_deviation"], color=colour, ls="--", marker="o", ms=3, alpha=0.7)
         left.plot(rows["elements"], 100 * rows["deviation_from_voxels"], color=colour, marker="o", ms=4, label=body)
         right.plot(rows["elements"], rows["mean_density_kg_m3"], color=colour, marker="o", ms=4, label=body)

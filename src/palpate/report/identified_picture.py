@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from palpate.identification.identify import MODULUS, OFFSET, YOUNG, Identified
 from palpate.identification.intervals import Interval
 from palpate.report import style
+from palpate.report.turnable import evenly
 from palpate.report.words import spaced
 
 MOST_CURVES = 12
@@ -38,7 +39,7 @@ def draw_identified(found: Identified) -> Figure:
 
 def _curves(axis: Axes, found: Identified) -> None:
     strength = np.array([np.abs(curve.force_n).max() for curve in found.curves])
-    chosen = np.argsort(strength)[np.unique(np.linspace(0, len(strength) - 1, MOST_CURVES).round().astype(int))]
+    chosen = np.argsort(strength)[evenly(len(strength), MOST_CURVES)]
     for number, k in enumerate(chosen):
         curve = found.curves[k]
         axis.plot(1e3 * curve.depth_m, curve.force_n, "o", ms=3, color=MEASURED, label="" if number else "measured")

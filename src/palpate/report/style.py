@@ -43,6 +43,8 @@ STYLE: dict[Any, Any] = {
 DISPLACEMENT = "YlGnBu"
 ERROR = "YlOrRd"
 INK, FAINT = "#222222", "#9a9a9a"
+HUES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8b0000", "#708090")
+"""Of things that have no colour of their own, in turn."""
 
 
 # One hue for elastic effects, another for loads and contact, a third for damping
@@ -99,15 +101,44 @@ def figure(name: str, tables: Sequence[str] = ()):
     return styled
 
 
-def plain_log(axis) -> None:
-    """Label a logarithmic x- or y-axis with plain numbers: decades, or 1, 2, 5 where there are few decades.
+def plain_log(*axes) -> None:
+    """Label logarithmic x- or y-axes with plain numbers: decades, or 1, 2, 5 where there are few decades.
 
     Call it after the limits are set.
     """
-    low, high = axis.get_view_interval()
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 60 * low else (1,)))
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter(NullFormatter())
+    for axis in axes:
+        low, high = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 60 * low else (1,)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
+
+
+def panels(rows: int, columns: int, size: tuple[float, float], **shared: Any) -> tuple[Figure, Any]:
+    """Make a figure of ``size`` [inch] with (rows, columns) panels; shared : as ``Figure.subplots`` has it."""
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **shared)
+
+
+def panel_each(
+    names: Sequence[str], most: int, width: float, height: float, upright: str = "", **shared: Any
+) -> tuple[Figure, dict[str, Axes]]:
+    """Make a figure with a panel of ``width`` and ``height`` [inch] for each name, in rows of at most ``most``.
+
+    upright : what the y-axes show, if all show the same, said beside the first of each row
+    """
+    columns = min(most, len(names))
+    rows = -(-len(names) // columns)
+    figure, grid = panels(rows, columns, (width * columns, height * rows + 0.5), **shared)
+    for axis in grid.ravel()[len(names) :]:
+        axis.remove()
+    for axis in grid[:, 0] if upright else ():
+        axis.set_ylabel(upright)
+    return figure, dict(zip(names, grid.ravel(), strict=False))
+
+
+def with_power(name: str, power: float) -> str:
+    """Return the label of a curve that grows with the power of n that was fitted to it; the name if none was."""
+    return f"{name}: n$^{{{power:.2f}}}$" if np.isfinite(power) else name
 
 
 @styled

@@ -4,6 +4,7 @@ import pandas as pd
 import pytest
 from fixtures.material import numbers, page
 
+from palpate.report.model_looks import look
 from palpate.studies.organ_springs import figures
 from palpate.studies.organ_springs.claims import chain
 
@@ -66,7 +67,9 @@ def test_numbers_say_what_springs_reach(tables):
 def test_contacts_and_times_are_drawn(tables):
     left, right = figures.draw_organ_springs(tables["organ_springs"]).axes
     assert [text.get_text() for text in left.get_xticklabels()] == [figures.SHORT[m] for m in ERRORS if m != "zero"]
-    fem = next(line for line in right.lines if len(line.get_xdata()) == 2 and line.get_color() == "#222222")
+    fem = next(
+        line for line in right.lines if len(line.get_xdata()) == 2 and line.get_color() == look("coarse_fem").colour
+    )
     assert fem.get_ydata().tolist() == pytest.approx([8.0, 3.6])
     springs = [line.get_xdata()[-1] for line in right.lines[:4]]
     assert len(set(springs)) == 4 and {line.get_linestyle() for line in right.lines[:4]} == {"--"}

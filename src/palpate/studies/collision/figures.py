@@ -8,6 +8,7 @@ from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
 from palpate.report.model_looks import Look
+from palpate.report.words import spaced
 from palpate.studies.collision.compare_trees import STAGES, exponents
 
 STRUCTURES = {
@@ -70,13 +71,13 @@ def draw_collision(collision) -> Figure:
     names, among = tables.scenes(table), depths_of(table)
     rows = table[["structure", "depths", "rival"]].drop_duplicates()
     looks = {(row.structure, row.depths): look(row.structure, row.depths, among) for row in rows.itertuples()}
-    figure = Figure(figsize=(2.9 * len(names) + 1.6, 7.4), layout="constrained")
-    above, below = figure.subplots(2, len(names), sharey="row", squeeze=False, height_ratios=(1.1, 1))
+    size = (2.9 * len(names) + 1.6, 7.4)
+    figure, (above, below) = style.panels(2, len(names), size, sharey="row", height_ratios=(1.1, 1))
     for top, bottom, scene in zip(above, below, names, strict=True):
         here = tables.where(table, scene=scene)
         _accuracy(top, here, looks)
         _frames(bottom, here, looks)
-        top.set_title(f"{scene.replace('_', ' ')},\n{here['triangles'].iloc[0]:,} triangles")
+        top.set_title(f"{spaced(scene)},\n{here['triangles'].iloc[0]:,} triangles")
     above[0].set_ylabel("query [ms]")
     style.plain_log(above[0].yaxis)
     below[0].set_yticks(range(len(looks)), [shown.label for shown in looks.values()])
@@ -127,16 +128,14 @@ def draw_collision_scaling(collision_scaling) -> Figure:
     figure = Figure(figsize=(11, 4.6), layout="constrained")
     for axis, stage in zip(figure.subplots(1, len(STAGES), sharey=True), STAGES, strict=True):
         for (structure, depths), rows in table.dropna(subset=stage).groupby(["structure", "depths"], sort=False):
-            shown, power = look(structure, depths, among), powers.loc[(structure, depths), stage]
-            label = f"{shown.label}: n$^{{{power:.2f}}}$" if np.isfinite(power) else shown.label
-            drawn = {"marker": shown.marker, "ms": 8 if shown.marker == "*" else 4, "lw": 1, "color": shown.colour}
-            axis.loglog(rows["triangles"], rows[stage], label=label, **drawn)
+            shown = look(structure, depths, among)
+            label = style.with_power(shown.label, powers.loc[(structure, depths), stage])
+            axis.loglog(rows["triangles"], rows[stage], label=label, **_drawn(shown))
         ends = np.array([table["triangles"].min(), table["triangles"].max()])
         axis.loglog(ends, 1e-4 * ends, color=style.FAINT, lw=0.8, ls=":", label="100 ns per triangle")
         axis.set(title=stage.removesuffix("_ms"), xlabel="triangles, n")
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=7.5, ncols=2)
-        style.plain_log(axis.xaxis)
-        style.plain_log(axis.yaxis)
+        style.plain_log(axis.xaxis, axis.yaxis)
     figure.axes[0].set_ylabel("time for two bodies on one core [ms]")
     return figure
 
@@ -158,11 +157,10 @@ def draw_collision_precision(collision_precision) -> Figure:
     """
     table = ranked(collision_precision)
     names, among = tables.scenes(table), depths_of(table)
-    figure = Figure(figsize=(3.0 * len(names) + 0.6, 8.2), layout="constrained")
-    grid = figure.subplots(len(ERRORS), len(names), sharey="row", squeeze=False)
+    figure, grid = style.panels(len(ERRORS), len(names), (3.0 * len(names) + 0.6, 8.2), sharey="row")
     for column, scene in zip(grid.T, names, strict=True):
         here = tables.where(table, scene=scene)
-        column[0].set_title(f"{scene.replace('_', ' ')},\n{here['triangles'].iloc[0]:,} triangles")
+        column[0].set_title(f"{spaced(scene)},\n{here['triangles'].iloc[0]:,} triangles")
         for axis, error in zip(column, ERRORS, strict=True):
             _curves(axis, here, error, among)
         wanted = 1e3 * here["response_m"].iloc[0]
@@ -213,8 +211,7 @@ def draw_collision_apart(collision_apart) -> Figure:
     """
     table = ranked(collision_apart)
     among, pairs = depths_of(table), list(dict.fromkeys(table["bodies"]))
-    figure = Figure(figsize=(11, 3.4 * len(pairs) + 0.8), layout="constrained")
-    grid = figure.subplots(len(pairs), len(COSTS), sharex=True, squeeze=False)
+    figure, grid = style.panels(len(pairs), len(COSTS), (11, 3.4 * len(pairs) + 0.8), sharex=True)
     for axes, bodies in zip(grid, pairs, strict=True):
         here = tables.where(table, bodies=bodies)
         for axis, (column, title) in zip(axes, COSTS.items(), strict=True):
@@ -223,9 +220,8 @@ def draw_collision_apart(collision_apart) -> Figure:
                     rival = bool(rows["rival"].iloc[0])
                     axis.loglog(1e3 * rows["gap_m"], rows[column], **_drawn(look(structure, depths, among), rival))
             axis.set_ylabel(title)
-            style.plain_log(axis.xaxis)
-            style.plain_log(axis.yaxis)
-        axes[0].set_title(f"{bodies.replace('_', ' ')}, {here['triangles'].iloc[0]:,} triangles")
+            style.plain_log(axis.xaxis, axis.yaxis)
+        axes[0].set_title(f"{spaced(bodies)}, {here['triangles'].iloc[0]:,} triangles")
     for axis in grid[-1]:
         axis.set_xlabel("gap between the surfaces [mm]")
     handles = []
@@ -236,6 +232,6 @@ def draw_collision_apart(collision_apart) -> Figure:
     return figure
 
 
-def _drawn(seen, rival: bool = False) -> dict:
-    size = 7 if seen.marker == "*" else 4
+def _drawn(seen: Look, rival: bool = False) -> dict:
+    size = 8 if seen.marker == "*" else 4
     return {"color": seen.colour, "marker": seen.marker, "ms": size, "lw": 1, "ls": ":" if rival else "-"}

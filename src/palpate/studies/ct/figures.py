@@ -87,8 +87,7 @@ def draw_ct_slices(image: Image, mask: np.ndarray, name: str) -> Figure:
     size = 1e3 * np.array(image.hu.shape) * image.spacing_m[::-1]
     across = [size[a] for _, _, a, _ in _SLICES]
     tallest = max(size[u] for _, _, _, u in _SLICES)
-    figure = Figure(figsize=(_INCHES, _INCHES * tallest / sum(across) + 0.4), layout="constrained")
-    axes = figure.subplots(1, 3, width_ratios=across)
+    figure, (axes,) = style.panels(1, 3, (_INCHES, _INCHES * tallest / sum(across) + 0.4), width_ratios=across)
     for axis, (plane, cut, right, up) in zip(axes, _SLICES, strict=True):
         at = _richest(mask, cut)
         axis.set_title(f"{plane}, {1e3 * image.to_world(np.eye(3)[cut] * at)[2 - cut]:.0f} mm")
@@ -197,15 +196,13 @@ def _look():
 
 _INCHES = 10.5
 _FOUND, _TRUE = "#d55e00", "#009e73"
-_MASK_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00")
 
 
 @style.figure("ct_imaging")
 def draw_ct_imaging(shown: Pictures, mask_interpolation: pd.DataFrame) -> Figure:
     """Draw pictures of the synthetic abdomen by ray casting, its MRI with what is found, and interpolated masks."""
     ray_cast = shown.taken.shape[0] / shown.taken.shape[1]
-    figure = Figure(figsize=(_INCHES, _INCHES / 4 * (ray_cast + 0.75) + 0.9), layout="constrained")
-    axes = figure.subplots(2, 4, height_ratios=(ray_cast, 0.75))
+    figure, axes = style.panels(2, 4, (_INCHES, _INCHES / 4 * (ray_cast + 0.75) + 0.9), height_ratios=(ray_cast, 0.75))
     for axis, (caption, picture) in zip(axes[0], shown.cast.items(), strict=False):
         _picture(axis, caption).imshow(np.clip(picture, 0, 1), interpolation="none")
     taken = _picture(axes[0, 3], "samples taken of each ray")
@@ -249,7 +246,7 @@ def _masks(axis: Axes, table: pd.DataFrame) -> None:
             rows = tables.where(table, body=body)
             rows = rows[(rows["method"] == BETWEEN) == (method == BETWEEN)].sort_values("every")
             label = body if method else None
-            colour = _MASK_COLOURS[i % len(_MASK_COLOURS)]
+            colour = style.HUES[i % len(style.HUES)]
             axis.plot(rows["every"], rows["dice"], line, color=colour, marker="o", ms=3, label=label)
     axis.axhline(0.95, color=style.FAINT, lw=0.8)
     axis.plot([], [], ":", color=style.INK, label="nearest drawn slice")
@@ -258,18 +255,16 @@ def _masks(axis: Axes, table: pd.DataFrame) -> None:
     axis.legend(loc="lower left")
 
 
-_MASS_COLOURS = ("#009e73", "#d55e00", "#0072b2", "#cc79a7", "#e69f00")
 _ENOUGH, _BOUND, _PAPERS = 6000, 1.0, 3.5  # elements; deviations [%]
 
 
 @style.figure("node_mass", tables=("node_mass",))
 def draw_node_mass(node_mass) -> Figure:
     """Draw the deviation of the total mass, with and without correction at the organ's rim, and the mean density."""
-    figure = Figure(figsize=(9.5, 3.9), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, ((left, right),) = style.panels(1, 2, (9.5, 3.9))
     for i, body in enumerate(tables.bodies(node_mass)):
         rows = tables.where(node_mass, body=body).sort_values("elements")
-        colour = _MASS_COLOURS[i % len(_MASS_COLOURS)]
+        colour = style.HUES[i % len(style.HUES)]
         left.plot(rows["elements"], 100 * rows["raw_deviation"], color=colour, ls="--", marker="o", ms=3, alpha=0.7)
         left.plot(rows["elements"], 100 * rows["deviation_from_voxels"], color=colour, marker="o", ms=4, label=body)
         right.plot(rows["elements"], rows["mean_density_kg_m3"], color=colour, marker="o", ms=4, label=body)

@@ -73,8 +73,7 @@ def draw_cut_opening(cut_opening, *, scene: str) -> Figure:
     rows = tables.where(cut_opening, scene=scene)
     truth, models = tables.where(rows, model=TRUTH), rows[rows["model"] != TRUTH]
     levels = sorted(models["level"].astype(int).unique())
-    figure = Figure(figsize=(10.2, 3.9), layout="constrained")
-    axes = figure.subplots(1, max(1, len(levels)), sharey=True, squeeze=False)[0]
+    figure, (axes,) = style.panels(1, max(1, len(levels)), (10.2, 3.9), sharey=True)
     for axis, level in zip(axes, levels, strict=False):
         axis.fill_between(1e3 * truth["along_m"], 1e3 * truth["opening_m"], color="#d9d9d9", label="the truth")
         here = models[models["level"].astype(int) == level]

@@ -1,11 +1,8 @@
 """Draw errors of motion over their cost, and up to when references are resolved, a panel for each scene."""
 
-from math import ceil
-
 import matplotlib
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -15,23 +12,6 @@ from palpate.report.model_looks import look
 from palpate.report.words import spaced
 from palpate.report.work_precision import curves, finish, handles, own_error, points
 from palpate.studies.dynamic.forces import LIMIT
-
-
-def panels(scenes: list[str], height: float, upright: str, sharey: bool = True) -> tuple[Figure, dict[str, Axes]]:
-    """Make a figure with a panel for each scene, in rows of at most four and of ``height`` inches.
-
-    upright : what all y-axes show, said beside the first of each row; sharey : whether they have the same limits
-    """
-    columns = min(4, len(scenes))
-    rows = ceil(len(scenes) / columns)
-    figure = Figure(figsize=(3.4 * columns, height * rows + 0.5), layout="constrained")
-    axes = figure.subplots(rows, columns, sharey=sharey, squeeze=False).ravel()
-    for axis in axes[len(scenes) :]:
-        axis.remove()
-    for axis in axes[::columns]:
-        axis.set_ylabel(upright)
-    return figure, dict(zip(scenes, axes, strict=False))
-
 
 VARIED = {
     "tolerance": ("x", "looser residual"),
@@ -50,7 +30,7 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
     told = {"marker": varied.map(lambda name: VARIED[name][0] if name else ""), "line": "load"}
     told["line"] = told["marker"].map(lambda marker: "" if marker else "load")
     drawn = points(table, "real_time_factor", "rmse_of_peak", 1.0, part=table["level"], **told)
-    figure, axes = panels(tables.scenes(dynamic_accuracy), 3.6, "RMSE [% of peak]")
+    figure, axes = style.panel_each(tables.scenes(dynamic_accuracy), 4, 3.4, 3.6, "RMSE [% of peak]", sharey=True)
     for scene, axis in axes.items():
         curves(axis, drawn[table.loc[drawn.index, "scene"] == scene])
         failed = int(tables.where(dynamic_accuracy, scene=scene)["failures"].sum())
@@ -77,7 +57,7 @@ def draw_dynamic_force(dynamic_accuracy, dynamic_force) -> Figure:
     Of each model that setting is drawn whose force is nearest to the truth or the standard, which is the wide line.
     """
     table = dynamic_force
-    figure, axes = panels(tables.scenes(table), 3.0, "force of the instruments [N]", sharey=False)
+    figure, axes = style.panel_each(tables.scenes(table), 4, 3.4, 3.0, "force of the instruments [N]")
     drawn = {}
     for scene, axis in axes.items():
         of_scene = tables.where(table, scene=scene)
@@ -88,7 +68,7 @@ def draw_dynamic_force(dynamic_accuracy, dynamic_force) -> Figure:
             best, its = rows.loc[rows["force_rms_of_peak"].idxmin()], look(model)
             drawn[model] = its
             axis.plot(*_felt(tables.where(of_scene, model=model, setting=best["setting"])), color=its.colour, lw=1.2)
-        axis.set(xlabel="time [s]")
+        axis.set_xlabel("time [s]")
         axis.set_title(spaced(scene))
         axis.set_ylim(bottom=0.0)
     handles = [Line2D([], [], color=style.FAINT, lw=6, label="the truth or the standard")]
@@ -109,7 +89,7 @@ def _felt(curve: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
 def draw_dynamic_reference(dynamic_reference) -> Figure:
     """Draw one panel for each scene, a line for each step; frames in which models are not compared are shaded."""
     table = dynamic_reference
-    figure, axes = panels(tables.scenes(table), 2.6, "change [% of peak]")
+    figure, axes = style.panel_each(tables.scenes(table), 4, 3.4, 2.6, "change [% of peak]", sharey=True)
     for scene, axis in axes.items():
         rows = tables.where(table, scene=scene)
         steps = sorted(set(rows["step_s"]), reverse=True)

@@ -30,8 +30,7 @@ def draw_law(law) -> Figure:
     without an equilibrium.
     """
     names = tables.bodies(law)
-    figure = Figure(figsize=(max(4.6 * len(names), 6.4), 6.4), layout="constrained")
-    axes = figure.subplots(2, len(names), squeeze=False, sharex="col", height_ratios=[5, 3])
+    figure, axes = style.panels(2, len(names), (max(4.6 * len(names), 6.4), 6.4), sharex="col", height_ratios=[5, 3])
     poissons = sorted(set(tables.where(law, changed=POISSON)["poisson"]))
 
     def shade_of(changed: str, name: str, poisson: float) -> str:
@@ -52,8 +51,7 @@ def draw_law(law) -> Figure:
                 errors.plot(100 * row.depth_of_size, 0.97, "x", transform=errors.get_xaxis_transform(), **looks)
         errors.set(yscale="log", xscale="log", title=spaced(body))
         volume.set(xlabel="depth of the press [% of the body's size]")
-        style.plain_log(errors.xaxis)
-        style.plain_log(errors.yaxis)
+        style.plain_log(errors.xaxis, errors.yaxis)
         errors.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes[0, 0].set_ylabel("RMSE [% of peak]")
     axes[1, 0].set_ylabel("change of volume [%]")

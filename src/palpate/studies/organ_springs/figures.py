@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
-from palpate.report.model_looks import DASHES, FITS, FORCES, Look
+from palpate.report.model_looks import DASHES, FITS, FORCES, look
 from palpate.report.words import spaced
 
 SHORT = {
@@ -19,13 +19,6 @@ SHORT = {
     "shape_matching": "shapes",
 }
 """Labels for axes."""
-LOOKS = FITS | {
-    "zero": Look("no motion", "#9a9a9a", "x"),
-    "coarse_fem": Look("coarse finite elements", "#222222", "^"),
-    "shape_matching": Look("shape matching", "#56b4e9", "h"),
-}
-"""Every model that may occur in the table."""
-
 APART = 1.16
 """Springs, which all take the same time, are drawn so many times as far to the right as one another."""
 
@@ -40,16 +33,15 @@ def draw_organ_springs(organ_springs) -> Figure:
     # the median over the seeds of each search in the place of its seeds
     one = ["body", "model", "volume_force", "step_s", "contact", "used_in_fit"]
     organ_springs = organ_springs.groupby(one, sort=False)[["rmse_of_peak", "ms_a_second"]].median().reset_index()
-    figure = Figure(figsize=(9.5, 3.9 * len(names)), layout="constrained")
-    axes = figure.subplots(len(names), 2, squeeze=False, width_ratios=[1.25, 1])
+    figure, axes = style.panels(len(names), 2, (9.5, 3.9 * len(names)), width_ratios=[1.25, 1])
     for (left, right), body in zip(axes, names, strict=True):
         rows = tables.where(organ_springs, body=body)
         _errors(left, rows)
         _over_time(right, rows)
         left.set_title(f"{spaced(body)}: at the fitted contacts (filled) and at others")
         right.set_title(f"{spaced(body)}: at contacts that no fit saw")
-    looks = [LOOKS[model] for model in dict.fromkeys(organ_springs["model"]) if model != "zero"]
-    handles = [Line2D([], [], ls="", marker=look.marker, color=look.colour, label=look.label) for look in looks]
+    looks = [look(model) for model in dict.fromkeys(organ_springs["model"]) if model != "zero"]
+    handles = [Line2D([], [], ls="", marker=its.marker, color=its.colour, label=its.label) for its in looks]
     forces = sorted(set(organ_springs["volume_force"].astype(bool)))
     if len(forces) > 1:
         handles += [Line2D([], [], color=style.INK, ls=DASHES[force], label=FORCES[force]) for force in forces]
@@ -64,9 +56,9 @@ def _errors(axis, rows) -> None:
         best = found[~found["used_in_fit"]].groupby("step_s")["rmse_of_peak"].mean().idxmin()
         ways.append((model, bool(force), found[found["step_s"] == best]))
     for place, (model, force, found) in enumerate(ways):
-        for used, shift, fill in ((True, -0.18, LOOKS[model].colour), (False, 0.18, "none")):
+        for used, shift, fill in ((True, -0.18, look(model).colour), (False, 0.18, "none")):
             error, at = 100 * tables.where(found, used_in_fit=used)["rmse_of_peak"], place + shift
-            axis.plot([at] * len(error), error, "o", mfc=fill, mec=LOOKS[model].colour, ms=4)
+            axis.plot([at] * len(error), error, "o", mfc=fill, mec=look(model).colour, ms=4)
             axis.plot([at - 0.15, at + 0.15], [error.mean()] * 2, color=style.INK, ls=DASHES[force])
     zero = 100 * tables.where(rows, model="zero")["rmse_of_peak"].mean()
     axis.annotate(f"no motion: {zero:.0f} %", (1.0, 1.0), (-2, -8), "axes fraction", "offset points", ha="right")
@@ -86,7 +78,7 @@ def _over_time(axis, rows) -> None:
         if model in places:
             alike = tested[tested["model"].isin(places) & (tested["volume_force"] == force)]
             mean["ms"] = np.median(alike["ms_a_second"]) * APART ** places[model]
-        kind = LOOKS[model]
+        kind = look(model)
         looks = {"marker": kind.marker, "color": kind.colour, "ls": DASHES[force], "ms": 9, "mec": "white", "mew": 0.6}
         axis.plot(mean["ms"], 100 * mean["rmse_of_peak"], **looks)
     axis.axvline(1000.0, color=style.FAINT, lw=1)

@@ -5,9 +5,9 @@ from typing import Any
 import pandas as pd
 
 from palpate.report import tables
+from palpate.report.model_looks import look
 from palpate.report.report import Report
 from palpate.report.words import percent, seconds
-from palpate.studies.organ_springs.figures import LOOKS
 
 SEARCHES = ["genetic", "cma_es", "gradient"]
 
@@ -46,7 +46,7 @@ def _tabulated(springs: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "body": body,
-            "model": LOOKS[row.model].label + (" and volume force" if row.volume_force else ""),
+            "model": look(row.model).label + (" and volume force" if row.volume_force else ""),
             "step [ms]": f"{1e3 * row.step_s:.3g}",
             "search": seconds(row.offline_s) if row.offline_s else "",
             "ms a second": "" if row.model == "zero" else f"{row.ms_a_second:.3g}",

@@ -12,8 +12,8 @@ LEAST_SHARE = 1e-12
 @style.figure("outside", tables=("outside",))
 def draw_outside(outside) -> Figure:
     """Draw the difference of each quantity from its published value as a dot, and palpate's own error as a line."""
-    figure = Figure(figsize=(9, 0.5 + 0.3 * len(outside)), layout="constrained")
-    axis, rows = figure.subplots(), np.arange(len(outside))
+    figure, ((axis,),) = style.panels(1, 1, (9, 0.5 + 0.3 * len(outside)))
+    rows = np.arange(len(outside))
     axis.hlines(
         rows, LEAST_SHARE, outside["own_error"].clip(lower=LEAST_SHARE), color=style.FAINT, lw=5, label="own error"
     )

@@ -22,8 +22,7 @@ def draw_palpation(palpation) -> Figure:
     are those of the distance.
     """
     names = tables.bodies(palpation)
-    figure = Figure(figsize=(9.5, 3.6 * len(names)), layout="constrained")
-    axes = figure.subplots(len(names), 2, squeeze=False)
+    figure, axes = style.panels(len(names), 2, (9.5, 3.6 * len(names)))
     for (left, right), body in zip(axes, names, strict=True):
         rows = tables.where(palpation, body=body)
         norm = Normalize(0, max(1e3 * rows["cover_m"].max(), 1.0))
@@ -69,8 +68,7 @@ def _shares(axis, rows, norm) -> None:
 @style.figure("palpation_limits", tables=("palpation_limits",))
 def draw_palpation_limits(palpation_limits) -> Figure:
     """Draw the difference over the contrast, a line for each depth, and the least contrast felt over the depth."""
-    figure = Figure(figsize=(9.5, 3.8), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, ((left, right),) = style.panels(1, 2, (9.5, 3.8))
     covers = sorted(palpation_limits["cover_m"].unique())
     for cover, share in zip(covers, np.linspace(0.0, 0.9, len(covers)), strict=True):
         rows = tables.where(palpation_limits, cover_m=cover).sort_values("contrast")

@@ -22,8 +22,8 @@ _STAGES = ("#111111", "#d55e00", "#0072b2", "#009e73")
 def draw_scaling(scaling) -> Figure:
     """Draw one panel for each component, one curve with its exponent for each stage, and memory in the last panel."""
     components = [component for component in COMPONENTS if (scaling["component"] == component).any()]
-    figure = Figure(figsize=(12, 6.6), layout="constrained")
-    panels = figure.subplots(2, 4).ravel()
+    figure, grid = style.panels(2, 4, (12, 6.6))
+    panels = grid.ravel()
     for axis, component in zip(panels, components, strict=False):
         _times(axis, component, tables.where(scaling, component=component))
     _memory(panels[len(COMPONENTS)], scaling, [component for component in components if component != "cores"])
@@ -37,7 +37,7 @@ def draw_scaling(scaling) -> Figure:
 def _times(axis, component: str, rows) -> None:
     """Draw the stages of one component; dotted: proportional to the size, or for cores the ideal speed-up."""
     for (stage, found), colour in zip(rows.groupby("stage", sort=False), _STAGES, strict=False):
-        label = _with_power(stage, found["seconds_exponent"].iloc[0])
+        label = style.with_power(stage, found["seconds_exponent"].iloc[0])
         axis.loglog(found["size"], found["seconds"], "o-", ms=4, lw=1.2, color=colour, label=label)
     ends = np.array([rows["size"].min(), rows["size"].max()], dtype=float)
     first, last = (tables.where(rows, size=end)["seconds"].max() for end in ends)
@@ -56,20 +56,15 @@ def _memory(axis, scaling, components: list[str]) -> None:
         most = most[most >= LEAST_MB]
         title, colour, marker = COMPONENTS[component]
         if len(most):
-            label = _with_power(title, power)
+            label = style.with_power(title, power)
             axis.loglog(most.index, most, marker=marker, ms=4, lw=1.2, color=colour, label=label)
     axis.set(title="memory", xlabel="size, n", ylabel="[MB]")
     if axis.lines:
         _finish(axis)
 
 
-def _with_power(name: str, power: float) -> str:
-    return f"{name}: n$^{{{power:.2f}}}$" if np.isfinite(power) else name
-
-
 def _finish(axis) -> None:
     axis.legend(loc="upper left", fontsize=7.5)
     low, high = axis.get_ylim()
     axis.set_ylim(low, high * (high / low) ** 0.45)  # room for the legend
-    style.plain_log(axis.xaxis)
-    style.plain_log(axis.yaxis)
+    style.plain_log(axis.xaxis, axis.yaxis)

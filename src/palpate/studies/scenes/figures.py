@@ -23,15 +23,9 @@ def draw_energy(energy: pd.DataFrame) -> Figure:
     external work (black) rises, the scheme has created energy; where it falls, damping has dissipated it. A scene whose
     elastic effect has no energy (shape matching) has neither sum nor black line, which would be incomplete.
     """
-    names = tables.scenes(energy)
-    columns = min(3, len(names))
-    rows = -(-len(names) // columns)
-    figure = Figure(figsize=(3.7 * columns, 2.4 * rows + 0.6), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axis, scene in zip(grid, names, strict=False):
+    figure, axes = style.panel_each(tables.scenes(energy), 3, 3.7, 2.4)
+    for scene, axis in axes.items():
         _panel(axis, scene, counted(tables.where(energy, scene=scene)))
-    for axis in grid[len(names) :]:
-        axis.remove()
     figure.legend(handles=_legend(energy), loc="outside lower center", ncols=5)
     return figure
 

@@ -23,8 +23,7 @@ _LOOKS = {
 @style.figure("integrator_stability", tables=("integrator_stability",))
 def draw_integrator_stability(integrator_stability) -> Figure:
     """Draw the growth per step over the step, by formulas (lines) and simulations (markers), and their difference."""
-    figure = Figure(figsize=(7.5, 5.2), layout="constrained")
-    growth, error = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+    figure, ((growth,), (error,)) = style.panels(2, 1, (7.5, 5.2), sharex=True, height_ratios=(3, 1))
     handles = []
     for scheme, looks in _LOOKS.items():
         cases = tables.where(integrator_stability, scheme=scheme).groupby("alpha", dropna=False)
@@ -66,8 +65,8 @@ def draw_deformation_modes(deformation_modes) -> Figure:
     """Draw a row for each mode and a column for each deformation: the block as it is in grey, and its goals."""
     table = deformation_modes
     deformations = list(dict.fromkeys(table["deformation"]))
-    figure = Figure(figsize=(1.7 * len(deformations) + 0.6, 2.5 * len(_MODES)), layout="constrained")
-    axes = figure.subplots(len(_MODES), len(deformations), sharex=True, sharey=True, squeeze=False)
+    size = (1.7 * len(deformations) + 0.6, 2.5 * len(_MODES))
+    figure, axes = style.panels(len(_MODES), len(deformations), size, sharex=True, sharey=True)
     for row, (mode, (colour, _, _)) in zip(axes, _MODES.items(), strict=True):
         for axis, deformation in zip(row, deformations, strict=True):
             group = tables.where(table, deformation=deformation, mode=mode)
@@ -108,8 +107,8 @@ _COLOURS = ("#0072b2", "#009e73", "#d55e00", "#cc79a7", "#e6b400")
 def draw_clusters(clusters) -> Figure:
     """Draw one column per panel from the side, its particles coloured by displacement, and its rest shape in grey."""
     groups = list(clusters.groupby("clusters"))
-    figure = Figure(figsize=(2.0 * len(groups) + 2.6, 4.2), layout="constrained")
-    axes = figure.subplots(1, len(groups) + 1, width_ratios=[2.0] * len(groups) + [2.4])
+    size = (2.0 * len(groups) + 2.6, 4.2)
+    figure, (axes,) = style.panels(1, len(groups) + 1, size, width_ratios=[2.0] * len(groups) + [2.4])
     norm = matplotlib.colors.Normalize(0.0, 100.0 * np.linalg.norm(displacement(clusters), axis=1).max())
     places = 100.0 * np.concatenate([clusters[["rest_x_m", "rest_z_m"]], clusters[["x_m", "z_m"]]])
     (left, low), (right, high) = places.min(axis=0) - 1.5, places.max(axis=0) + 1.5
@@ -148,8 +147,7 @@ _GOALS = {"mean": ("goals averaged", "#8cc4e6"), "sum": ("pulls added", "#0072b2
 @style.figure("cluster_goals", tables=("cluster_goals",))
 def draw_cluster_goals(cluster_goals) -> Figure:
     """Draw the α from which on each variant is unstable, and the largest displacement of the loaded column."""
-    figure = Figure(figsize=(8.0, 3.8), layout="constrained")
-    limits, tips = figure.subplots(1, 2)
+    figure, ((limits, tips),) = style.panels(1, 2, (8.0, 3.8))
     kinds = list(dict.fromkeys(cluster_goals["kind"]))
     for shift, (goals, (label, colour)) in zip((-0.2, 0.2), _GOALS.items(), strict=True):
         rows = tables.where(cluster_goals, goals=goals).set_index("kind").loc[kinds]
@@ -186,13 +184,12 @@ def draw_shape_matching_timing(shape_matching_timing) -> Figure:
     table = shape_matching_timing
     many, one = tables.where(table, particles=100), tables.where(table, objects=1)
     counts = sorted(many["clusters"].unique())
-    figure = Figure(figsize=(2.6 * (len(counts) + 1) + 0.4, 3.9), layout="constrained")
-    axes = figure.subplots(1, len(counts) + 1, sharey=True)
+    figure, (axes,) = style.panels(1, len(counts) + 1, (2.6 * (len(counts) + 1) + 0.4, 3.9), sharey=True)
     slopes = exponents(table).set_index(["mode", "clusters"])["exponent"]
     for axis, clusters in zip(axes, counts, strict=False):
         title = f"objects of 100 particles,\n{clusters} cluster{'s' if clusters > 1 else ''} each"
         fits = slopes.xs(clusters, level="clusters")
-        labels = {mode: f"{mode}: n$^{{{power:.2f}}}$" for mode, power in fits.items()}
+        labels = {mode: style.with_power(mode, power) for mode, power in fits.items()}
         _curves(axis, tables.where(many, clusters=clusters), title, labels)
         if clusters == HEADLINE["clusters"]:
             _mark_headline(axis, headline(table))
@@ -201,8 +198,7 @@ def draw_shape_matching_timing(shape_matching_timing) -> Figure:
     axes[0].set_ylabel("time of a step on one core [ms]")
     axes[0].set_ylim(table["ms_per_step"].min() / 12, 60)
     for axis in axes:
-        style.plain_log(axis.xaxis)
-        style.plain_log(axis.yaxis)
+        style.plain_log(axis.xaxis, axis.yaxis)
     return figure
 
 
@@ -233,8 +229,7 @@ _SHADES = ("#c5e29f", "#8cc63f", "#3f6b12")  # the hue of body springs in style.
 @style.figure("body_springs", tables=("body_springs",))
 def draw_body_springs(body_springs) -> Figure:
     """Draw the displacement at the end of the hold over the distance from the poke, and the largest one over time."""
-    figure = Figure(figsize=(9.5, 3.9), layout="constrained")
-    local, back = figure.subplots(1, 2)
+    figure, ((local, back),) = style.panels(1, 2, (9.5, 3.9))
     handles, shades = [], iter(_SHADES)
     for (case, stiffness), rows in body_springs.groupby(["case", "body_springs_n_m"], sort=False):
         colour, dashes, label = _look(case, stiffness, shades)
@@ -273,8 +268,7 @@ def _look(case: str, stiffness: float, shades) -> tuple[str, str, str]:
 def draw_maxwell_creep(maxwell_creep) -> Figure:
     """Draw the displacement over time, simulated and in closed form, and below the difference of the two."""
     table = maxwell_creep
-    figure = Figure(figsize=(6.5, 4.6), layout="constrained")
-    moved, error = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+    figure, ((moved,), (error,)) = style.panels(2, 1, (6.5, 4.6), sharex=True, height_ratios=(3, 1))
     times, colour = table["time_s"], style.effect_colour("maxwell")
     moved.plot(times, 1e3 * table["springs_m"], color=style.FAINT, ls="--", label="springs alone")
     moved.plot(times, 1e3 * table["closed_m"], color=style.INK, lw=1.2, label="closed solution")

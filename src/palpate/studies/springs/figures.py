@@ -23,8 +23,7 @@ def draw_spring_fit(spring_history) -> Figure:
     constant line from there.
     """
     history = spring_history[spring_history["method"] != "gradient_all"]  # its fitness is a sum of three presses
-    figure = Figure(figsize=(9.5, 6.2), layout="constrained")
-    grid = figure.subplots(2, 2, sharey=True, sharex="col")
+    figure, grid = style.panels(2, 2, (9.5, 6.2), sharey=True, sharex="col")
     last = 1.2 * history["seconds"].max()
     for (over_generations, over_time), force in zip(grid, FORCES, strict=True):
         rows = tables.where(history, volume_force=force)
@@ -101,8 +100,7 @@ def draw_spring_errors(spring_errors) -> Figure:
     errors = spring_errors
     # gradient_all is fitted to all presses, which is not counted here
     presses = errors.groupby("press", sort=False)["used_in_fit"].mean() > 0.5
-    figure = Figure(figsize=(9.5, 2.1 * len(presses) + 1.1), layout="constrained")
-    grid = figure.subplots(len(presses), 3, sharex=True, sharey="row", squeeze=False)
+    figure, grid = style.panels(len(presses), 3, (9.5, 2.1 * len(presses) + 1.1), sharex=True, sharey="row")
     shown = errors[errors["method"].isin(SHOWN)]
     for axes, (press, fitted) in zip(grid, presses.items(), strict=True):
         for axis, name in zip(axes, "xyz", strict=True):
@@ -132,8 +130,7 @@ def draw_spring_floor(spring_floor) -> Figure:
     """
     floor = spring_floor
     presses = list(dict.fromkeys(floor["press"]))
-    figure = Figure(figsize=(9.5, 3.6), layout="constrained")
-    axes = figure.subplots(1, len(presses), sharey=True, squeeze=False)[0]
+    figure, (axes,) = style.panels(1, len(presses), (9.5, 3.6), sharey=True)
     colour = FITS["gradient"].colour
     for axis, press in zip(axes, presses, strict=True):
         axis.axvline(SPRING_POISSON, color=style.FAINT, ls=":", lw=1)

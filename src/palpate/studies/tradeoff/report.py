@@ -1,6 +1,7 @@
 """Compare models on pressed bodies: what to take, the truth, error against time, the models, when preparing pays."""
 
 from collections import Counter
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -46,7 +47,9 @@ _GIVEN = {
 def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names."""
     settings, truth = report.tables["accuracy_vs_time"], report.tables["truth"]
-    advice, optional = pressed(report), report.tables
+    optional, advice = report.tables, report.tables["advice"]
+    advice = advice[advice["scene"].isin(settings["scene"])]  # scenes that move have a part of their own
+    take = partial(say, "taken", setting=False)
     models = answers(settings)
     names = {scene: scene_words(settings, scene) for scene in tables.scenes(settings)}
     hardest = hardest_of(settings)
@@ -69,7 +72,7 @@ def numbers(report: Report) -> dict[str, Any]:
         "close": TIED_TIMES,
         "equal": EQUAL,
         "spare": MARGIN,
-        "taken": {text: by_limit(tables.where(advice, error=kind), names, _taken) for kind, text in WHERE.items()},
+        "taken": {text: by_limit(tables.where(advice, error=kind), names, take) for kind, text in WHERE.items()},
         "dent": dent_table(tables.where(advice, error="rms"), truth, names),
         "names": names,
         "snaps": snaps(optional["limit_points"]) if "limit_points" in optional else None,
@@ -89,12 +92,6 @@ def numbers(report: Report) -> dict[str, Any]:
         "given": given_table(settings),
         "variants": variants_table(settings),
     }
-
-
-def pressed(report: Report) -> pd.DataFrame:
-    """Return the advice for bodies that are pressed; scenes that move have a part of their own."""
-    advice = report.tables["advice"]
-    return advice[advice["scene"].isin(report.tables["accuracy_vs_time"]["scene"])]
 
 
 def scene_words(settings: pd.DataFrame, scene: str) -> str:
@@ -228,11 +225,6 @@ def _spread(settings: pd.DataFrame) -> float:
     """Return the median factor by which the error of a setting changes between splits."""
     scenes = [averaged(answers(tables.where(settings, scene=scene))) for scene in tables.scenes(settings)]
     return pd.concat(rows["rmse_of_peak_high"] / rows["rmse_of_peak_low"].clip(lower=1e-9) for rows in scenes).median()
-
-
-def _taken(row: pd.Series) -> str:
-    """Return what to take, its error, its bound, what that rests on and what it costs."""
-    return say("taken", row, setting=False)
 
 
 def dent_table(advice: pd.DataFrame, truth: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:

@@ -21,8 +21,7 @@ def draw_feature_vectors(feature_vectors, premise_bodies) -> Figure:
     """
     about = premise_bodies.sort_values("moved_share", ascending=False, kind="stable")
     rows = list(dict.fromkeys([about["premise"].iloc[0], about["premise"].iloc[-1]]))
-    figure = Figure(figsize=(10, 2.1 * len(rows) + 0.8), layout="constrained")
-    grid = figure.subplots(len(rows), len(model_looks.FEATURES), squeeze=False)
+    figure, grid = style.panels(len(rows), len(model_looks.FEATURES), (10, 2.1 * len(rows) + 0.8))
     for axes, premise in zip(grid, rows, strict=True):
         moved = about.set_index("premise").loc[premise, "moved_share"]
         for axis, features in zip(axes, model_looks.FEATURES, strict=True):
@@ -56,8 +55,8 @@ def draw_sigma_sweep(sigma_sweep, enrichment_accuracy, *, published: dict) -> Fi
     accuracy = tables.where(enrichment_accuracy, protocol="paper", split="samples")
     rows = list(dict.fromkeys(zip(sweep["body"], sweep["regime"], strict=True)))
     features = [f for f in model_looks.FEATURES if f in set(sweep["features"])]
-    figure = Figure(figsize=(3.1 * len(features) + 0.4, 1.75 * len(rows) + 1.2), layout="constrained")
-    grid = figure.subplots(len(rows), len(features), sharex=True, sharey="row", squeeze=False)
+    size = (3.1 * len(features) + 0.4, 1.75 * len(rows) + 1.2)
+    figure, grid = style.panels(len(rows), len(features), size, sharex=True, sharey="row")
     for axes, (body, regime) in zip(grid, rows, strict=True):
         unit_m = published["sigma"]["unit_m"].get(body)
         sigma_m = None if unit_m is None else published["sigma"]["value"] * unit_m
@@ -126,8 +125,7 @@ def draw_premises(premises, premise_bodies) -> Figure:
     about = premise_bodies.sort_values("moved_share", kind="stable")
     shown = tables.where(premises, held_out="contacts")
     whole = shown[shown["train"] == shown.groupby("premise")["train"].transform("max")]
-    figure = Figure(figsize=(10, 0.62 * len(about) + 1.7), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
+    figure, ((left, right),) = style.panels(1, 2, (10, 0.62 * len(about) + 1.7), sharey=True)
     right.set(xscale="log", xlim=SHOWN, xlabel="error / error of unordered features with the same weights")
     for y, row in enumerate(about.itertuples()):
         rows = tables.where(whole, premise=row.premise)
@@ -271,8 +269,8 @@ def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost) -> 
     joined = accuracy.merge(online_cost, on=["body", "protocol", "method"], how="left")
     names = tables.bodies(joined)
     rows = list(dict.fromkeys(zip(joined["protocol"], joined["regime"], strict=True)))
-    figure = Figure(figsize=(4.0 * len(names) + 2.4, 2.6 * len(rows) + 0.6), layout="constrained")
-    grid = figure.subplots(len(rows), len(names), sharex=True, sharey=True, squeeze=False)
+    size = (4.0 * len(names) + 2.4, 2.6 * len(rows) + 0.6)
+    figure, grid = style.panels(len(rows), len(names), size, sharex=True, sharey=True)
     joined = joined.assign(model=joined["method"], late=1e3 * joined["online_p95_s"])
     drawn = {}
     for axes, (protocol, regime) in zip(grid, rows, strict=True):
@@ -325,8 +323,7 @@ def draw_fem_cost(fem_cost, sample_peaks) -> Figure:
     """Draw seconds and Newton iterations over the peak displacement [mm], one column for each body."""
     joined = fem_cost.merge(sample_peaks, on=["body", "regime", "sample"], validate="one_to_one")
     names = tables.bodies(joined)
-    figure = Figure(figsize=(4.2 * len(names) + 0.4, 5), layout="constrained")
-    grid = figure.subplots(2, len(names), sharex=True, sharey="row", squeeze=False)
+    figure, grid = style.panels(2, len(names), (4.2 * len(names) + 0.4, 5), sharex=True, sharey="row")
     for column, body in zip(grid.T, names, strict=True):
         here = tables.where(joined, body=body)
         for (regime, rows), (colour, marker) in zip(here.groupby("regime", sort=False), _REGIMES, strict=False):
@@ -338,8 +335,7 @@ def draw_fem_cost(fem_cost, sample_peaks) -> Figure:
         column[0].set_title(body, pad=32)
         column[0].legend(loc="lower left", bbox_to_anchor=(-0.03, 0.99))
         column[1].set(xlabel="peak displacement [mm]", ylim=(0, None))
-    style.plain_log(grid[0, 0].xaxis)
-    style.plain_log(grid[0, 0].yaxis)
+    style.plain_log(grid[0, 0].xaxis, grid[0, 0].yaxis)
     grid[0, 0].set_ylabel("time of a fine simulation [s]")
     grid[1, 0].set_ylabel("Newton iterations")
     return figure

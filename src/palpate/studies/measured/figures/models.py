@@ -30,8 +30,8 @@ def draw_measured(measured, *, scene: str) -> Figure:
     rows = rows[rows["case"].isin(cases)]
     kinds = rows.drop_duplicates(["model", "setting"])
     kinds = kinds.sort_values("model", key=lambda names: names.map(list(dict.fromkeys(names)).index), kind="stable")
-    figure = Figure(figsize=(11.0, 0.9 + len(cases) * (0.75 + ROW * len(kinds))), layout="constrained")
-    axes = figure.subplots(len(cases), len(QUANTITIES), sharey=True, sharex="col", squeeze=False)
+    size = (11.0, 0.9 + len(cases) * (0.75 + ROW * len(kinds)))
+    figure, axes = style.panels(len(cases), len(QUANTITIES), size, sharey=True, sharex="col")
     for line, case in zip(axes, cases, strict=True):
         for axis, (quantity, title) in zip(line, QUANTITIES.items(), strict=True):
             _panel(axis, tables.where(rows, case=case, quantity=quantity), kinds)

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from palpate.report import style, tables
+from palpate.report.turnable import evenly
 from palpate.report.words import spaced
 from palpate.studies.measured.figures.bars import HEIGHT, draw_errors, rows_of
 
@@ -42,7 +43,7 @@ def draw_presses(press_curves, press_predictions, *, scene: str) -> Figure:
 
 def _forces(axis: Axes, curves: pd.DataFrame) -> None:
     strength = curves.groupby(["part", "press"], sort=False)["measured_n"].max().sort_values()
-    chosen = strength.index[np.unique(np.linspace(0, len(strength) - 1, SHOWN).round().astype(int))]
+    chosen = strength.index[evenly(len(strength), SHOWN)]
     for number, (part, press) in enumerate(chosen):
         rows = curves[curves["part"].eq(part) & curves["press"].eq(press)]
         x, label = 1e3 * rows["depth_m"], ("measured", "fitted, with errors of 90 %") if number == 0 else (None, None)

@@ -1,16 +1,14 @@
 """Relaxation of pressed tissue: forces, modulus over time, errors of what was left out, and what shapes depend on."""
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from palpate.report import style, tables
+from palpate.report.turnable import evenly
 from palpate.report.words import percent
 from palpate.studies.measured.figures.bars import HEIGHT, draw_errors, rows_of
 from palpate.studies.measured.relaxed import DEPTH, EARLY_S, HELD, MEAN, NOTHING, POWER, SESSION, SIBLINGS, SPECIMEN
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8b0000", "#708090")
-"""Of specimens, in turn."""
 WAYS = {SPECIMEN: "specimen", SESSION: "session", DEPTH: "the deeper half", NOTHING: "nothing (own fit)"}
 PREDICTED = 6
 """Presses whose prediction is drawn, too."""
@@ -33,7 +31,7 @@ def draw_relaxation(
     figure = Figure(figsize=(10.0, max(6.4, HEIGHT * lines)), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
     specimens = list(dict.fromkeys(presses["specimen"].fillna("")))
-    colours = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(specimens)}
+    colours = {name: style.HUES[k % len(style.HUES)] for k, name in enumerate(specimens)}
     _forces(figure.add_subplot(grid[0, 0]), curves[named], colours)
     bars = figure.add_subplot(grid[:, 1])
     draw_errors(bars, errors, WAYS, names, (SIBLINGS,), "error")
@@ -46,7 +44,7 @@ def draw_relaxation(
 
 def _forces(axis: Axes, curves, colours: dict[str, str]) -> None:
     ends = curves.groupby("press", sort=False)["measured"].last().sort_values()
-    chosen = set(ends.index[np.unique(np.linspace(0, len(ends) - 1, PREDICTED).round().astype(int))])
+    chosen = set(ends.index[evenly(len(ends), PREDICTED)])
     seen: set[str] = set()
     for name, rows in curves.groupby("press", sort=False):
         specimen = rows["specimen"].fillna("").iloc[0]

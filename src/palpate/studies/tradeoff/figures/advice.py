@@ -33,8 +33,7 @@ def draw_advice(advice, accuracy_vs_time) -> Figure:
     budgets = list(dict.fromkeys(asked["budget_ms"]))
     rows = {scene: averaged(tables.where(accuracy_vs_time, scene=scene)) for scene in names}
     size = (1.4 + 3.3 * len(budgets), 0.6 + len(kinds) * (0.75 + 0.56 * len(names)))
-    figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(len(kinds), len(budgets), sharex="row", sharey=True, squeeze=False)
+    figure, panels = style.panels(len(kinds), len(budgets), size, sharex="row", sharey=True)
     for line, kind in zip(panels, kinds, strict=True):
         column = KINDS[kind]
         for axis, budget in zip(line, budgets, strict=True):
@@ -113,8 +112,8 @@ def draw_any_load(any_load) -> Figure:
     Settings that answered all loads are full, others hollow. Models that refuse all of a kind are named in its panel.
     """
     scenes, columns = tables.scenes(any_load), [*LOADS, FORCE]
-    figure = Figure(figsize=(2.75 * len(columns), 0.9 + 2.5 * len(scenes)), layout="constrained")
-    panels = figure.subplots(len(scenes), len(columns), squeeze=False, sharex=True, sharey=True)
+    size = (2.75 * len(columns), 0.9 + 2.5 * len(scenes))
+    figure, panels = style.panels(len(scenes), len(columns), size, sharex=True, sharey=True)
     hollow = any_load["refused"] + any_load["doubted"] + any_load["failures"] > 0
     for row, scene in zip(panels, scenes, strict=True):
         for axis, column in zip(row, columns, strict=True):
@@ -152,16 +151,14 @@ WIDE = 64
 def draw_break_even(accuracy_vs_time, advice) -> Figure:
     """Draw the time of preparation and answers together, for every setting advised by RMSE; a panel per scene."""
     names, advice = tables.scenes(accuracy_vs_time), tables.where(advice, error="rms")
-    columns = min(2, len(names))
     taken = {
         scene: advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene))
         for scene in names
     }
     told = {scene: [_named(row) for row in rows.itertuples()] for scene, rows in taken.items()}
-    lines, most = -(-len(names) // columns), max("\n".join(texts).count("\n") + 1 for texts in told.values())
-    figure = Figure(figsize=(5 * columns, (3.1 + 0.15 * most) * lines), layout="constrained")
-    panels = figure.subplots(lines, columns, squeeze=False).ravel()
-    for axis, scene in zip(panels, names, strict=False):
+    most = max("\n".join(texts).count("\n") + 1 for texts in told.values())
+    figure, axes = style.panel_each(names, 2, 5, 2.8 + 0.15 * most)
+    for scene, axis in axes.items():
         drawn: list[str] = []
         for row, text in zip(taken[scene].itertuples(), told[scene], strict=True):
             shown = look(row.model)
@@ -173,10 +170,7 @@ def draw_break_even(accuracy_vs_time, advice) -> Figure:
                 axis.plot(row.break_even_queries, paid, "o", color=shown.colour, mec="white", ms=6, zorder=3)
         axis.set(title=spaced(scene), xlabel="answers", ylabel="preparation and answers [s]")
         axis.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0, -0.17), borderaxespad=0)  # no line is hidden
-        style.plain_log(axis.xaxis)
-        style.plain_log(axis.yaxis)
-    for axis in panels[len(names) :]:
-        axis.set_visible(False)
+        style.plain_log(axis.xaxis, axis.yaxis)
     return figure
 
 

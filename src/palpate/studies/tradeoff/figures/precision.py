@@ -10,27 +10,12 @@ from matplotlib.lines import Line2D
 
 from palpate.benchmark.choosing import NONE
 from palpate.benchmark.model import LIMIT
-from palpate.benchmark.ranking import KINDS, UNKNOWN, ZERO, averaged, fields_of, front
-from palpate.benchmark.ranking import own_error as own_error_of
+from palpate.benchmark.ranking import KINDS, UNKNOWN, ZERO, averaged, fields_of, front, own_error
 from palpate.models.model_registry import FAMILY_OF
 from palpate.report import style, tables
+from palpate.report import work_precision as diagram
 from palpate.report.model_looks import label, look
 from palpate.report.words import percent, seconds
-from palpate.report.work_precision import (
-    LEAST_PERCENT,
-    LINES,
-    curves,
-    finish,
-    frames,
-    handles,
-    legend,
-    limits,
-    meanings,
-    nothing,
-    own_error,
-    points,
-    steps,
-)
 from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, front_rows
 
 WIDTH = 88
@@ -48,20 +33,20 @@ def settings_of(settings: pd.DataFrame, column: str = "rmse_of_peak") -> pd.Data
     told |= {"hollow": rows["failures"] > 0, "prepared": rows["prepared"].astype(bool)}
     if rows["splits"].max() > 1:
         told |= {end: rows[f"{column}_{end}"] for end in ("low", "high")}
-    return points(rows, "online_median_s", column, **told)
+    return diagram.points(rows, "online_median_s", column, **told)
 
 
 def panel(axis, settings: pd.DataFrame, column: str) -> None:
     """Draw the error ``column`` of every model of one scene, its front, the zero answer and the truth's own error."""
     drawn = settings_of(settings, column)
     axis.set_xlabel("online time of an answer [ms]")
-    curves(axis, drawn)
+    diagram.curves(axis, drawn)
     for model in LEVELLED:
         _levels(axis, settings.loc[drawn.index[(drawn["model"] == model) & (drawn["part"] == "")]], drawn)
-    steps(axis, drawn[~drawn["hollow"]])
+    diagram.steps(axis, drawn[~drawn["hollow"]])
     _numbers(axis, drawn.loc[front_rows(settings, column).index])
-    nothing(axis, settings.loc[settings["model"] == ZERO, column].mean())
-    own_error(axis, own_error_of(settings, column), known=KNOWN, unknown=UNKNOWN)
+    diagram.nothing(axis, settings.loc[settings["model"] == ZERO, column].mean())
+    diagram.own_error(axis, own_error(settings, column), known=KNOWN, unknown=UNKNOWN)
 
 
 LEVELLED = ("fem_p1", "fem_p2")
@@ -115,7 +100,7 @@ def draw_work_precision(accuracy_vs_time, advice, *, scene: str) -> Figure:
     for kind, column in KINDS.items():
         axis = parts[kind]
         panel(axis, settings, column)
-        limits(axis, _budgets(tables.where(advice.dropna(subset="budget_ms"), error=kind)))
+        diagram.limits(axis, _budgets(tables.where(advice.dropna(subset="budget_ms"), error=kind)))
         axis.set_ylabel(f"error {_WHERE[kind]} [% of peak]")
         style.plain_log(axis.yaxis)
         parts[f"{kind} front"].set_axis_off()
@@ -148,21 +133,21 @@ def _front_lines(settings: pd.DataFrame, column: str) -> str:
 
 def _legend(axis, settings: pd.DataFrame) -> None:
     """List every curve in table order, then what lines and rims mean; below, the settings that failed."""
-    shown = handles(settings_of(settings))
+    shown = diagram.handles(settings_of(settings))
     for handle in shown:
         if handle.get_label() in [look(model).label for model in LEVELLED]:
             handle.set_label(f"{handle.get_label()}, L: level")
     ink: dict = {"color": style.INK, "lw": 1.3}
     words = {"load": "knows the load", "deformation": "sees a coarse deformation only"}
     words |= {LIMIT: "white dot: extrapolated to ever finer meshes"}
-    shown += [Line2D([], [], **ink, ls=LINES[line], label=meaning) for line, meaning in words.items()]
-    shown += meanings("contact prepared before", "failed on some samples")
+    shown += [Line2D([], [], **ink, ls=diagram.LINES[line], label=meaning) for line, meaning in words.items()]
+    shown += diagram.meanings("contact prepared before", "failed on some samples")
     shown.append(Line2D([], [], color=style.INK, lw=0.9, drawstyle="steps-post", label="Pareto front of this run"))
     shown.append(Line2D([], [], ls="", marker="o", mfc="none", mec=style.INK, ms=10, label="on it in other runs too"))
     failed = settings[(settings["failures"] > 0) | ~np.isfinite(settings["rmse_of_peak"])]
     failures = [f"{label(r.model, r.setting)} on {r.failures} of {r.samples}" for r in failed.itertuples()]
     text = "failed: " + ", ".join(failures) if failures else "no setting failed on any sample"
-    legend(axis, shown, text, failed=bool(failures))
+    diagram.legend(axis, shown, text, failed=bool(failures))
 
 
 _WIDTH, _PLOT, _LINE = 3.6, 2.75, 0.17  # [inch] of the figure; height of the diagram, and of a line of text below it
@@ -173,9 +158,8 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
     """Draw the lasting front of one ``scene`` in colour, with its models named below, and everything else in grey."""
     settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, advice))
     settings = averaged(settings)
-    best, own = front_rows(settings), own_error_of(settings)
+    best, own = front_rows(settings), own_error(settings)
     best = best.join(fields_of(best, "target"))
-    wrong = settings.loc[settings["model"] == ZERO, "rmse_of_peak"].mean()
     drawn = settings_of(settings[settings["failures"] == 0])
     below = 0.48 + _LINE * (len(best) + 2)
     figure = Figure(figsize=(_WIDTH, _PLOT + below))
@@ -186,38 +170,22 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
     axis.set_ylabel("error [% of the peak displacement]", fontsize=8, labelpad=1)
     axis.plot(drawn["time"], drawn["error"], "o", color="#c9ced3", ms=3, mew=0, zorder=1)
     axis.margins(0.06)
-    steps(axis, drawn, style.FAINT, 2)
-    for number, row in enumerate(best.itertuples(), start=1):
-        _point(axis, number, row)
-        figure.text(
-            0.02, (below - 0.48 - _LINE * (number - 1)) / height, _line(number, row), fontsize=7.4, va="top",
-            color=look(row.model).colour, fontweight="bold",
-        )  # fmt: skip
-    figure.text(
-        0.02, (below - 0.48 - _LINE * len(best)) / height, _remark(own), fontsize=7.5, va="top", color="#666666"
-    )
-    nothing(axis, wrong)
-    own_error(axis, own)
-    finish([axis], frames(advice["budget_ms"].dropna().unique()), inside=True)
+    diagram.steps(axis, drawn, style.FAINT, 2)
+    lines = [_LINE * number for number in range(len(best) + 1)]  # [inch] below the first
+    for number, (line, row, place) in enumerate(
+        zip(lines, best.itertuples(), drawn.loc[best.index, ["time", "error"]].to_numpy(), strict=False), start=1
+    ):
+        bold: dict = {"fontweight": "bold", "color": look(row.model).colour}
+        axis.plot(*place, "o", color=bold["color"], mec="white", mew=0.8, ms=11, zorder=4)
+        inside = bold | {"color": "white", "ha": "center", "va": "center", "fontsize": 8, "zorder": 5}
+        axis.annotate(str(number), place, **inside)
+        name = label(row.model, "default") + (", limit" if row.target == LIMIT else "")
+        said = f"{number}  {name}: {percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"
+        figure.text(0.02, (below - 0.48 - line) / height, said, fontsize=7.4, va="top", **bold)
+    remark = "grey: other settings; red: no displacement at all"
+    remark += f"\n{UNKNOWN}" if np.isnan(own) else f"\nband: below the error of the truth itself, {percent(own)}"
+    figure.text(0.02, (below - 0.48 - lines[-1]) / height, remark, fontsize=7.5, va="top", color="#666666")
+    diagram.nothing(axis, settings.loc[settings["model"] == ZERO, "rmse_of_peak"].mean())
+    diagram.own_error(axis, own)
+    diagram.finish([axis], diagram.frames(advice["budget_ms"].dropna().unique()), inside=True)
     return figure
-
-
-def _remark(own: float) -> str:
-    """Explain what is drawn in grey and in red."""
-    band = f"\nband: below the error of the truth itself, {percent(own)}" if own > 0 else ""
-    band = f"\n{UNKNOWN}" if np.isnan(own) else band
-    return f"grey: other settings; red: no displacement at all{band}"
-
-
-def _point(axis, number: int, row) -> None:
-    """Draw a model of the front with its number."""
-    place, shown = (1e3 * row.online_median_s, max(100 * row.rmse_of_peak, LEAST_PERCENT)), look(row.model)
-    axis.plot(*place, "o", color=shown.colour, mec="white", mew=0.8, ms=11, zorder=4)
-    axis.annotate(str(number), place, ha="center", va="center", fontsize=8, fontweight="bold", color="white", zorder=5)
-
-
-def _line(number: int, row) -> str:
-    """Name a model of the front, what it is meant for, its error and its time."""
-    target = ", limit" if row.target == LIMIT else ""
-    name = f"{label(row.model, 'default')}{target}"
-    return f"{number}  {name}: {percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"

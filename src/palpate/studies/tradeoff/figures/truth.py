@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 from palpate.benchmark.conformal import LEVEL
 from palpate.benchmark.presses import PRESSURE
 from palpate.report import style, tables
+from palpate.report.words import spaced
 from palpate.studies.tradeoff.figures.scene_rows import KNOWN, jumps
 
 COLUMNS = {
@@ -30,8 +31,7 @@ def draw_truth(truth) -> Figure:
     on the same samples. Triangles are what the body's facets change, where its smooth surface is known.
     """
     names = tables.scenes(truth)
-    figure = Figure(figsize=(9.5, 1.5 + 0.36 * len(names)), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[3, 2])
+    figure, ((left, right),) = style.panels(1, 2, (9.5, 1.5 + 0.36 * len(names)), sharey=True, width_ratios=[3, 2])
     rows = np.arange(len(names))
     for i, (column, (name, colour, marker)) in enumerate(COLUMNS.items()):
         place = rows + 0.16 * (i - 1)
@@ -43,7 +43,7 @@ def draw_truth(truth) -> Figure:
     _facets(left, truth, rows)
     left.axvline(100 * KNOWN, color="#aa0000", lw=1, ls=(0, (4, 2)), zorder=1)
     left.set(xscale="log", xlabel="error of the truth itself [%]", title="how well the truth is known")
-    left.set_yticks(rows, [scene.replace("_", " ") for scene in names])
+    left.set_yticks(rows, [spaced(scene) for scene in names])
     left.set_ylim(len(names) - 0.5, -0.5)
     low, high = left.get_xlim()
     left.set_xlim(low, max(high, 130 * KNOWN))
@@ -70,21 +70,17 @@ def _less_known(axis, truth, rows: np.ndarray) -> None:
     """Draw the truth's own errors on samples that only choose settings, where these do without the finest level."""
     name = "on validation samples, which have one level less"
     for i, (column, (_, colour, _)) in enumerate(COLUMNS.items()):
-        values = truth.get(f"validation_{column}")
-        if values is not None and values.notna().any():
-            place = rows + 0.16 * (i - 1)
-            axis.plot(100 * values, place, "x", color=colour, ms=5, label="" if i else name, zorder=3)
+        looks = {"marker": "x", "ms": 5, "color": colour, "label": "" if i else name}
+        _known(axis, truth, f"validation_{column}", rows + 0.16 * (i - 1), **looks)
 
 
 def _other_element(axis, truth, rows: np.ndarray) -> None:
     """Draw how far the limit of linear elements is, with a line from the truth's own error on the same samples."""
     name = "distance of the limit of linear elements, from the own error of the same samples"
     for place, ending, colour in ((-0.28, "", "#0072b2"), (0.28, "_patch", "#d55e00")):
-        if f"other_element{ending}" not in truth or truth[f"other_element{ending}"].isna().all():
-            continue
-        found = 100 * truth[f"other_element{ending}"]
-        axis.plot(found, rows + place, "o", mfc="none", mec=colour, ms=5, label="" if ending else name, zorder=3)
-        if f"other_element_own{ending}" in truth:
+        looks = {"color": colour, "label": "" if ending else name}
+        found = _known(axis, truth, f"other_element{ending}", rows + place, marker="o", mfc="none", ms=5, **looks)
+        if found is not None and f"other_element_own{ending}" in truth:
             own = 100 * truth[f"other_element_own{ending}"]
             axis.hlines(rows + place, own, found, color=colour, lw=0.8, zorder=2)
             axis.plot(own, rows + place, "|", color=colour, ms=6, zorder=3)
@@ -92,12 +88,17 @@ def _other_element(axis, truth, rows: np.ndarray) -> None:
 
 def _facets(axis, truth, rows: np.ndarray) -> None:
     """Draw how far the answers of a body of facets and of one on the smooth surface are apart."""
-    name = "what facets change, beside the smooth shape"
     for place, column, colour in ((-0.16, "geometry_of_peak", "#0072b2"), (0.0, "geometry_patch_of_peak", "#d55e00")):
-        values = truth.get(column)
-        if values is not None and values.notna().any():
-            label = name if column == "geometry_of_peak" else ""
-            axis.plot(100 * values, rows + place, "^", mfc="none", mec=colour, ms=6, label=label, zorder=3)
+        looks = {"color": colour, "label": "" if place == 0.0 else "what facets change, beside the smooth shape"}
+        _known(axis, truth, column, rows + place, marker="^", mfc="none", ms=6, **looks)
+
+
+def _known(axis, truth, column: str, places: np.ndarray, **looks):
+    """Draw the shares of a column in per cent, and return them; None if no scene has one."""
+    if column not in truth or truth[column].isna().all():
+        return None
+    axis.plot(100 * truth[column], places, ls="", zorder=3, **looks)
+    return 100 * truth[column]
 
 
 SOURCES = {
@@ -125,8 +126,7 @@ def draw_error_bounds(error_bounds) -> Figure:
     Errors are those over the surface; a point a setting and scene.
     """
     found = tables.where(error_bounds, error="rms")
-    figure = Figure(figsize=(9.5, 4.4), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=[3, 2.4])
+    figure, ((left, right),) = style.panels(1, 2, (9.5, 4.4), width_ratios=[3, 2.4])
     names = [name for name in SOURCES if name in set(found["estimate"])]
     for place, name in enumerate(names):
         rows, colour = tables.where(found, estimate=name).dropna(subset="sharpness"), _COLOURS[name]
@@ -161,14 +161,13 @@ def draw_limit_points(limit_points) -> Figure:
     the dent grows clearly faster than the load are drawn thick; loads without an equilibrium are crosses.
     """
     names = tables.bodies(limit_points)
-    figure = Figure(figsize=(4.6 * len(names), 4.4), layout="constrained")
-    axes = figure.subplots(1, len(names), squeeze=False)[0]
+    figure, (axes,) = style.panels(1, len(names), (4.6 * len(names), 4.4))
     norm, cmap = Normalize(0, 1), "viridis"
     for axis, body in zip(axes, names, strict=True):
         for _, rows in tables.where(limit_points, body=body).groupby("contact", sort=False):
             _contact(axis, rows.sort_values("pressure_of_young"), norm, cmap)
         axis.axvline(PRESSURE, color="#555555", ls=":", lw=1)
-        axis.set(title=body.replace("_", " "), xlabel="peak pressure [of Young's modulus]")
+        axis.set(title=spaced(body), xlabel="peak pressure [of Young's modulus]")
     axes[0].set_ylabel("peak displacement [% of the body's size]")
     figure.colorbar(ScalarMappable(norm, cmap), ax=axes, label="least determinant of the deformation gradient")
     most = f"the trade-off presses at most {PRESSURE:g}, unless a regime says otherwise"

@@ -118,6 +118,16 @@ def energies(nodes, weights, normals, limits, slip, x, start, way):
 
 
 @numba.njit(cache=True)
+def resistances(nodes, weights, normals, limits, slip, x, start, way):
+    """Compute the force of each over its slip (n,) [N/m]."""
+    u, found = np.empty(3), np.zeros(len(nodes))
+    for k in range(len(nodes)):
+        if limits[k] > 0.0:
+            found[k] = limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)[1]
+    return found
+
+
+@numba.njit(cache=True)
 def add_force(nodes, weights, normals, limits, slip, x, start, way, force):
     u = np.empty(3)
     for k in range(len(nodes)):
@@ -134,11 +144,12 @@ def blocks(nodes, weights, normals, limits, slip, x, start, way, definite):
     u, out = np.empty(3), np.empty((len(nodes), count, count, 3, 3))
     for k in range(len(nodes)):
         _, resistance, change = _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)
-        resistance, change = limits[k] * resistance, 0.0 if definite else limits[k] * change
+        if definite:
+            change = 0.0
         for i in range(3):
             for j in range(3):
                 across = (1.0 if i == j else 0.0) - normals[k, i] * normals[k, j]
-                value = resistance * across + change * u[i] * u[j]
+                value = limits[k] * (resistance * across + change * u[i] * u[j])
                 for a in range(count):
                     for b in range(count):
                         out[k, a, b, i, j] = value * weights[k, a] * weights[k, b]

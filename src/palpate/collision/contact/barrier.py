@@ -275,18 +275,6 @@ def barrier(s):
 
 
 @numba.njit(cache=True)
-def level(kind, nodes, offset, gap, x, weights):
-    """Return s = (d − offset)/gap of a stencil and its distance d [m], 1 and any where it is too far to act.
-
-    weights : (4,), are written as those of ``closest``
-    """
-    if boxes_apart(kind, x, nodes, offset + gap):
-        return 1.0, 0.0
-    distance, _ = closest(kind, x, nodes, weights)
-    return (distance - offset) / gap, distance
-
-
-@numba.njit(cache=True)
 def energy(kinds, nodes, offsets, scales, mollify, gap, x):
     """Sum scale · gap · m · b((d − offset)/gap) [J] over stencils whose parts are less than ``gap`` [m] from touching.
 
@@ -298,7 +286,9 @@ def energy(kinds, nodes, offsets, scales, mollify, gap, x):
     """
     weights, gradient, total = np.empty(4), np.empty((4, 3)), 0.0
     for k in range(len(kinds)):
-        s, _ = level(kinds[k], nodes[k], offsets[k], gap, x, weights)
+        if boxes_apart(kinds[k], x, nodes[k], offsets[k] + gap):
+            continue
+        s = (closest(kinds[k], x, nodes[k], weights)[0] - offsets[k]) / gap
         if s >= 1.0:
             continue
         if not s > 0.0:
@@ -312,7 +302,10 @@ def add_force(kinds, nodes, offsets, scales, mollify, gap, x, force):
     """Add minus the energy's gradient to ``force`` (n, 3) [N]; nothing where parts touch or overlap and it has none."""
     weights, gradient = np.empty(4), np.empty((4, 3))
     for k in range(len(kinds)):
-        s, distance = level(kinds[k], nodes[k], offsets[k], gap, x, weights)
+        if boxes_apart(kinds[k], x, nodes[k], offsets[k] + gap):
+            continue
+        distance, _ = closest(kinds[k], x, nodes[k], weights)
+        s = (distance - offsets[k]) / gap
         if not 0.0 < s < 1.0:
             continue
         factor, by_c, _ = mollifier(x, nodes[k], mollify[k], gradient)
@@ -336,7 +329,10 @@ def blocks(kinds, nodes, offsets, scales, mollify, gap, x, definite):
     weights, active, levels = np.empty((len(kinds), 4)), np.empty(len(kinds), np.int64), np.empty(len(kinds))
     count = 0
     for k in range(len(kinds)):
-        s, _ = level(kinds[k], nodes[k], offsets[k], gap, x, weights[count])
+        if boxes_apart(kinds[k], x, nodes[k], offsets[k] + gap):
+            continue
+        distance, _ = closest(kinds[k], x, nodes[k], weights[count])
+        s = (distance - offsets[k]) / gap
         if 0.0 < s < 1.0:
             active[count], levels[count] = k, s
             count += 1

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from palpate.collision.contact.barrier import barrier, level, mollifier
-from palpate.collision.triangles.closest_points import separation
+from palpate.collision.contact.barrier import barrier, mollifier
+from palpate.collision.triangles.closest_points import boxes_apart, closest, separation
 
 
 class LaggedFriction:
@@ -74,7 +74,10 @@ def pressing(kinds, nodes, offsets, scales, mollify, gap, x):
     rows, weights = np.empty(len(kinds), np.int64), np.empty((len(kinds), 4))
     normals, forces = np.empty((len(kinds), 3)), np.empty(len(kinds))
     for k in range(len(kinds)):
-        s, distance = level(kinds[k], nodes[k], offsets[k], gap, x, weights[count])
+        if boxes_apart(kinds[k], x, nodes[k], offsets[k] + gap):
+            continue
+        distance, _ = closest(kinds[k], x, nodes[k], weights[count])
+        s = (distance - offsets[k]) / gap
         if not 0.0 < s < 1.0:
             continue
         force = -scales[k] * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(s)[1]
@@ -118,6 +121,16 @@ def energies(nodes, weights, normals, limits, slip, x, start, way):
 
 
 @numba.njit(cache=True)
+def resistances(nodes, weights, normals, limits, slip, x, start, way):
+    """Compute the force of each over its slip (n,) [N/m]."""
+    u, found = np.empty(3), np.zeros(len(nodes))
+    for k in range(len(nodes)):
+        if limits[k] > 0.0:
+            found[k] = limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)[1]
+    return found
+
+
+@numba.njit(cache=True)
 def add_force(nodes, weights, normals, limits, slip, x, start, way, force):
     u = np.empty(3)
     for k in range(len(nodes)):
@@ -130,16 +143,16 @@ def add_force(nodes, weights, normals, limits, slip, x, start, way, force):
 
 @numba.njit(cache=True)
 def blocks(nodes, weights, normals, limits, slip, x, start, way, definite):
-    count = nodes.shape[1]
-    u, out = np.empty(3), np.empty((len(nodes), count, count, 3, 3))
+    u, out = np.empty(3), np.empty((len(nodes), 4, 4, 3, 3))
     for k in range(len(nodes)):
         _, resistance, change = _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)
-        resistance, change = limits[k] * resistance, 0.0 if definite else limits[k] * change
+        if definite:
+            change = 0.0
         for i in range(3):
             for j in range(3):
                 across = (1.0 if i == j else 0.0) - normals[k, i] * normals[k, j]
-                value = resistance * across + change * u[i] * u[j]
-                for a in range(count):
-                    for b in range(count):
+                value = limits[k] * (resistance * across + change * u[i] * u[j])
+                for a in range(4):
+                    for b in range(4):
                         out[k, a, b, i, j] = value * weights[k, a] * weights[k, b]
     return out

@@ -91,12 +91,13 @@ def stiffness(points, stiff, tools, rubbing, chosen):
     nodes, weights, held, limits, slip, start, ways = rubbing
     blocks = np.zeros((len(chosen), 3, 3))
     for k in range(len(gaps)):
-        rubbed = held[k][chosen], limits[k][chosen], slip, points, start, ways[k]
-        blocks += friction.blocks(nodes[chosen], weights[chosen], *rubbed, True)[:, 0, 0]
+        sliding = held[k][chosen], limits[k][chosen], slip, points, start, ways[k]
+        rubbed = friction.resistances(nodes[chosen], weights[chosen], *sliding)
         for c in range(len(chosen)):
             q = chosen[c]
-            if gaps[k, q] < 0.0:
-                for i in range(3):
-                    for j in range(3):
-                        blocks[c, i, j] += stiff[q] * normals[k, q, i] * normals[k, q, j]
+            pressed = stiff[q] if gaps[k, q] < 0.0 else 0.0
+            for i in range(3):
+                for j in range(3):
+                    across = (1.0 if i == j else 0.0) - held[k, q, i] * held[k, q, j]
+                    blocks[c, i, j] += pressed * normals[k, q, i] * normals[k, q, j] + rubbed[c] * across
     return blocks

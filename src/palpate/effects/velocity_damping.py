@@ -6,8 +6,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects import settings
-from palpate.effects.effect import Effect, Projection
-from palpate.effects.rayleigh import Rayleigh
+from palpate.effects.effect import Effect, Force, Projection, Proportional
 
 
 def make(particles: Particles, damping: settings.VelocityDamping, elastic: Effect | None) -> "VelocityDamping":
@@ -15,7 +14,7 @@ def make(particles: Particles, damping: settings.VelocityDamping, elastic: Effec
     return VelocityDamping(particles.masses, damping.rate_1_s)
 
 
-class VelocityDamping(Rayleigh, Projection):
+class VelocityDamping(Force, Proportional, Projection):
     """C = rate · M: without other forces all velocities decay as exp(−rate t), that of the whole body included.
 
     An explicit integrator uses ``project``, the exact decay, which is stable for any step; the force would require
@@ -23,8 +22,17 @@ class VelocityDamping(Rayleigh, Projection):
     """
 
     def __init__(self, masses: np.ndarray, rate: float):
-        super().__init__(masses, rate, 0.0, None)
-        self._rate = rate
+        self.couples = np.arange(len(masses))[:, None]
+        self.damping_rates = rate, 0.0
+        self._rate, self._coefficients = rate, rate * masses
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        force -= self._coefficients[:, None] * v
+
+    def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
+        places = slots[:, 0, 0]  # one for each node, so none is repeated
+        for i in range(3):
+            values[places, i, i] += self._coefficients
 
     def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
         v *= math.exp(-self._rate * h)

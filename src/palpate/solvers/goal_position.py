@@ -1,13 +1,14 @@
 """The goal-position integrator of shape matching: explicit, and stable for any step."""
 
+from functools import cached_property
+
 import numba
 import numpy as np
 
 from palpate.effects.effect import Goals, offers
 from palpate.effects.settings import Stepping
-from palpate.errors import InputError
-from palpate.solvers.symplectic_euler import SymplecticEuler
-from palpate.solvers.system import System
+from palpate.errors import InputError, NotConverged
+from palpate.solvers.system import System, stable_step
 
 
 def make(system: System, stepping: Stepping | None = None) -> "GoalPosition":
@@ -17,7 +18,7 @@ def make(system: System, stepping: Stepping | None = None) -> "GoalPosition":
     return GoalPosition(system, system.elastic.alpha)
 
 
-class GoalPosition(SymplecticEuler):
+class GoalPosition:
     """v' = v + α (g − x)/h + h f/m, then x' = x + h v' (paper 3, chapter 3), then the projections of effects.
 
     For a particle with a fixed goal this is the matrix [[1, −α/h], [h, 1 − α]] with the eigenvalues
@@ -29,16 +30,28 @@ class GoalPosition(SymplecticEuler):
     5 % of the velocity in each step keeps them within three times the initial one, and the body always recovers.
     """
 
-    lost = "goal position is not finite any more; a force grows with x or v: lower it"
-
     def __init__(self, system: System, alpha: float):
-        super().__init__(system)
-        self.alpha, self._goals = alpha, np.zeros((len(system.masses), 3))
+        self._system, self._alpha = system, alpha
+        self._mobility = system.inverse_masses
+        self._goals = np.zeros((len(system.masses), 3))
 
-    def pushed(self, x: np.ndarray, v: np.ndarray, force: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        system, x, v = self._system, x.copy(), v.copy()
+    @cached_property
+    def limit_s(self) -> float:
+        """The longest step [s] that is stable for the other forces; infinite if none of them grows with x or v."""
+        return stable_step(self._system, taken=self._alpha)
+
+    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+        system = self._system
+        force = system.explicit_force(x, v)
+        load = system.outer_force(x, v) if system.loaded else None
+        start, x, v = x, x.copy(), v.copy()
         system.goals(x, self._goals)
-        _advance(x, v, self._goals, force, self._mobility, system.free, self.alpha, h)
+        _advance(x, v, self._goals, force, self._mobility, system.free, self._alpha, h)
+        system.project(start, x, v, h)
+        if load is not None:
+            system.add_work(load, x - start)
+        if not (np.isfinite(x).all() and np.isfinite(v).all()):
+            raise NotConverged("goal position is not finite any more; a force grows with x or v: lower it", [])
         return x, v
 
 

@@ -24,35 +24,27 @@ class SymplecticEuler:
     Wanner 2006, chapter IX). Trap: beyond ``limit_s`` it diverges.
     """
 
-    alpha = 0.0
-    """The share of goals in a step, which shortens the longest that is stable."""
-    lost = "symplectic Euler has diverged; take a shorter step or an implicit integrator"
-
     def __init__(self, system: System):
         self._system = system
         self.renew()
 
     def renew(self) -> None:
         """Take the masses that the system has now."""
-        self._mobility = self._system.inverse_masses
+        self._mobility = self._system.inverse_masses[:, None]
 
     @cached_property
     def limit_s(self) -> float:
         """The longest step [s] that is stable at the rest state; a stretched body may need a shorter one."""
-        return stable_step(self._system, self.alpha)
+        return stable_step(self._system)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         load = self._system.outer_force(x, v) if self._system.loaded else None
-        start, (x, v) = x, self.pushed(x, v, self._system.explicit_force(x, v), h)
+        v = v + h * self._mobility * self._system.explicit_force(x, v)
+        v[~self._system.free] = 0.0
+        start, x = x, x + h * v
         self._system.project(start, x, v, h)
         if load is not None:
             self._system.add_work(load, x - start)
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
-            raise NotConverged(self.lost, [])
+            raise NotConverged("symplectic Euler has diverged; take a shorter step or an implicit integrator", [])
         return x, v
-
-    def pushed(self, x: np.ndarray, v: np.ndarray, force: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions and velocities after a step of ``h`` [s] under ``force`` (n, 3) [N], without projections."""
-        v = v + h * self._mobility[:, None] * force
-        v[~self._system.free] = 0.0
-        return x + h * v, v

@@ -228,13 +228,6 @@ def test_cubes_are_as_small_and_overlap_as_much_as_asked(volume):
         assert (len(found) == 1) == (edge == 0.5)
 
 
-def test_pieces_get_cubes_of_their_own(surface):
-    cubes = Clusters(kind="cubes", edge_m=0.08)
-    alone, both = (groups(make_clusters(p, cubes)) for p in (surface, twice(surface)))
-    assert len(both) == 2 * len(alone)
-    assert all(np.array_equal(g + len(surface.nodes), h) for g, h in zip(alone, both[len(alone) :], strict=True))
-
-
 @pytest.mark.parametrize(
     ("edge_m", "overlap", "says"),
     [(0.1, 1.0, "overlap"), (1e-9, 0.5, "too many cubes"), (0.026, 0.0, "hold the body together")],

@@ -7,7 +7,7 @@ vertex block descent.
 """
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -92,8 +92,9 @@ class RelaxedElements:
             self._bed.add_force(x, None, borne)
         return borne
 
-    def _penalised(self, nodes: np.ndarray, pose: Pose) -> NodeContact:
-        return NodeContact(nodes, PENALTY * self._elements.resistance()[nodes], pose)
+    @cached_property
+    def _penalties(self) -> np.ndarray:
+        return PENALTY * self._elements.resistance()
 
 
 class ByXpbd(RelaxedElements):
@@ -121,7 +122,7 @@ class ByBlockDescent(RelaxedElements):
         self._relax = partial(descent.relax, sweeps=asked.sweeps, radius=asked.radius)
 
     def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
-        contact = self._penalised(nodes, pose)
+        contact = NodeContact(nodes, self._penalties[nodes], pose)
         relax = partial(self.relax, contact=contact)
         return Relaxing(contact, lambda x: relax(x)[0], contact.pushes)
 
@@ -135,7 +136,7 @@ class ByProjections(RelaxedElements):
         self._relax = partial(self._projective.relax, iterations=asked.iterations, memory=asked.memory)
 
     def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
-        contact, asked = self._penalised(nodes, pose), self._asked
+        contact, asked = NodeContact(nodes, self._penalties[nodes], pose), self._asked
         descent = self._projective.pressed(contact)
         return Relaxing(contact, lambda x: descent.relax(x, asked.iterations, asked.memory, TOLERANCE), contact.pushes)
 

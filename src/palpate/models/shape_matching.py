@@ -240,7 +240,6 @@ class ShapesTouch(NodeTouch):
         particles = particles_of(case.body, level, surface=False)
         refuse_loose(particles, False)
         self._steps, self._masses, self._step_s = steps, particles.masses, 1.0
-        self._inverse = np.where(self.held, 0.0, 1.0 / particles.masses)
         grouped = cubes(self.mesh).but(kind=clusters)
         touches, right = zip(*calibration(case), strict=True)
         tried = []
@@ -258,12 +257,12 @@ class ShapesTouch(NodeTouch):
         self._step_s = 1.0 / np.sqrt(force_scale(found, right))
 
     def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
-        obstacle, given = Obstacle(nodes, pose), np.zeros((len(nodes), 3))
-        bouncing = self._steps // 2
+        obstacle, inverse = Obstacle(nodes, pose), np.where(self.held, 0.0, 1.0 / self._masses)
+        given, bouncing = np.zeros((len(nodes), 3)), self._steps // 2
 
         def keep_out(step: int, moved: np.ndarray) -> None:
             obstacle.multipliers = np.zeros(len(nodes))
-            obstacle.keep_out(moved, self._inverse)
+            obstacle.keep_out(moved, inverse)
             if step >= bouncing:  # particles bounce, so that single steps tell little
                 given[:] += obstacle.pushes(moved, self._step_s) / (self._steps - bouncing)
 

@@ -22,6 +22,7 @@ from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.settings import Stepping
 from palpate.linalg.minimiser import minimise_by_lbfgs
+from palpate.solvers.incremental_potential import IncrementalPotential
 from palpate.solvers.pressed_descent import PressedDescent
 from palpate.solvers.relaxed_parts import FlatElements, RelaxedParts
 from palpate.solvers.system import System
@@ -105,8 +106,18 @@ class ProjectiveSteps(RelaxedParts):
         self._factor: Prefactored | None = None
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        problem = _Step(self, x, v, h)
-        begin = min((x, problem.target), key=problem.energy)
+        system, damping = self.system, self.system.damping(x, explicit=True)
+        ahead = x + h * v + h**2 * self.inverse_masses[:, None] * (self.outer(x, v) + self.pushes)
+        inertia = system.masses[:, None] / h**2
+        problem = IncrementalPotential(
+            x,
+            ahead,
+            ~system.free,
+            (self.energy, self.force),
+            lambda away: inertia * away,
+            None if damping is None else lambda moved: (damping @ moved.ravel()).reshape(moved.shape) / h,
+        )
+        begin = min((x, ahead), key=problem.energy)
         found = minimise_by_lbfgs(problem, self._prefactored(h).solve, begin, 0.0, self._iterations, kept=self._memory)
         return self.end(x, found.x, v, h)
 
@@ -129,28 +140,3 @@ def _isotropic(touching: tuple[np.ndarray, np.ndarray, np.ndarray], count: int) 
     """Return the stiffness (count, count) [N/m] of constraints, whose blocks have one direction each, along all."""
     rows, columns, blocks = touching
     return sparse.csc_array((np.trace(blocks, axis1=1, axis2=2), (rows, columns)), shape=(count, count))
-
-
-class _Step:
-    """The energy that backward Euler's step minimises, without contact."""
-
-    def __init__(self, parts: RelaxedParts, x: np.ndarray, v: np.ndarray, h: float):
-        self._parts, self._start, self._h = parts, x, h
-        pushed = parts.outer(x, v) + parts.pushes
-        self.target = x + h * v + h**2 * parts.inverse_masses[:, None] * pushed
-        self._inertia = parts.system.masses[:, None] / h**2
-        self._damping = parts.system.damping(x, explicit=True)
-
-    def energy(self, z: np.ndarray) -> float:
-        away, moved = z - self.target, z - self._start
-        total = 0.5 * float(np.vdot(self._inertia * away, away)) + self._parts.energy(z)
-        if self._damping is not None:
-            total += 0.5 / self._h * float(moved.ravel() @ (self._damping @ moved.ravel()))
-        return total
-
-    def force(self, z: np.ndarray) -> np.ndarray:
-        force = self._parts.force(z) - self._inertia * (z - self.target)
-        if self._damping is not None:
-            force -= (self._damping @ (z - self._start).ravel()).reshape(z.shape) / self._h
-        force[~self._parts.system.free] = 0.0
-        return force

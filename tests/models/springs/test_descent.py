@@ -13,7 +13,7 @@ from palpate.models.springs.descent import (
     value_and_gradient,
 )
 from palpate.models.springs.fitness import Fitness, Range
-from palpate.models.springs.searches import Rules, evolve
+from palpate.models.springs.searches import evolve
 from palpate.models.springs.spring_motion import simulate
 
 LIMITS = Range(500.0, 3000.0)
@@ -59,7 +59,7 @@ def test_held_nodes_move_nothing_but_their_springs(cube, moduli):
 
 
 def test_descent_passes_the_genetic_algorithm(cube):
-    evolved = evolve(cube.fitness, 120, Rules(20, LIMITS, seed=3), 60)
+    evolved = evolve(cube.fitness, 120, 20, LIMITS, 3, 60)
     found, _ = descend([cube.fitness], np.full(120, 900.0), LIMITS, 60)
     passed = found.history[found.history[:, 2] > evolved.fitness]
     assert passed[0, 0] < 0.1 * evolved.history[-1, 0]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.models.springs.fitness import Range
-from palpate.models.springs.searches import Genetic, Rules, evolve
+from palpate.models.springs.searches import Genetic, evolve
 
 LIMITS = Range(300.0, 5000.0)
 
@@ -15,7 +15,7 @@ def hill(young):
 
 
 def test_the_best_never_falls_and_half_is_new(cube):
-    population = Genetic(cube.fitness, 120, Rules(20, LIMITS, 1))
+    population = Genetic(cube.fitness, 120, 20, LIMITS, 1)
     for _ in range(30):
         before = population.individuals.copy()
         population.advance()
@@ -31,7 +31,7 @@ def test_the_best_never_falls_and_half_is_new(cube):
 @pytest.mark.parametrize("generation", [0, 3, 40])
 def test_mutation_is_that_of_equations_seven_and_eight(generation):
     """Among equals recombination changes nothing: what differs has mutated."""
-    population = Genetic(hill, 60, Rules(4, LIMITS, 1))
+    population = Genetic(hill, 60, 4, LIMITS, 1)
     population.individuals[:] = 2650.0
     population.generation = generation
     children = np.array([population._child() for _ in range(4000)])
@@ -47,7 +47,7 @@ def test_mutation_is_that_of_equations_seven_and_eight(generation):
 
 
 def test_recombination_is_between_and_a_little_beyond():
-    population = Genetic(hill, 50, Rules(4, LIMITS, 1))
+    population = Genetic(hill, 50, 4, LIMITS, 1)
     population.individuals[:2], population.individuals[2:] = 1000.0, 2000.0
     population.generation = 10**9
     children = np.array([population._child() for _ in range(4000)])
@@ -57,5 +57,5 @@ def test_recombination_is_between_and_a_little_beyond():
 
 
 def test_same_seed_same_result_another_seed_another():
-    one, again, other = (evolve(hill, 20, Rules(10, LIMITS, seed), 40).young for seed in (1, 1, 2))
+    one, again, other = (evolve(hill, 20, 10, LIMITS, seed, 40).young for seed in (1, 1, 2))
     assert np.array_equal(one, again) and not np.array_equal(one, other)

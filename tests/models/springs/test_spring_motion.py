@@ -38,25 +38,6 @@ def young():
     return np.random.default_rng(3).uniform(500.0, 3000.0, 120)
 
 
-def test_one_step_is_that_of_the_effects(cube, young):
-    settings = replace(cube.settings, volume_n_m=VOLUME)
-    random = np.random.default_rng(0)
-    x = cube.model.nodes + random.normal(0, 2e-4, (120, 3))
-    v = random.normal(0, 0.02, (120, 3))
-    v[cube.model.held] = 0.0
-    *network, load, factors, h = spring_motion.constants(cube.model, cube.press, settings)
-    push = Load(cube.press)
-    push.factor = factors[20]
-    expected = integrator(cube, young, push).step(x, v, h)
-    k = stiffnesses(cube.model, young)
-    damping = dampings(cube.model, k, settings.damping_ratio)
-    new_x, new_v, springs = x.copy(), v.copy(), (k[:, None], damping[:, None], *network[1:])
-    spaces, lanes = (np.empty_like(x), np.empty(12)), spring_motion.ALONE
-    spring_motion.advance(new_x, new_v, *spaces, *springs, load, factors[20], h, lanes)
-    assert new_v == pytest.approx(expected[1], rel=1e-12, abs=1e-14)
-    assert new_x == pytest.approx(expected[0], rel=1e-12, abs=1e-16)
-
-
 def test_a_motion_is_that_of_the_effects(cube, young):
     settings = replace(cube.settings, volume_n_m=VOLUME)
     load = Load(cube.press)

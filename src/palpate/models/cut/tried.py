@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from palpate.bodies.cutting.ways import WAYS
 from palpate.models.cut import elements, linear
 from palpate.models.cut.enriched import Enriched
 from palpate.models.cut.opened import CutModel
@@ -21,7 +22,6 @@ MODELS: dict[str, Callable[..., CutModel]] = {
     **{name: partial(CutRelaxed, name) for name in ("xpbd", "vertex_block_descent", "projective_dynamics")},
 }
 """From a case and a setting's keywords to what is ready for the cut; Refused where it cannot follow one."""
-WAYS = ("removal", "split_faces", "virtual_nodes")
 TRIED: dict[str, list[dict[str, Any]]] = {
     "fem": rows(
         "level way",

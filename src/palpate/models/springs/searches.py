@@ -4,7 +4,6 @@ Evolution is paper 2's genetic algorithm, and its rival CMA-ES.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -19,19 +18,10 @@ EXTENSION = 0.5
 """Extension of intermediate recombination beyond the parents, relative to their distance."""
 
 
-@dataclass(frozen=True)
-class Rules:
-    """Number of individuals, at least 4, range of their moduli, and seed of the random numbers."""
-
-    population: int
-    range: Range
-    seed: int
-
-
 class Genetic:
     """Generations of individuals, the best one first; the best fitness never falls, as the better half stays.
 
-    individuals : (population, n) [Pa]; fitness : (population,) [m]; generation : number of generations so far
+    individuals : (population, n) [Pa], at least 4; fitness : (population,) [m]; generation : number of them so far
     Each new one: any two parents; with probability 0.9 an intermediate recombination a + w (b − a), w uniform from
     −0.5 to 1.5 for each gene, else a copy of the first; then a mutation as in eq. 7 and 8. Moduli are clipped to the
     range. Not stated in the paper and chosen here: the population's size, the choice of parents, a uniform
@@ -40,17 +30,19 @@ class Genetic:
     has late, all soon become alike; from −0.37 to 1.37 on the variance lasts (−0.5 to 1.5: Eshelman and Schaffer 1993).
     """
 
-    def __init__(self, fitness: Callable[[np.ndarray], np.ndarray], nodes: int, rules: Rules):
-        self._track, self._rules = Track(fitness), rules
-        self._random = np.random.default_rng(rules.seed)
-        young = self._random.uniform(rules.range.low_pa, rules.range.high_pa, (rules.population, nodes))
+    def __init__(
+        self, fitness: Callable[[np.ndarray], np.ndarray], nodes: int, population: int, limits: Range, seed: int
+    ):
+        self._track, self._limits = Track(fitness), limits
+        self._random = np.random.default_rng(seed)
+        young = self._random.uniform(limits.low_pa, limits.high_pa, (population, nodes))
         self._keep(young, self._track(young))
         self.generation = 0
 
     def advance(self) -> None:
         """Advance by one generation."""
-        new = np.array([self._child() for _ in range(self._rules.population // 2)])
-        fitness, survivors = self._track(new), self._rules.population - len(new)
+        new = np.array([self._child() for _ in range(len(self.individuals) // 2)])
+        fitness, survivors = self._track(new), len(self.individuals) - len(new)
         self._keep(np.vstack([self.individuals[:survivors], new]), np.concatenate([self.fitness[:survivors], fitness]))
         self.generation += 1
 
@@ -63,7 +55,7 @@ class Genetic:
         self.individuals, self.fitness = individuals[order], fitness[order]
 
     def _child(self) -> np.ndarray:
-        random, limits, n = self._random, self._rules.range, self.generation
+        random, limits, n = self._random, self._limits, self.generation
         first, second = self.individuals[random.integers(len(self.individuals), size=2)]
         child = first.copy()
         if random.random() < 0.9:
@@ -78,16 +70,18 @@ class Genetic:
 def evolve(
     fitness: Callable[[np.ndarray], np.ndarray],
     nodes: int,
-    rules: Rules,
+    population: int,
+    limits: Range,
+    seed: int,
     generations: int,
     report: Callable[[int, float], None] = lambda generation, best: None,
 ) -> Fit:
     """Run so many ``generations``, and call ``report`` with each one's number and best fitness [m]."""
-    population = Genetic(fitness, nodes, rules)
-    while population.generation < generations:
-        population.advance()
-        report(population.generation, float(population.fitness[0]))
-    return population.fit()
+    search = Genetic(fitness, nodes, population, limits, seed)
+    while search.generation < generations:
+        search.advance()
+        report(search.generation, float(search.fitness[0]))
+    return search.fit()
 
 
 def cma_es(
@@ -156,8 +150,7 @@ def find(
     if method == "uniform":
         return model, uniform(fitness, nodes, limits)
     if method == "genetic":
-        rules = Rules(searches.population, limits, seed)
-        return model, evolve(fitness, nodes, rules, searches.generations, report)
+        return model, evolve(fitness, nodes, searches.population, limits, seed, searches.generations, report)
     if method == "cma_es":
         return model, cma_es(fitness, start_pa, limits, searches.cma_es_evaluations, seed, report)
     if method == "gradient_smooth":

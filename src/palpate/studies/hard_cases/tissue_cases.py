@@ -17,7 +17,7 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.effects.maxwell import Maxwell
 from palpate.effects.springs import Springs
 from palpate.models.springs.fitness import Range
-from palpate.models.springs.searches import Rules, cma_es, evolve
+from palpate.models.springs.searches import cma_es, evolve
 from palpate.scenes.run_scene import initial_positions
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.equilibrium import Equilibrium
@@ -191,5 +191,5 @@ def _search(model: str) -> Answer:
     if model == "cma_es":
         found = cma_es(fitness, start, limits, 3000, 1).young
     else:
-        found = evolve(fitness, 6, Rules(60, limits, 1), 400).young
+        found = evolve(fitness, 6, 60, limits, 1, 400).young
     return Answer(found, start, lambda a: float(np.abs(a / best - 1.0).max()), np.zeros(6), np.zeros(6))

@@ -162,7 +162,7 @@ def cores(count: int, meter: Meter) -> Size:
     import numba
 
     from palpate.models.springs.cube_experiment import experiment
-    from palpate.models.springs.searches import Genetic, Rules
+    from palpate.models.springs.searches import Genetic
 
     found = experiment(CUBE, 0.3)
     # a reference at rest costs as much as a moving one
@@ -170,7 +170,7 @@ def cores(count: int, meter: Meter) -> Size:
     fitness = found.fitness("top", {"top": (still, still)})
     before = numba.get_num_threads()
     numba.set_num_threads(count)
-    population = Genetic(fitness, len(found.model.masses), Rules(POPULATION, found.limits, 1))
+    population = Genetic(fitness, len(found.model.masses), POPULATION, found.limits, 1)
     meter.often("generation", population.advance)
     numba.set_num_threads(before)
     return "cores", count

@@ -13,8 +13,11 @@ from palpate.bodies.material import NAMED, Material
 from palpate.effects.settings import Load, Loads, Rayleigh
 from palpate.errors import InputError, NotConverged
 from palpate.models import reduced_body, reduced_motion
-from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of
-from palpate.models.reduced_body import BodyAtRest, Modes, ReducedBody, bending_loads, limit_modes, vibrations
+from palpate.models.reduced import basis, cubature
+from palpate.models.reduced.basis import bending_loads, vibrations
+from palpate.models.reduced.cubature import cells_of
+from palpate.models.reduced.energy import ReducedEnergy
+from palpate.models.reduced_body import BodyAtRest, Modes, ReducedBody, limit_modes
 from palpate.models.reduced_motion import CellEnergy, ReducedMotion, misses, move, prepare
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.dynamic.accuracy import told_in_modes
@@ -63,7 +66,7 @@ def whole(rest: BodyAtRest) -> ReducedBody:
     flat[free] = vectors
     shape = flat.reshape(-1, 3, len(masses))
     cells = cells_of(elements, shape, np.ones(len(elements.couples), dtype=bool))
-    model = ReducedContact(cells, np.zeros((len(masses), 1)), elements.law)
+    model = ReducedEnergy(cells, np.zeros((len(masses), 1)), elements.law)
     return ReducedBody(rest, Modes(shape, shape, shape, masses), model, 0.0, 0.0)
 
 
@@ -103,7 +106,7 @@ def test_bends_are_what_a_static_answer_lacks_to_second_order(pressed, rest):
     load = rest.spread(reduced_motion.disc(pressed.placed_loads().pushes[0]))[:, :, 2]
     linear = rest.elements.solve(load[:, :, None], 1e-10)
     second = rest.elements.solve(bending_loads(rest.elements, linear), 1e-8)[:, :, 0]
-    size = reduced_body.BEND_STEP * rest.elements.size / np.linalg.norm(linear, axis=1).max()
+    size = basis.BEND_STEP * rest.elements.size / np.linalg.norm(linear, axis=1).max()
     equilibrium = Equilibrium(reduced_body.with_midpoints(pressed.body, 1), 1, order=2)
     there, back = (equilibrium.solve(s * size * load, 1e-11).x - rest.elements.rest for s in (1.0, -1.0))
     assert np.linalg.norm(second - (there + back)) < 0.02 * np.linalg.norm(second)
@@ -123,7 +126,7 @@ def test_a_linear_answer_in_modes_is_the_limit_of_the_levels(pressed, rest):
 def test_stiffness_is_positive_and_that_of_the_slopes_however_weak_the_modes_that_are_kept(
     weak, pressed, rest, monkeypatch
 ):
-    monkeypatch.setattr(reduced_body, "DEPENDENT", weak)
+    monkeypatch.setattr(basis, "DEPENDENT", weak)
     load = rest.spread(reduced_motion.disc(pressed.placed_loads().pushes[0]))
     modes = limit_modes(rest, [load], 3)
     flat = modes.slopes.reshape(-1, len(modes.masses))
@@ -201,7 +204,7 @@ def test_modes_of_another_place_are_doubted(pressed, truth, reduced):
 @pytest.mark.parametrize("missed", [*(pytest.param(share, marks=pytest.mark.slow) for share in (0.5, 0.1)), 0.02])
 @pytest.mark.parametrize("weak", [1e-5, pytest.param(1e-12, marks=pytest.mark.slow)])
 def test_loose_cells_and_weak_modes_are_told_or_right(missed, weak, pressed, truth, rest, monkeypatch):
-    monkeypatch.setattr(reduced_body, "DEPENDENT", weak)
+    monkeypatch.setattr(basis, "DEPENDENT", weak)
     try:
         body = prepare(rest, pressed.placed_loads(), pressed.rayleigh, 3, missed)
         found, told = asked(body, pressed, 4 * pressed.frames)
@@ -241,7 +244,7 @@ def test_what_modes_cannot_do_is_refused(box, pressed, rest, monkeypatch):
         with pytest.raises(InputError, match="another body"):
             rest.check(other)
     rest.check(pressed.body)
-    monkeypatch.setattr(reduced_body, "some_points", lambda *given: cells_of(*given[:2], given[2], 8).take(*few()))
+    monkeypatch.setattr(cubature, "some_points", lambda *given: cells_of(*given[:2], given[2], 8).take(*few()))
     with pytest.raises(NotConverged, match="misplace"):
         prepare(rest, FALLING, pressed.rayleigh, 3, 0.01)
 

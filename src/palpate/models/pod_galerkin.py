@@ -4,7 +4,6 @@ Proper orthogonal decomposition, a Galerkin projection and energy-conserving sam
 Chapman and Cortial 2014): the textbook's way, whose modes have to do at contacts that no sample has pressed.
 """
 
-from collections.abc import Sequence
 from time import perf_counter
 from typing import NamedTuple
 
@@ -15,32 +14,13 @@ from palpate.benchmark.model import Case, Solver, held_mb
 from palpate.errors import NotConverged
 from palpate.models import kinds
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of, is_positive, softness
-from palpate.models.contact_modes.snapshots import DEPENDENT
 from palpate.models.contact_modes.workshop import Workshop, reduced_level
 from palpate.models.fem_statics import ContactShares, Simulation
 from palpate.models.near_buckling import NearBuckling
+from palpate.models.reduced.basis import independent, products
+from palpate.models.reduced.cubature import cells_of, thinned
+from palpate.models.reduced.energy import ReducedEnergy, softness
 from palpate.solvers.equilibrium import FastEquilibrium
-
-
-def energy_pod(elements: ElementsAtRest, answers: Sequence[np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return mixes (s, r) of s ``answers`` (n, 3) [m] that make modes, and the coordinates (r, s) of these answers.
-
-    Σ answer · mix are the modes: the stiffness at rest is the identity in them, and no other r ≤ ``count`` modes hold
-    more of the answers' energy, each answer by itself over its own (method of snapshots, Sirovich 1987). Answers that
-    depend on others, to DEPENDENT, make none.
-    """
-    flat = np.array([answer.ravel() for answer in answers])
-    stiff = np.array([elements.multiply(np.ascontiguousarray(answer)).ravel() for answer in answers])
-    products = flat @ stiff.T
-    products = 0.5 * (products + products.T)
-    size = np.sqrt(products.diagonal())
-    values, vectors = np.linalg.eigh(products / np.outer(size, size))
-    values, vectors = values[::-1][:count], vectors[:, ::-1][:, :count]
-    kept = values > DEPENDENT * values[0]
-    mixes = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]
-    return mixes, mixes.T @ products
-
 
 RESIDUAL = 1e-3
 """Residual of an answer over its load, and of the volume that is found to a sample."""
@@ -78,8 +58,11 @@ class Galerkin(Solver):
         volumes = case.share(name, lambda: _volumes(case, shop.level))
         case.charge("volumes", volumes.seconds)
         elements = shop.elements(shop.level)
-        mixes, coordinates = energy_pod(elements, volumes.answers, model.modes)
-        self._modes = np.stack(volumes.answers, axis=2) @ mixes
+        answers = np.stack(volumes.answers, axis=2)
+        square = products(answers, elements.multiply(answers))
+        mixes = independent(square)[:, -model.modes :]  # each answer counts by itself over its own energy
+        coordinates = mixes.T @ square
+        self._modes = answers @ mixes
         self._surface = np.tensordot(database.fine[volumes.rows], mixes, (0, 0)).reshape(-1, mixes.shape[1])
         self._soft = softness(self._surface.reshape(-1, 3, mixes.shape[1]))
         self._shares, self._buckling = ContactShares(case, shop.level, 2), NearBuckling(case, LARGEST_SHARE)
@@ -107,7 +90,7 @@ class Galerkin(Solver):
         if not far <= LARGEST_NORM:
             why = f"this goes {far:.1f} times as far as any sample, beyond what is known"
             raise Doubted(why, [residual], Answer(moved))
-        if not is_positive(self._reduced.tangent(q) - LEAST_STIFFNESS * self._soft):
+        if not self._reduced.is_stiff(q, LEAST_STIFFNESS * self._soft):
             raise Doubted("the body is about to give way", [residual], Answer(moved))
         return self._buckling.checked(load, moved)
 
@@ -139,21 +122,21 @@ def _volumes(case: Case, level: int) -> Volumes:
 
 def _reduced(
     elements: ElementsAtRest, modes: np.ndarray, coordinates: np.ndarray, pulls: np.ndarray, tolerance: float
-) -> ReducedContact:
+) -> ReducedEnergy:
     """Return the model in ``modes`` (n, 3, r), whose cells pull as all do at the samples' ``coordinates`` (r, s).
 
     pulls : (r, s) of the samples' loads. Cells are chosen for what is beyond the linear part, which may be the larger,
     as where a body turns: the tolerance is of the smaller of the two.
     """
     cells = cells_of(elements, modes, np.ones(len(elements.couples), dtype=bool))
-    model = ReducedContact(cells, np.eye(modes.shape[2]), elements.law)
+    model = ReducedEnergy(cells, np.eye(modes.shape[2]), elements.law)
     if tolerance == 0.0:
         return model
     chosen = np.unique(np.linspace(0, coordinates.shape[1] - 1, CHOOSING_SAMPLES).round().astype(int))
     beyond = np.linalg.norm(pulls - coordinates, axis=0)[chosen]
     share = float(np.min(np.linalg.norm(pulls, axis=0)[chosen] / np.maximum(beyond, 1e-300)))
-    ways = [part * q for q in coordinates.T[chosen] for part in PARTS]
-    return model.thinned(ways, min(1.0, share) * tolerance)
+    ways = np.array([part * q for q in coordinates.T[chosen] for part in PARTS])
+    return thinned(model, ways, min(1.0, share) * tolerance)
 
 
 prepare = Galerkin

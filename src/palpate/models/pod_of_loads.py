@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import minimize
 
-from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Solver
 from palpate.benchmark.settings import FitOptions
@@ -17,7 +16,6 @@ from palpate.errors import NotConverged
 from palpate.models import kinds
 from palpate.models.coarse_answers import fitting_to
 from palpate.models.enrichment.ridge import LAMBDAS, dual_weights
-from palpate.models.enrichment.training_samples import Training
 from palpate.models.near_buckling import NearBuckling
 
 REACHES = np.geomspace(0.05, 3.0, 9)
@@ -28,29 +26,6 @@ DECAYS = (1e-3, 1e-2, 1e-1)
 """Weight decays tried."""
 DESCENTS = 300
 """Iterations of L-BFGS that a network is trained for."""
-
-
-class PodOfLoads:
-    """Fine displacements in ``modes`` POD modes about rest, whose coefficients a learner finds from the load.
-
-    Loads are without unit: places over the body's size, forces over the root of the training samples' mean square.
-    learn : from places, forces (k, 3), coefficients (k, m) and folds (k,) to a function of one place and force
-    """
-
-    def __init__(self, db: Database, training: Training, modes: int, learn: Callable, options: FitOptions):
-        fine = training.fine.reshape(len(training.fine), -1)
-        values, vectors = np.linalg.eigh(fine @ fine.T)
-        kept = np.argsort(values)[::-1][:modes]
-        lengths = np.sqrt(np.maximum(values[kept], np.finfo(float).tiny))
-        self._modes = (vectors[:, kept] / lengths).T @ fine
-        self._places = db.coarse_nodes / db.size
-        self._strength = float(np.sqrt(np.mean(np.sum(training.force**2, axis=1)))) or 1.0
-        places, forces = self._places[training.contact], training.force / self._strength
-        self._learnt = learn(places, forces, vectors[:, kept] * lengths, training.fold, options)
-
-    def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the fine surface displacement (n, 3) [m] under ``force`` (3,) [N] at coarse node ``contact``."""
-        return (self._learnt(self._places[contact], force / self._strength) @ self._modes).reshape(-1, 3)
 
 
 def gaussian_process(
@@ -193,20 +168,33 @@ LARGEST_NORM = 1.5
 
 
 class Learnt(Solver):
-    """Modes, and what gives their coefficients."""
+    """POD modes about rest of fine displacements, whose coefficients a learner finds from the load.
+
+    Loads are without unit: places over the body's size, forces over the root of the training samples' mean square. A
+    learner makes of places, forces (k, 3), coefficients (k, m) and folds (k,) a function of one place and force.
+    """
 
     def __init__(self, case: Case, model: kinds.PODOfLoads):
-        fitting = fitting_to(case)
-        learn = network(model.hidden or HIDDEN) if model.learner == "network" else gaussian_process
-        self._contacts, self._buckling = contacts_of(case.body), NearBuckling(case)
-        self._pod = PodOfLoads(fitting.db, fitting.training, model.modes, learn, fitting.options)
-        self._reach = float(np.linalg.norm(fitting.training.fine, axis=(1, 2)).max())
+        fitting, learn = fitting_to(case), gaussian_process
+        if model.learner == "network":
+            learn = network(model.hidden or HIDDEN)
+        self._contacts, self._buckling, training = contacts_of(case.body), NearBuckling(case), fitting.training
+        fine = training.fine.reshape(len(training.fine), -1)
+        values, vectors = np.linalg.eigh(fine @ fine.T)
+        kept = np.argsort(values)[::-1][: model.modes]
+        lengths = np.sqrt(np.maximum(values[kept], np.finfo(float).tiny))
+        self._modes = (vectors[:, kept] / lengths).T @ fine
+        self._places = fitting.db.coarse_nodes / fitting.db.size
+        self._strength = float(np.sqrt(np.mean(np.sum(training.force**2, axis=1)))) or 1.0
+        places, forces = self._places[training.contact], training.force / self._strength
+        self._learnt = learn(places, forces, vectors[:, kept] * lengths, training.fold, fitting.options)
+        self._reach = float(np.linalg.norm(training.fine, axis=(1, 2)).max())
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Answer as ``Solver`` does; NotConverged beyond the guard LARGEST_NORM, Doubted where the body may buckle."""
         contact, force = load.single()
         row_of(self._contacts, contact)
-        moved = self._pod.respond(contact, force)
+        moved = (self._learnt(self._places[contact], force / self._strength) @ self._modes).reshape(-1, 3)
         far = float(np.linalg.norm(moved)) / self._reach
         if not far <= LARGEST_NORM:
             raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])

@@ -5,52 +5,23 @@ such answers as they grow. The same load on two levels of elements shows how ans
 each level divides the error, their limit.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement
 from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, eigsh
 
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.effects.patch_load import Patch, spread
 from palpate.effects.settings import Loads, Rayleigh
-from palpate.errors import InputError, NotConverged
+from palpate.errors import InputError
 from palpate.linalg.multigrid import Factor
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import ReducedContact, few_of, some_points
+from palpate.models.reduced.basis import bending_loads, independent, products, vibrations
+from palpate.models.reduced.energy import ReducedEnergy
 from palpate.solvers.quadratic_motion import QuadraticMotion
-
-Solve = Callable[[np.ndarray], np.ndarray]
-"""The inverse of the stiffness at rest: forces (n, 3) [N] to displacements (n, 3) [m], zero at held nodes."""
-
-
-def vibrations(solve: Solve, masses: np.ndarray, free: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the slowest ``count`` modes (count, n, 3) with φᵀMφ = 1, and their angular frequencies (count,) [1/s].
-
-    solve : applies the inverse of the stiffness at rest to forces (n, 3) [N], held nodes staying where they are
-    masses : (n,) [kg]; free : (n,) bool
-    They are the largest eigenvectors of M^½ K⁻¹ M^½, so that no matrix is needed. InputError if there are not so many.
-    """
-    if count >= 3 * free.sum():
-        raise InputError(f"vibrations is {count}, and the body has {3 * free.sum()} free coordinates; ask less.")
-    if not count:
-        return np.empty((0, len(masses), 3)), np.empty(0)
-    root = np.sqrt(masses * free)[:, None]
-
-    def applied(y: np.ndarray) -> np.ndarray:
-        return (root * solve(root * y.reshape(-1, 3))).ravel()
-
-    operator = LinearOperator(2 * (root.size * 3,), applied, dtype=float)
-    start = np.random.default_rng(0).normal(size=root.size * 3)  # fixed, so that the result is reproducible
-    squares, vectors = eigsh(operator, count, which="LA", v0=start)
-    frequencies = 1.0 / np.sqrt(squares[::-1])
-    modes = [w**2 * solve(root * y.reshape(-1, 3)) for w, y in zip(frequencies, vectors.T[::-1], strict=True)]
-    return np.array(modes), frequencies
-
 
 UNDAMPED = Rayleigh(mass_1_s=0.0, stiffness_s=0.0)
 LEAST_RATIO = 1.5
@@ -59,31 +30,8 @@ SMALL = 1e-6
 """Peak, in sizes of the body, of an answer that is linear."""
 CHANGE_RESIDUAL = 1e-2
 """Relative residual of what a level changes of an answer, which ratios of convergence are made of."""
-DEPENDENT = 1e-9
-"""Columns count as dependent below this eigenvalue of their stiffness, in parts of its largest."""
-BEND_STEP = 0.01
-"""Largest displacement of an answer at which its bend is measured, in sizes of the body."""
 RESIDUAL, BEND_RESIDUAL = 1e-6, 1e-3
 """Relative residuals of linear answers, and of those to what bends them."""
-
-
-def bending_loads(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
-    """Return the loads ∂²f[a, b] (n, 3, k (k + 1) / 2) [N] of all pairs of ``columns`` (n, 3, k), f the elastic force.
-
-    The answers to them are the static derivatives of the columns, which are scaled to a peak of BEND_STEP sizes of the
-    body before; by central differences (Idelsohn and Cardona 1985; Barbič and James 2005, section 4).
-    """
-    scaled = BEND_STEP * elements.size * columns / np.linalg.norm(columns, axis=1).max(axis=0)
-    parts = [np.ascontiguousarray(each) for each in scaled.transpose(2, 0, 1)]
-
-    def bent(u: np.ndarray) -> np.ndarray:
-        return elements.force(u) + elements.force(-u)
-
-    own = [bent(u) for u in parts]
-    pairs = combinations_with_replacement(range(len(parts)), 2)
-    return np.stack(
-        [own[a] if a == b else 0.5 * (bent(parts[a] + parts[b]) - own[a] - own[b]) for a, b in pairs], axis=2
-    )
 
 
 def check_same(own: Body, body: Body) -> None:
@@ -189,29 +137,13 @@ def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> Mod
     second = np.dstack([bending_loads(rest.elements, each) for each in groups])
     more = rest.answers(second, BEND_RESIDUAL)
     answers, changes = np.dstack([answers, more[0]]), np.dstack([changes, more[1]])
-    flat, change = (each.reshape(-1, answers.shape[2]) for each in (answers, changes))
-    multiply = rest.elements.multiply
-    stiff, changed = (multiply(np.ascontiguousarray(each)).reshape(flat.shape) for each in (answers, changes))
-    size = 1.0 / np.sqrt(np.einsum("ij,ij->j", flat, stiff))
-    matrix = (flat.T @ stiff + rest.gain * change.T @ changed) * np.outer(size, size)
-    values, turns = np.linalg.eigh(0.5 * (matrix + matrix.T))
-    kept = values > DEPENDENT * values[-1]
-    basis = size[:, None] * turns[:, kept] / np.sqrt(values[kept])
-    limit = flat + rest.gain * change
-    mass = _products(limit @ basis, rest.motion.masses)
-    masses, turns = np.linalg.eigh(mass)
+    own, changed = (products(each, rest.elements.multiply(np.ascontiguousarray(each))) for each in (answers, changes))
+    basis = independent(own + rest.gain * changed, np.sqrt(own.diagonal()))
+    limit, slopes = (answers + share * changes for share in (rest.gain, np.sqrt(1.0 + rest.gain) - 1.0))
+    moved = limit @ basis
+    masses, turns = np.linalg.eigh(products(moved, rest.motion.masses @ moved.reshape(len(moved), -1)))
     basis = basis @ turns
-    slopes = flat + (np.sqrt(1.0 + rest.gain) - 1.0) * change
-    shape = *answers.shape[:2], basis.shape[1]
-    extrapolated, own, strained = ((each @ basis).reshape(shape) for each in (limit, flat, slopes))
-    return Modes(extrapolated, own, strained, masses)
-
-
-def _products(flat: np.ndarray, masses: sparse.sparray) -> np.ndarray:
-    """Return ΦᵀMΦ (r, r) of modes (3n, r) and the masses (n, n) [kg]."""
-    r = flat.shape[1]
-    wide = flat.reshape(-1, 3 * r)
-    return flat.T @ (masses @ wide).reshape(-1, r)
+    return Modes(limit @ basis, answers @ basis, slopes @ basis, masses)
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,7 +156,7 @@ class ReducedBody:
 
     at_rest: BodyAtRest
     modes: Modes
-    model: ReducedContact
+    model: ReducedEnergy
     held_out: float
     seconds: float
 
@@ -236,61 +168,3 @@ class ReducedBody:
         """Return displacements (k, n_surface, 3) [m] of the body's finest surface at coordinates [(r, 1)]."""
         surface = (self.at_rest.surface @ modes.reshape(len(modes), -1)).reshape(-1, *modes.shape[1:])
         return np.array([surface @ each[:, 0] for each in states])
-
-
-FEW = 2000
-"""Points of elements, beside those near a disc, that cells are chosen from."""
-TIGHTER, TIGHTENINGS = 0.5, 6
-"""By what the fit is tightened until motions held out are met, and how often."""
-
-
-def few_cells(
-    rest: BodyAtRest,
-    modes: Modes,
-    near: np.ndarray,
-    hessian: Callable[[np.ndarray], np.ndarray],
-    states: np.ndarray,
-    held_out: np.ndarray,
-    tolerance: float,
-) -> tuple[ReducedContact, float]:
-    """Choose few cells with weights above zero that pull as all elements do; return them and what they miss held out.
-
-    near : (n_elements,) bool, whose points are all candidates
-    hessian : of the coordinates (r,), about the right one: it says how far a force moves the body
-    states, held_out : coordinates (k, r) of motions that cells are fitted to, and of others
-    What is missed is a displacement: that by which forces amiss would move the body, over its displacement, both in the
-    norm of mass; RMS over the states fitted to, and of those held out the largest, which is at most ``tolerance``.
-    The stiffness at rest is fitted alike. What cells lack of it is a matrix that does not turn with the body.
-    Raises NotConverged where no choice meets motions held out.
-    """
-    elements, flat = rest.elements, modes.slopes.reshape(-1, len(modes.masses))
-    r, count = flat.shape[1], len(states)
-    stiffness = flat.T @ elements.multiply(modes.slopes).reshape(flat.shape)
-    cells = some_points(elements, modes.slopes, near, FEW, np.random.default_rng(0))
-    every, root = np.concatenate([states, held_out]), np.sqrt(modes.masses)
-    moves = [root[:, None] * np.linalg.inv(hessian(q)) / np.linalg.norm(root * q) for q in every]
-
-    def pull(q: np.ndarray) -> np.ndarray:
-        return -flat.T @ elements.force((flat @ q).reshape(-1, 3)).ravel() - stiffness @ q
-
-    wanted = np.array([move @ pull(q) for move, q in zip(moves, every, strict=True)])
-    none = np.zeros((r, r))
-    pulls = ReducedContact(cells, np.zeros((r, 1)), elements.law, none).nonlinear_pulls(every)
-    rows = np.einsum("sij,ksj->ski", np.array(moves), pulls).transpose(0, 2, 1)
-    share, upper = np.sqrt(count / r), np.triu_indices(r)
-    twice = share * np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
-    of_each = cells.stiffnesses()[:, *upper] * twice
-    fitted = np.vstack([rows[:count].reshape(-1, len(pulls)), of_each.T])
-    target = np.append(wanted[:count].ravel(), np.eye(r)[upper] * twice)
-    enough = tolerance * np.sqrt(count) / np.linalg.norm(target)
-    for _ in range(TIGHTENINGS):
-        chosen, weights = few_of(fitted, target, enough)
-        missed = np.linalg.norm(rows[count:, :, chosen] @ weights - wanted[count:], axis=1).max()
-        if missed <= tolerance:
-            return ReducedContact(cells.take(chosen, weights), np.zeros((r, 1)), elements.law), float(missed)
-        enough *= TIGHTER
-    raise NotConverged(
-        f"cells of a reduced body misplace it by {missed:.2g} of its displacement in motions that they were not fitted "
-        f"to, above {tolerance:g}; allow more, or take more vibrations",
-        [float(missed)],
-    )

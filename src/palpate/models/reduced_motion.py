@@ -6,7 +6,6 @@ from time import perf_counter
 
 import numpy as np
 from scipy.interpolate import interp1d
-from scipy.linalg import cho_factor, cho_solve
 
 from palpate.benchmark.richardson import RATIO_DOUBT
 from palpate.effects.elements import OnePass
@@ -14,15 +13,12 @@ from palpate.effects.push import disc, factor
 from palpate.effects.settings import Gravity, Load, Loads, Push, Rayleigh
 from palpate.errors import NotConverged
 from palpate.linalg.minimiser import Product
-from palpate.models.contact_modes.reduced_contact import (
-    ReducedContact,
-    cell_stresses,
-    cells_of,
-    clamped_tangent,
-    least_det,
-)
 from palpate.models.contact_modes.snapshots import directions
-from palpate.models.reduced_body import BodyAtRest, ReducedBody, few_cells, limit_modes
+from palpate.models.reduced import cholesky
+from palpate.models.reduced.cells import clamped_tangent, elastic, least_det, scratch_of
+from palpate.models.reduced.cubature import cells_of, held_out_cells
+from palpate.models.reduced.energy import ReducedEnergy
+from palpate.models.reduced_body import BodyAtRest, ReducedBody, limit_modes
 from palpate.solvers.quadratic_motion import Midpoint, Reached
 
 TOLERANCE = 1e-3
@@ -38,20 +34,14 @@ LEAST_DET = 0.3
 class CellEnergy(OnePass):
     """Σ V Ψ(F) + ½ qᵀ R q over the cells of a ``model``, in coordinates q (r, 1); its forces are in √J."""
 
-    def __init__(self, model: ReducedContact):
+    def __init__(self, model: ReducedEnergy):
         super().__init__()
-        self._model, count = model, len(model.cells.volumes)
-        self._flat = model.cells.slopes.reshape(9 * count, -1)
-        self._scratch = np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
+        self._model, self._scratch = model, scratch_of(model.body)
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
-        _, volumes, mu, lam = self._model.cells
-        f, stresses, *rest = self._scratch
-        energy = cell_stresses(x[:, 0], self._flat, volumes, mu, lam, *self._model.law, f, stresses, *rest)
-        pull = self._model.rest @ x
-        force[:, 0] -= stresses.ravel() @ self._flat
-        force -= pull
-        return energy + 0.5 * float(np.vdot(x, pull))
+        energy, pull = elastic(x[:, 0], self._model.body, self._scratch)
+        force[:, 0] -= pull
+        return energy
 
     def clamped(self, x: np.ndarray) -> np.ndarray:
         """Return the Hessian (r, r), that of each cell clamped positive."""
@@ -59,7 +49,7 @@ class CellEnergy(OnePass):
 
     def least_det(self, x: np.ndarray) -> float:
         """Return the smallest det F of all cells."""
-        return float(least_det(x[:, 0], self._flat, len(self._model.cells.volumes)))
+        return float(least_det(x[:, 0], self._model.body[0][0], len(self._model.cells.volumes)))
 
 
 class ReducedMotion(Midpoint):
@@ -97,11 +87,13 @@ class ReducedMotion(Midpoint):
 
         def solve(force: np.ndarray) -> np.ndarray:
             if self._factor is None:
-                try:
-                    self._factor = cho_factor(mass + share * self._clamped, check_finite=False)
-                except np.linalg.LinAlgError as error:
-                    raise NotConverged("the reduced body has lost its stiffness; take tighter cells", []) from error
-            return cho_solve(self._factor, force, check_finite=False)
+                hessian = mass + share * self._clamped
+                if not cholesky.factor(hessian):
+                    raise NotConverged("the reduced body has lost its stiffness; take tighter cells", [])
+                self._factor = hessian
+            found = force.copy()
+            cholesky.solve(self._factor, found[:, 0])
+            return found
 
         return solve
 
@@ -207,7 +199,7 @@ STEPS_OF_PERIOD, FITTED = 24, (0, 1, 3, 5, 6, 8)
 def prepare(rest: BodyAtRest, loads: Loads, rayleigh: Rayleigh, bent: int, tolerance: float) -> ReducedBody:
     """Reduce a body for the places of ``loads``, and for forces as large as theirs in other directions and courses.
 
-    bent, tolerance : as ``limit_modes`` and ``few_cells`` have them; NotConverged as the latter
+    bent, tolerance : as ``limit_modes`` and ``held_out_cells`` have them; NotConverged as the latter
     Cells are fitted to motions under loads that are tilted by up to 45° in nine directions, on a course that the body's
     slowest vibration sets, in a model of the means of eight elements each.
     """
@@ -218,15 +210,15 @@ def prepare(rest: BodyAtRest, loads: Loads, rayleigh: Rayleigh, bent: int, toler
     pressed = np.any([np.zeros_like(rest.weigh()), *discs], axis=(0, 2, 3))
     means = cells_of(elements, modes.slopes, np.zeros(len(elements.couples), dtype=bool), 8)
     none = np.zeros((len(modes.masses), 1))
-    trial = ReducedBody(rest, modes, ReducedContact(means, none, elements.law), 0.0, 0.0)
+    trial = ReducedBody(rest, modes, ReducedEnergy(means, none, elements.law), 0.0, 0.0)
     shown: dict[bool, list[np.ndarray]] = {True: [], False: []}
     for number in range(len(directions(np.ones(3)))):
         motion = ReducedMotion(trial, _elsewhere(loads, rest.period_s, number), rayleigh)
         steps = motion.steps(rest.period_s / STEPS_OF_PERIOD, STEPS_OF_PERIOD, TOLERANCE)
         shown[number in FITTED] += [each.middle[:, 0] for each in steps][1::2]
     energy, near = CellEnergy(trial.model), pressed[elements.couples].any(axis=1)
-    states = np.array(shown[True]), np.array(shown[False])
-    model, missed = few_cells(rest, modes, near, lambda q: energy.clamped(q[:, None]), *states, tolerance)
+    states, like = (np.array(shown[True]), np.array(shown[False])), (elements, modes.slopes, modes.masses, near)
+    model, missed = held_out_cells(*like, lambda q: energy.clamped(q[:, None]), *states, tolerance)
     return ReducedBody(rest, modes, model, missed, perf_counter() - begin)
 
 

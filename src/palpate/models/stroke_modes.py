@@ -12,9 +12,11 @@ from palpate.effects.settings import Loads, Touching
 from palpate.errors import InputError
 from palpate.linalg.multigrid import Factor
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points
 from palpate.models.local_answers import LocalAnswers, local_answers
-from palpate.models.reduced_body import FEW, RESIDUAL, UNDAMPED, vibrations
+from palpate.models.reduced.basis import independent, orthonormal, products, vibrations
+from palpate.models.reduced.cubature import like_elements
+from palpate.models.reduced.energy import ReducedEnergy
+from palpate.models.reduced_body import RESIDUAL, UNDAMPED
 from palpate.models.strokes import whole_of
 from palpate.solvers.indentation import ContactPoints
 from palpate.solvers.quadratic_motion import QuadraticMotion
@@ -25,10 +27,6 @@ FLATTER = 0.25
 """Motions of training strokes count as their energy to this power: large ones more than small ones, but less so."""
 FAINT = 1e-6
 """Of the largest energy, below which a motion is left out: rounding would make modes of it."""
-DEPENDENT = 1e-12
-"""Of the strongest, below which a mode is none."""
-SPANNED = 1e-9
-"""Columns count as dependent below this eigenvalue of their Gram matrix, in parts of its largest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +44,7 @@ class StrokeModes:
     motion: QuadraticMotion
     modes: np.ndarray
     masses: np.ndarray
-    model: ReducedContact
+    model: ReducedEnergy
     points: ContactPoints
     rows: np.ndarray
     local: LocalAnswers | None = None
@@ -77,30 +75,20 @@ def learn(
         )
     seen = np.ascontiguousarray(shown.transpose(1, 2, 0), dtype=float)
     pulls = elements.multiply(seen)
-    strongest = seen @ strongest_of(_products(seen, pulls), asked.modes)
-    columns = orthonormal(np.dstack([_swings(system, whole, elements, motion, asked), strongest]), elements)
-    masses, turns = np.linalg.eigh(_products(columns, (motion.masses @ columns.reshape(len(columns), -1))))
+    strongest = seen @ strongest_of(products(seen, pulls), asked.modes)
+    columns = orthonormal(elements, np.dstack([_swings(system, whole, elements, motion, asked), strongest]))
+    masses, turns = np.linalg.eigh(products(columns, (motion.masses @ columns.reshape(len(columns), -1))))
     modes = columns @ turns
     touched = np.zeros(len(elements.rest), dtype=bool)
     touched[points.interpolation.indices] = True
-    cells = some_points(elements, modes, touched[elements.couples].any(axis=1), FEW, np.random.default_rng(0))
-    flat = modes.reshape(-1, len(masses))
-    states = states_of(_products(pulls, modes), asked.states)
-    wanted = [-flat.T @ elements.force(modes @ q).ravel() - q for q in states]
-    every = ReducedContact(cells, np.empty((len(masses), 0)), elements.law)
-    model = every.thinned(list(states), asked.thinning, wanted)
+    near, states = touched[elements.couples].any(axis=1), states_of(products(pulls, modes), asked.states)
+    model = like_elements(elements, modes, near, states, asked.thinning, np.random.default_rng(0))
     rows = (points.interpolation @ modes.reshape(len(modes), -1)).reshape(-1, 3, len(masses))
     if not anywhere:
         return StrokeModes(body, elements, motion, modes, masses, model, points, rows)
     stiff = replace(points, penalty=STIFFER * points.penalty)  # as dents can follow an instrument
     local = local_answers(elements, modes, points, len(body.fine.nodes))
     return StrokeModes(body, elements, motion, modes, masses, model, stiff, rows, local)
-
-
-def _products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the products (r, s) of columns (n, 3, r) with others (n, 3, s)."""
-    flat = first.reshape(-1, first.shape[2])
-    return flat.T @ second.reshape(len(flat), -1)
 
 
 def _swings(
@@ -132,10 +120,7 @@ def strongest_of(square: np.ndarray, count: int) -> np.ndarray:
             "nothing moves in the strokes that modes are learnt from, as the instrument meets none of the points of "
             "the surface that feel contact; lead it deeper, or take a larger one or a finer level."
         )
-    scale = np.where(kept, np.maximum(energies, 1e-300) ** -FLATTER, 0.0)
-    values, turns = np.linalg.eigh(scale[:, None] * square * scale)
-    first = np.arange(len(values))[::-1][:count]
-    return scale[:, None] * turns[:, first[values[first] > DEPENDENT * values[-1]]]
+    return independent(square, np.where(kept, np.maximum(energies, 0.0), 0.0) ** FLATTER)[:, -count:]
 
 
 def states_of(coordinates: np.ndarray, count: int) -> np.ndarray:
@@ -146,15 +131,3 @@ def states_of(coordinates: np.ndarray, count: int) -> np.ndarray:
         chosen.append(int(np.argmax(away)))
         away = np.minimum(away, np.linalg.norm(coordinates - coordinates[chosen[-1]], axis=1))
     return coordinates[chosen]
-
-
-def orthonormal(columns: np.ndarray, elements: ElementsAtRest) -> np.ndarray:
-    """Return columns (n, 3, r) that span those given, (n, 3, k), and are orthonormal in the stiffness at rest.
-
-    Columns that depend on others are left out, so r may be less than k.
-    """
-    square = _products(columns, elements.multiply(np.ascontiguousarray(columns)))
-    size = 1.0 / np.sqrt(np.diag(square))
-    values, turns = np.linalg.eigh(size[:, None] * square * size)
-    kept = values > SPANNED * values[-1]
-    return columns @ (size[:, None] * turns[:, kept] / np.sqrt(values[kept]))

@@ -6,7 +6,6 @@ second derivatives.
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,7 +24,7 @@ from palpate.models import strokes
 from palpate.models.local_answers import FLAT, RESIDUAL, SOFTER, Dent, carried, numbered, turn_of, turned
 from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
-from palpate.models.touched_search import TOGETHER, in_blocks, minimise, placed
+from palpate.models.touched_search import TOGETHER, minimise, placed
 from palpate.setting_types import key
 from palpate.solvers.system import System
 from palpate.solvers.touched_motion import STAGE
@@ -176,8 +175,7 @@ class TouchingMotion:
         self._system, self.body, self.contact, self._tolerance = system, body, contact, tolerance
         damping = rates(system)
         self._alpha, self._beta = damping.mass_1_s, damping.stiffness_s
-        scratch = np.empty((9, TOGETHER)), np.empty((9, TOGETHER)), np.empty(TOGETHER), np.empty(TOGETHER, dtype=bool)
-        self._body = *in_blocks(body.model.cells), body.model.rest, *body.model.law, *scratch
+        self._body = body.model.in_blocks(TOGETHER)
         # the first nodes of quadratic elements are the corners
         self._corners = body.modes[: len(system.particles.nodes)].reshape(-1, body.count)
         self._rest = body.points.interpolation @ body.motion.rest
@@ -361,10 +359,8 @@ class TouchingMotion:
         """Minimise from ``z`` on, in place, and return as ``minimise``. NotConverged if it is not found."""
         problem, ends = (inertia, centre, share, outer, self._local), (self._floor, self._tolerance, ITERATIONS)
         for _ in range(2):
-            left = math.inf
-            with suppress(np.linalg.LinAlgError):  # of a Hessian that is not positive, or not finite
-                known = minimise(z, *problem, self._hessian, self._body, touch, rubbing, self._forces, ends, known)
-                left = known[2]
+            known = minimise(z, *problem, self._hessian, self._body, touch, rubbing, self._forces, ends, known)
+            left = known[2]
             if left <= self._tolerance:
                 return known
             # what was learnt misleads: once more without it

@@ -91,7 +91,8 @@ def roaming(particles: Particles, contact: Contact, half_width_m: float, count: 
         low, last = (height + radius - depth - above for height in heights)
         shifts = np.array([[0, 0, 0], [0, 0, low], [0, 0, low], [*go, last], [*go, 0]], dtype=float) @ frame
         start = np.array([x, y, above]) @ frame
-        placed = _placed(tool, start + Rotation.from_rotvec(-turn * frame[2]).apply(shape))
+        turned = start + Rotation.from_rotvec(-turn * frame[2]).apply(shape)
+        placed = dict(zip(["center_m"] if isinstance(tool, Ball) else ["from_m", "to_m"], turned.tolist(), strict=True))
         stroke = list(contact.instruments)
         stroke[moving] = tool.but(**placed, times_s=list(TIMES_S), shifts_m=shifts.tolist())
         found.append(contact.but(instruments=stroke))
@@ -107,11 +108,6 @@ def _places(tool: Instrument) -> list:
     if isinstance(tool, Capsule):
         return [tool.from_m, tool.to_m]
     raise InputError(f"a region is learnt for spheres and capsules, and the scene has a {tool.kind}.")
-
-
-def _placed(tool: Instrument, points: np.ndarray) -> dict[str, list[float]]:
-    names = ["center_m"] if isinstance(tool, Ball) else ["from_m", "to_m"]
-    return dict(zip(names, points.tolist(), strict=True))
 
 
 def _height(surface: np.ndarray, at: np.ndarray, within_m: float) -> float:

@@ -7,7 +7,9 @@ import numba
 import numpy as np
 
 from palpate.collision.contact.instrument_contact import pushes, stiffness
-from palpate.models.contact_modes.reduced_contact import Cells, cell_stresses
+from palpate.models.reduced.cells import elastic, scratch_of
+from palpate.models.reduced.cholesky import factor
+from palpate.models.reduced.search import directed, remember
 
 TOGETHER = 32
 """Cells of which forces are computed at once."""
@@ -15,19 +17,6 @@ ROUNDING = 1e-13
 """Of the function, relative."""
 MEMORY, SLOW = 8, 0.7
 """Most steps that improve a factor, and what one of them has to leave, or the Hessian is factored anew."""
-
-
-@numba.njit(cache=True, error_model="numpy")
-def elastic_of(q, body):
-    """Return the elastic energy [J] and its gradient (r,), block by block of cells, which stay in the cache."""
-    slopes, volumes, mu, lam, rest, shape, measure, volume, f, p, energies, accepted = body
-    pull = np.dot(rest, q)
-    energy = 0.5 * np.dot(pull, q)
-    for b in range(len(slopes)):
-        cells = slopes[b], volumes[b], mu[b], lam[b]
-        energy += cell_stresses(q, *cells, shape, measure, volume, f, p, energies, accepted)
-        pull += np.dot(p.ravel(), slopes[b])
-    return energy, pull
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -45,7 +34,7 @@ def placed(z, touch):
 
 @numba.njit(cache=True, error_model="numpy")
 def add_contact(whole, points, touch, rubbing, force):
-    """Add contact's second derivatives to ``whole`` (r + 3m, r + 3m), where the forces (c, 3) [N] are not zero."""
+    """Add contact's second derivatives to the lower triangle of ``whole`` (r + 3m, r + 3m), where forces are not 0."""
     rows, _, stiff, tools, weights, nodes = touch
     wide = rows.shape[1]
     chosen = np.flatnonzero((force[:, 0] != 0.0) | (force[:, 1] != 0.0) | (force[:, 2] != 0.0))
@@ -68,7 +57,6 @@ def add_contact(whole, points, touch, rubbing, force):
                 for i in range(3):
                     for j in range(3):
                         whole[at + i, other + j] += weight * weights[chosen[c], b] * blocks[c, i, j]
-    whole[:wide, wide:] = whole[wide:, :wide].T
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -104,38 +92,6 @@ def improve(hessian, step, turn):
             hessian[i, j] += a * turn[j] - b * bent[j]
 
 
-@numba.njit(cache=True, error_model="numpy", fastmath=True)
-def solved(lower, right):
-    """Return the solution (r,) with a positive definite matrix, ``lower`` (r, r) being its Cholesky factor."""
-    found = right.copy()
-    for i in range(len(found)):
-        known = 0.0
-        for j in range(i):
-            known += lower[i, j] * found[j]
-        found[i] = (found[i] - known) / lower[i, i]
-    for i in range(len(found) - 1, -1, -1):
-        found[i] /= lower[i, i]
-        for j in range(i):
-            found[j] -= found[i] * lower[i, j]
-    return found
-
-
-@numba.njit(cache=True, error_model="numpy")
-def directed(lower, right, steps, turns):
-    """Return ``right`` (n,) times an inverse Hessian: that of a ``lower`` factor, improved by L-BFGS.
-
-    steps, turns : (k, n), and by how much they have turned the gradient (Nocedal and Wright 2006, 7.4)
-    """
-    found, parts = right.copy(), np.empty(len(steps))
-    for k in range(len(steps) - 1, -1, -1):
-        parts[k] = np.dot(steps[k], found) / np.dot(steps[k], turns[k])
-        found -= parts[k] * turns[k]
-    found = solved(lower, found)
-    for k in range(len(steps)):
-        found += (parts[k] - np.dot(turns[k], found) / np.dot(steps[k], turns[k])) * steps[k]
-    return found
-
-
 @numba.njit(cache=True, error_model="numpy")
 def valued(z, energy, inertia, centre, share, outer, local, touch, rubbing, force):
     """Return the function that ``minimise`` has at z, where the elastic energy is ``energy``, and of what it is made.
@@ -159,31 +115,32 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
     z : (r + 3m,), coordinates q and displacements w [m] of nodes by what modes lack; local : (3m, 3m) [N/m]
     hessian : (r, r), that without contact, which is improved by elastic gradients alone and kept by the caller; the
         second derivatives of contact are added exactly
-    body, touch : arguments of ``elastic_of`` and ``placed``; force : (c, 3), is written
+    body, touch : arguments of ``elastic`` and ``placed``; force : (c, 3), is written
     ends : ``floor`` [J], ``enough`` and how many steps at most; it ends where a step would gain less than ``enough``²
         of the elastic energy, of ``floor`` at least
     known : what a search that ended at z has returned, so that it is not computed again: elastic gradient (r,) and
         energy, what was left, and the factor (r + 3m, r + 3m) of the Hessian; a gradient and a factor without size if
         there was none
     The Hessian with contact is factored where the search begins without a factor, and again where it is slow. Returns
-    what is ``known`` of the z that is found.
+    what is ``known`` of the z that is found; ∞ is left of a Hessian that is not positive definite, or not finite.
     """
     floor, enough, most = ends
     own, energy, left, lower = known
     fewest = 0 if len(own) else 1  # steps; stages in which nothing is done would add up
     wide, problem = len(inertia), (inertia, centre, share, outer, local, touch, rubbing, force)
+    scratch = scratch_of(body)
     if not len(own):
-        energy, own = elastic_of(z[:wide].copy(), body)
+        energy, own = elastic(z[:wide].copy(), body, scratch)
     value, away, points, bent = valued(z, energy, *problem)
     left, kept = np.inf, 0
-    steps, turns, begun, old = np.empty((MEMORY, len(z))), np.empty((MEMORY, len(z))), z.copy(), z.copy()
+    steps, turns, scale = np.empty((MEMORY, len(z))), np.empty((MEMORY, len(z))), np.empty(MEMORY)
+    begun, old = z.copy(), z.copy()
     for rounds in range(most + 1):
         gradient = -outer - pulled_by(force, touch, len(z))
         gradient[:wide] += inertia * away + share * own
         gradient[wide:] += share * bent
-        if rounds and np.dot(z - begun, gradient - old) > 0.0:
-            steps[kept], turns[kept] = z - begun, gradient - old
-            kept += 1
+        if rounds:
+            kept = remember(z - begun, gradient - old, steps, turns, scale, kept)
         before = left
         for factored in range(2):
             if factored or not len(lower) or kept == MEMORY:
@@ -191,8 +148,10 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
                 whole[:wide, :wide] = hessian
                 whole[wide:, wide:] = share * local
                 add_contact(whole, points, touch, rubbing, force)
-                lower, kept = np.linalg.cholesky(whole), 0
-            ahead = directed(lower, -gradient, steps[:kept], turns[:kept])
+                if not factor(whole):
+                    return own, energy, np.inf, lower
+                lower, kept = whole, 0
+            ahead = directed(lower, -gradient, steps, turns, scale, kept)
             slope = np.dot(gradient, ahead)
             left = np.sqrt(max(0.0, -slope) / (share * max(energy, floor)))
             if kept == 0 or left <= SLOW * before:
@@ -202,7 +161,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
         length, found = 1.0, False
         while length > 1e-5:
             reached = z + length * ahead
-            less, pulled = elastic_of(reached[:wide].copy(), body)
+            less, pulled = elastic(reached[:wide].copy(), body, scratch)
             there, away, points, bent = valued(reached, less, *problem)
             if there <= value + 1e-4 * length * slope + ROUNDING * abs(value):
                 found = True
@@ -215,12 +174,3 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
         begun[:], old[:] = z, gradient
         z[:], own, value, energy = reached, pulled, there, less
     return own, energy, left, lower
-
-
-def in_blocks(cells: Cells) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return slopes (b, 9 TOGETHER, r), volumes and moduli (b, TOGETHER) of cells; some at the end have no volume."""
-    missing = -len(cells.volumes) % TOGETHER
-    slopes = np.pad(cells.slopes, ((0, 0), (0, missing), (0, 0))).reshape(9, -1, TOGETHER, cells.slopes.shape[2])
-    blocks = np.ascontiguousarray(slopes.transpose(1, 0, 2, 3)).reshape(slopes.shape[1], 9 * TOGETHER, -1)
-    filled = [np.pad(each, (0, missing)).reshape(-1, TOGETHER) for each in cells[1:]]
-    return blocks, filled[0], filled[1], filled[2]

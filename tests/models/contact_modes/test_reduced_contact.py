@@ -4,34 +4,29 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize, nnls
+from scipy.optimize import nnls
 
 from palpate.bodies.material import LAWS, NAMED
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import NotConverged
-from palpate.models.contact_modes import snapshots
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import (
-    ReducedContact,
-    cell_stresses,
-    cells_of,
-    few_of,
-    is_positive,
-    rings_around,
-)
 from palpate.models.contact_modes.snapshots import (
+    NEAR_RINGS,
     SNAPSHOT_RESIDUAL,
     basis_of,
+    carried,
     columns_of_contact,
+    few_cells,
     linear_columns,
-    orthonormal,
     press_contact,
-    second_columns,
-    thinned_model,
-    whole_model,
 )
 from palpate.models.contact_modes.workshop import fitted
+from palpate.models.reduced import cholesky, cubature
+from palpate.models.reduced.basis import bending_loads, independent, orthonormal, products
+from palpate.models.reduced.cells import elastic, scratch_of
+from palpate.models.reduced.cubature import cells_of, few_of, rings_around
+from palpate.models.reduced.energy import ReducedEnergy
 
 RADIUS, NEWTONS = 0.03, 1.0
 few_laws = pytest.mark.parametrize(
@@ -77,7 +72,7 @@ def test_all_points_as_cells_are_full_galerkin(pressed, law):
     everything = np.ones(len(elements.couples), dtype=bool)
     cells = cells_of(elements, modes, everything)
     assert cells.stiffness == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
-    model = ReducedContact(cells, np.tensordot(modes[shown.nodes], shown.shares, (0, 0)).T, elements.law)
+    model = ReducedEnergy(cells, carried(shown.nodes, shown.shares, modes), elements.law)
     found = model.settle(shown.forces[0], 1e-9)
     pull = elements.force(modes @ found.q) + elements.nodal(shown.nodes, shown.shares, shown.forces[0])
     assert found.residual <= 1e-9
@@ -85,15 +80,15 @@ def test_all_points_as_cells_are_full_galerkin(pressed, law):
     assert np.linalg.norm(left) < ROUNDING * np.linalg.norm(model.loads @ shown.forces[0])
 
 
-def test_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(pressed):
+def test_few_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(pressed):
     shown = pressed()
     modes = basis_of([shown])
-    model, thin = whole_model([shown], modes, 1), thinned_model([shown], modes, 1, 1e-3, 0)
-    assert len(thin.cells.volumes) < 0.5 * len(model.cells.volumes) and (thin.cells.volumes > 0.0).all()
-    for each in (model, thin):
-        small = each.settle(1e-9 * shown.forces[0], 1e-3).q
-        assert np.abs(small - 1e-9 * each.loads @ shown.forces[0]).max() < 1e-8 * np.abs(small).max()
-        answers_snapshots(each, shown, modes)
+    thin = few_cells([shown], modes, 1, 1e-3, 0)
+    whole = cells_of(shown.elements, modes, rings_around(shown.elements, shown.nodes, 1))
+    assert len(thin.cells.volumes) < 0.5 * len(whole.volumes) and (thin.cells.volumes > 0.0).all()
+    small = thin.settle(1e-9 * shown.forces[0], 1e-3).q
+    assert np.abs(small - 1e-9 * thin.loads @ shown.forces[0]).max() < 1e-8 * np.abs(small).max()
+    answers_snapshots(thin, shown, modes)
 
 
 def test_one_mean_of_elements_that_come_from_one_is_that_of_the_whole(slab):
@@ -113,9 +108,9 @@ def test_few_points_of_those_that_are_drawn_pull_as_the_elements_do(pressed, mon
     """With all elements exact, cells come from what is near the disc and a quarter of the rest."""
     shown = pressed()
     modes, elements = basis_of([shown]), shown.elements
-    far = 4 * np.count_nonzero(~rings_around(elements, shown.nodes, snapshots.NEAR_RINGS))
-    monkeypatch.setattr(snapshots, "FEW", far // 4)
-    thin = thinned_model([shown], modes, 50, 1e-3, 0)
+    far = 4 * np.count_nonzero(~rings_around(elements, shown.nodes, NEAR_RINGS))
+    monkeypatch.setattr(cubature, "FEW", far // 4)
+    thin = few_cells([shown], modes, 50, 1e-3, 0)
     assert 0 < len(thin.cells.volumes) < far
     answers_snapshots(thin, shown, modes)
 
@@ -134,10 +129,19 @@ def test_snapshots_are_answers_however_far_a_press_turns_the_body(slab):
 def test_the_modes_are_orthonormal_in_the_stiffness(pressed):
     shown = pressed()
     modes = basis_of([shown])
-    stiff = np.stack([shown.elements.multiply(np.ascontiguousarray(m)) for m in np.moveaxis(modes, 2, 0)], axis=2)
-    assert np.tensordot(modes, stiff, ((0, 1), (0, 1))) == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
+    square = products(modes, shown.elements.multiply(np.ascontiguousarray(modes)))
+    assert square == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
     twice = orthonormal(shown.elements, np.dstack([shown.columns, shown.columns]))
     assert twice.shape[2] == 9
+
+
+def test_fewer_modes_hold_what_they_can_and_twins_make_none():
+    columns = np.random.default_rng(0).normal(size=(8, 3, 6)) * [3.0, 1.0, 1.0, 1.0, 0.1, 0.1]
+    square = products(columns, columns)
+    size = square.diagonal()
+    held = np.sum((independent(square)[:, -2:].T @ square) ** 2 / size)
+    assert held == pytest.approx(np.linalg.eigvalsh(square / np.sqrt(np.outer(size, size)))[-2:].sum(), rel=1e-8)
+    assert independent(np.tile(square, (2, 2))).shape == (12, 6)
 
 
 def test_second_columns_are_what_a_small_press_adds(pressed):
@@ -151,37 +155,13 @@ def test_second_columns_are_what_a_small_press_adds(pressed):
     columns = shown.second.reshape(len(beyond), -1)
     left = beyond - columns @ np.linalg.lstsq(columns, beyond, rcond=None)[0]
     assert np.linalg.norm(left) < 0.05 * np.linalg.norm(beyond)
-    joined = second_columns(elements, shown.linear, shown.linear)[:, :, [0, 1, 2, 4, 5, 8]]
-    own = second_columns(elements, shown.linear) * [2.0, 1.0, 1.0, 2.0, 1.0, 2.0]  # two of one are twice as far
+    joined = bending_loads(elements, shown.linear, shown.linear)[:, :, [0, 1, 2, 4, 5, 8]]
+    own = bending_loads(elements, shown.linear)
     assert np.linalg.norm(joined - own) < 0.01 * np.linalg.norm(own)
 
 
-def test_the_minimum_is_that_of_another_search(pressed):
-    shown = pressed()
-    modes = basis_of([replace(shown, found=False)])
-    model, force = whole_model([shown], modes, 1), shown.forces[0]
-    load = model.loads @ force
-
-    def energy(q):
-        f = (model.cells.slopes @ q).T.reshape(-1, 3, 3) + np.eye(3)
-        s = np.linalg.svd(f, compute_uv=False)
-        assert (np.linalg.det(f) > 0.0).all()
-        strain = s - 1.0
-        density = model.cells.mu * (strain**2).sum(axis=1) + 0.5 * model.cells.lam * strain.sum(axis=1) ** 2
-        rest = np.eye(len(q)) - model.cells.stiffness
-        return density @ model.cells.volumes + 0.5 * q @ rest @ q - load @ q
-
-    found = minimize(energy, load, method="BFGS", options={"gtol": 1e-7 * np.linalg.norm(load)})
-    assert model.settle(force, 1e-7).q == pytest.approx(found.x, abs=1e-4 * np.abs(found.x).max())
-
-
 def gradient(model, q):
-    slopes, volumes, *moduli = model.cells
-    flat, count = slopes.reshape(-1, len(q)), len(volumes)
-    stress = np.empty((9, count))
-    scratch = np.empty((9, count)), stress, np.empty(count), np.empty(count, dtype=bool)
-    cell_stresses(q, flat, volumes, *moduli, *model.law, *scratch)
-    return stress.ravel() @ flat + model.rest @ q
+    return elastic(q, model.body, scratch_of(model.body))[1]
 
 
 @few_laws
@@ -189,7 +169,9 @@ def test_the_tangent_is_the_derivative_of_the_gradient(pressed, law):
     """At a pressed state, of points and of the few cells that are chosen, the change of geometry included."""
     shown = pressed(law)
     modes = basis_of([shown])
-    for model in (whole_model([shown], modes, 1), thinned_model([shown], modes, 1, 1e-2, 0)):
+    points = cells_of(shown.elements, modes, np.ones(len(shown.elements.couples), dtype=bool))
+    whole = ReducedEnergy(points, carried(shown.nodes, shown.shares, modes), shown.elements.law)
+    for model in (whole, few_cells([shown], modes, 1, 1e-2, 0)):
         q = model.settle(shown.forces[0], 1e-3).q
         step = 1e-5 * np.linalg.norm(q)
         found, ways = model.tangent(q), step * np.eye(len(q))
@@ -198,30 +180,35 @@ def test_the_tangent_is_the_derivative_of_the_gradient(pressed, law):
         assert model.tangent(np.zeros(len(q))) == pytest.approx(np.eye(len(q)), abs=1e-9)
 
 
-def test_a_matrix_is_positive_where_its_eigenvalues_are():
+def test_a_matrix_is_factored_where_its_eigenvalues_are_positive():
     draw = np.random.default_rng(0)
     for least in (0.1, 1e-6, -1e-6, -0.5):
         turn = np.linalg.qr(draw.normal(size=(7, 7)))[0]
-        assert is_positive(turn @ np.diag([least, *range(1, 7)]) @ turn.T) == (least > 0.0)
-    assert not is_positive(np.full((3, 3), np.nan))
+        matrix, x = turn @ np.diag([least, *range(1, 7)]) @ turn.T, draw.normal(size=7)
+        factored, found = matrix.copy(), matrix @ x
+        assert cholesky.factor(factored) == (least > 0.0)
+        if least > 0.0:
+            cholesky.solve(factored, found)
+            assert found == pytest.approx(x, rel=1e-8)
+    assert not cholesky.factor(np.full((3, 3), np.nan))
 
 
-def test_few_columns_replace_all_with_positive_weights():
-    pulls = np.random.default_rng(0).random((12, 60))
-    target = pulls.sum(axis=1)
+def test_few_rows_replace_all_with_positive_weights():
+    pulls = np.random.default_rng(0).random((60, 12))
+    target = pulls.sum(axis=0)
     chosen, weights = few_of(pulls, target, 1e-8)
     assert (weights > 0.0).all() and len(chosen) <= 12
-    whole = nnls(pulls, target)[1] / np.linalg.norm(target)
-    assert np.linalg.norm(pulls[:, chosen] @ weights - target) <= max(whole, 1e-8) * np.linalg.norm(target) * 1.01
+    whole = nnls(pulls.T, target)[1] / np.linalg.norm(target)
+    assert np.linalg.norm(weights @ pulls[chosen] - target) <= max(whole, 1e-8) * np.linalg.norm(target) * 1.01
     fewer, _ = few_of(pulls, target, 0.05)
     assert len(fewer) < len(chosen)
-    # rounding is as like what is left as anything: a column that does not pull would get a weight beyond all others
+    # rounding is as like what is left as anything: a row that does not pull would get a weight beyond all others
     draw = np.random.default_rng(0)
-    pulls = np.hstack([draw.random((20, 40)), 1e-25 * draw.normal(size=(20, 4000))])
-    target = pulls.sum(axis=1)
+    pulls = np.vstack([draw.random((40, 20)), 1e-25 * draw.normal(size=(4000, 20))])
+    target = pulls.sum(axis=0)
     chosen, weights = few_of(pulls, target, 1e-3)
     assert chosen.max() < 40 and weights.max() < 1e3
-    assert np.linalg.norm(pulls[:, chosen] @ weights - target) <= 1e-3 * np.linalg.norm(target)
+    assert np.linalg.norm(weights @ pulls[chosen] - target) <= 1e-3 * np.linalg.norm(target)
 
 
 def test_a_body_that_keeps_its_volume_is_refused(slab):

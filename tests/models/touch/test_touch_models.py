@@ -9,6 +9,8 @@ from fixtures.touched_pad import DEEPEST
 
 from palpate.benchmark.touch import TouchCase, TouchDoubted
 from palpate.bodies.material import Material
+from palpate.models.reduced.cells import elastic, scratch_of
+from palpate.models.reduced.search import touched
 from palpate.models.touch import fem, linear, modes
 
 
@@ -73,9 +75,14 @@ def test_the_force_is_the_slope_of_the_energy(touch_case, touches):
     stored = []
     for depth in (0.005 - step, 0.005 + step):
         pose = touches[0].pose(touch_case.body).moved(depth * touches[0].direction)
-        q = np.zeros(place.reduced.count)
-        place.reduced.settle(pose, q)
-        stored.append(place.reduced.energy(pose, q))
+        reduced, q = place.reduced, np.zeros(place.reduced.count)
+        reduced.settle(pose, q)
+        count = len(reduced.points[2])
+        scratch = np.empty((count, 3)), np.empty(count), np.empty((count, 3)), np.empty(count)
+        where = *reduced.points, pose.tip, pose.axes, pose.instrument.shape
+        body = reduced.model.body
+        energies = elastic(q, body, scratch_of(body))[0], touched(q, (reduced.model.base, *where, *scratch))[0]
+        stored.append(sum(energies))
     slope = (stored[1] - stored[0]) / (2.0 * step)
     # the instrument's force on the body along its way is what the hand feels
     assert solver.respond(touches[0]).force_n == pytest.approx(slope, rel=1e-3)

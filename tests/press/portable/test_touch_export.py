@@ -10,6 +10,7 @@ from fixtures.touched_pad import *  # noqa: F403
 from fixtures.touched_pad import BALL
 
 from palpate.effects.instrument import Instrument
+from palpate.effects.law import PLAIN
 from palpate.errors import InputError
 from palpate.models.touch.reduced_touch import settle_touching
 from palpate.press.portable.runtimes.palpate_model import settle_touch, touch_kernel
@@ -33,11 +34,9 @@ def test_a_place_answers_as_its_elements_between_the_pushes_it_is_made_of(prepar
         assert left < 1e-5 and apart < 0.01 * np.linalg.norm(trial.displacement, axis=1).max()
         assert force @ way == pytest.approx(trial.force_n, rel=0.05)
         # the same minimum as the compiled kernel of the reduced models finds
-        slopes = place.slopes.reshape(9, -1, len(q))
-        cells, points = (place.slopes, slopes, place.volumes, place.mu, place.lam), (place.points, place.moves)
-        points, shape = (*points, place.areas, place.penalty), BALL.shape
-        other, law = q + 1e-3 * np.abs(q).max(), (None, None, None)
-        settle_touching(other, cells, place.firm, place.rest, points, tip, place.axes, shape, law, 1e-8, 60)
+        body = *(each[None] for each in (place.slopes, place.volumes, place.mu, place.lam)), place.rest, *PLAIN
+        points, other = (place.points, place.moves, place.areas, place.penalty), q + 1e-3 * np.abs(q).max()
+        settle_touching(other, body, place.firm, points, tip, place.axes, BALL.shape, 1e-8, 60)
         assert place.surface @ other == pytest.approx(place.surface @ q, abs=1e-6 * np.abs(place.surface @ q).max())
 
 

@@ -16,8 +16,6 @@ from palpate.bodies.contacts import refuse
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import NotConverged
 from palpate.models import kinds
-from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import ReducedContact, is_positive, softness
 from palpate.models.contact_modes.snapshots import (
     FALL,
     FALLS,
@@ -25,10 +23,9 @@ from palpate.models.contact_modes.snapshots import (
     basis_of,
     coordinates,
     directions,
-    thinned_model,
+    few_cells,
 )
 from palpate.models.contact_modes.workshop import (
-    Change,
     Workshop,
     bearing,
     bring_to_surface,
@@ -38,7 +35,8 @@ from palpate.models.contact_modes.workshop import (
     target_columns,
 )
 from palpate.models.depths import forces_for
-from palpate.solvers.buckling import Buckling
+from palpate.models.near_buckling import NearBuckling
+from palpate.models.reduced.energy import ReducedEnergy, softness
 
 RESIDUAL = 1e-3
 """Residual of an answer over its load."""
@@ -57,7 +55,7 @@ class Prepared(NamedTuple):
         ``inward`` (3 k,) are as large as they; 0 of several
     """
 
-    reduced: ReducedContact
+    reduced: ReducedEnergy
     reach: float
     columns: np.ndarray
     rest: np.ndarray
@@ -99,10 +97,10 @@ def _names(model: kinds.ContactModes, nodes: tuple[int, ...]) -> tuple[tuple, tu
 
 def _reduced(
     shop: Workshop, case: Case, model: kinds.ContactModes, nodes: Sequence[int]
-) -> tuple[np.ndarray, ReducedContact]:
+) -> tuple[np.ndarray, ReducedEnergy]:
     shown = [shop.shown(node, _shown(model)) for node in nodes]
     modes = basis_of(shown)
-    return modes, thinned_model(shown, modes, model.rings, model.thinned, case.options.seed)
+    return modes, few_cells(shown, modes, model.rings, model.thinned, case.options.seed)
 
 
 def _brought(
@@ -111,7 +109,7 @@ def _brought(
     model: kinds.ContactModes,
     nodes: Sequence[int],
     modes: np.ndarray,
-    reduced: ReducedContact,
+    reduced: ReducedEnergy,
 ) -> Prepared:
     """Take a reduced model to the surface, as the target of ``model`` has it."""
     kind, target = _shown(model), model.target
@@ -125,17 +123,21 @@ def _brought(
         float(-(row @ each.normal) * np.linalg.norm(each.forces[0])) for row, each in zip(known, shown, strict=True)
     ]
     changes = [target_change(shop, case, model, node, 1.0 / h) for node, h in zip(nodes, hard, strict=True)]
-    seen = [
-        (_beyond(each, k, shown[0].elements, modes, reduced), each.change) for k, each in enumerate(changes) if each
-    ]
-    if seen:
-        more = fitted(np.hstack([each for each, _ in seen]), np.dstack([change for _, change in seen]))
+    if seen := [each for each in changes if each]:
+        beyond = [
+            coordinates(shown[0].elements, each.answers, modes) - reduced.loads[:, 3 * k : 3 * k + 3] @ each.forces.T
+            for k, each in enumerate(changes)
+            if each
+        ]
+        more = fitted(np.hstack(beyond), np.dstack([each.change for each in seen]))
         rest, bent = rest + more, bent + _at_discs(weights, more)
     columns = np.dstack([target_columns(shop, case, target, node) for node in nodes])
     linear = linear + _at_discs(weights, columns - np.dstack([shop.reduced_columns(node) for node in nodes]))
-    reach = sum(
-        float(np.linalg.norm(_snapshot_coordinates(reduced, k, each), axis=1).max()) for k, each in enumerate(shown)
-    )
+    reach = 0.0
+    for k, each in enumerate(shown):
+        forces = np.zeros((len(each.forces), 3 * len(shown)))
+        forces[:, 3 * k : 3 * k + 3] = each.forces
+        reach += max(float(np.linalg.norm(reduced.settle(force, RESIDUAL).q)) for force in forces)
     flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
     straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
     firm_n = _firm(reduced, soft, shown[0]) if len(shown) == 1 else 0.0
@@ -144,7 +146,7 @@ def _brought(
     return Prepared(reduced, reach, straight, flat, (linear, bent), known, together, soft, firm_n, inward)
 
 
-def _stably_borne(reduced: ReducedContact, soft: np.ndarray, known: np.ndarray) -> np.ndarray:
+def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Return ``known`` (k, 3) [1/N], as ``bearing`` has it, of straight presses at which the body is still stiff.
 
     A portable file, which has no tangent, doubts by these alone.
@@ -155,13 +157,13 @@ def _stably_borne(reduced: ReducedContact, soft: np.ndarray, known: np.ndarray) 
             force = np.zeros(reduced.loads.shape[1])
             force[3 * k : 3 * k + 3] = row / (row @ row)
             found = reduced.settle(force, RESIDUAL)
-            if found.residual <= RESIDUAL and _is_stiff(reduced, found.q, LEAST_STIFFNESS * soft):
+            if found.residual <= RESIDUAL and reduced.is_stiff(found.q, LEAST_STIFFNESS * soft):
                 break
             row /= FALL
     return rows
 
 
-def _firm(reduced: ReducedContact, soft: np.ndarray, shown: ContactSnapshots) -> float:
+def _firm(reduced: ReducedEnergy, soft: np.ndarray, shown: ContactSnapshots) -> float:
     """Return the force [N] up to which the answers to presses in nine directions, of SIZES, are FIRM.
 
     A fold does not hide between these: the stiffness falls to it as a root of what is left of the force.
@@ -170,15 +172,10 @@ def _firm(reduced: ReducedContact, soft: np.ndarray, shown: ContactSnapshots) ->
     hardest = float(np.linalg.norm(shown.forces, axis=1).max())
     for newtons in hardest / SIZES * np.arange(1, SIZES + 1):
         answers = [reduced.settle(newtons * way, RESIDUAL) for way in ways]
-        if not all(each.residual <= RESIDUAL and _is_stiff(reduced, each.q, FIRM * soft) for each in answers):
+        if not all(each.residual <= RESIDUAL and reduced.is_stiff(each.q, FIRM * soft) for each in answers):
             break
         firm_n = float(newtons)
     return firm_n
-
-
-def _is_stiff(reduced: ReducedContact, q: np.ndarray, least: np.ndarray) -> bool:
-    """Return whether the tangent at ``q`` (r,) less ``least`` (r, r) is positive definite."""
-    return bool(is_positive(reduced.tangent(q) - least))
 
 
 def _together(case: Case, nodes: Sequence[int]) -> np.ndarray:
@@ -186,18 +183,6 @@ def _together(case: Case, nodes: Sequence[int]) -> np.ndarray:
     at = case.body.fine.nodes[list(nodes)]
     apart = np.linalg.norm(at[:, None] - at[None], axis=2)
     return np.clip(2.0 - apart / case.radius_m, 0.0, 1.0) if case.radius_m else (apart == 0.0).astype(float)
-
-
-def _snapshot_coordinates(reduced: ReducedContact, k: int, shown: ContactSnapshots) -> np.ndarray:
-    """Return the coordinates (s, r) of the snapshots of the k-th contact, by the reduced model."""
-    forces = np.zeros((len(shown.forces), reduced.loads.shape[1]))
-    forces[:, 3 * k : 3 * k + 3] = shown.forces
-    return np.array([reduced.settle(force, RESIDUAL).q for force in forces])
-
-
-def _beyond(change: Change, k: int, elements: ElementsAtRest, modes: np.ndarray, reduced: ReducedContact) -> np.ndarray:
-    """Return the coordinates (r, s) of answers of the k-th contact, less those of their linear answers."""
-    return coordinates(elements, change.answers, modes) - reduced.loads[:, 3 * k : 3 * k + 3] @ change.forces.T
 
 
 def _at_discs(weights: list[tuple[np.ndarray, np.ndarray]], moved: np.ndarray) -> np.ndarray:
@@ -243,8 +228,7 @@ class ContactSolver(Solver):
         self.prepared: dict[tuple[int, ...], Prepared] = {}
         self._seconds = 0.0
         shop.elements(shop.level), shop.up(shop.level)
-        name = "buckling", case.body, case.radius_m
-        self._buckling = case.share(name, lambda: Buckling(case.body, case.radius_m), "buckling")
+        self._buckling = NearBuckling(case, LARGEST_SHARE)
 
     @property
     def memory_mb(self) -> float:
@@ -285,13 +269,9 @@ class ContactSolver(Solver):
         moved = model.columns @ force + model.rest @ model.beyond(q, force).astype(np.float32)
         found = None if len(given) == len(load.presses) else force.reshape(-1, 3)
         answer = Answer(moved.reshape(-1, 3), found, OWN_ERROR * sqrt(q @ q) / model.reach)
-        forces = zip((press.node for press in load.presses), force.reshape(-1, 3), strict=True)
-        share = self._buckling.share(forces, LARGEST_SHARE)
-        if not share <= LARGEST_SHARE:
-            why = why or f"this is {share:.2f} of the load under which the body buckles"
         if why:
             raise Doubted(why, [residual], answer)
-        return answer
+        return self._buckling.checked(load, answer)
 
 
 def _found(model: Prepared, load: Load) -> np.ndarray:
@@ -328,7 +308,7 @@ def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float
         why = f"this goes {far:.1f} times as far as what the contact's model is made of"
     elif not hard <= LARGEST_PRESS:
         why = f"this presses {hard:.2f} times as hard as finer elements are known to bear"
-    elif not (model.is_known_stiff(force) or _is_stiff(model.reduced, q, LEAST_STIFFNESS * model.soft)):
+    elif not (model.is_known_stiff(force) or model.reduced.is_stiff(q, LEAST_STIFFNESS * model.soft)):
         why = f"the body is about to give way: its stiffness is below {LEAST_STIFFNESS:g} of that at rest"
     return q, why, residual
 

@@ -45,14 +45,8 @@ class ElementsAtRest:
         """The number of points of integration of an element."""
         return len(self._slopes)
 
-    def point_gradients(self, elements: np.ndarray) -> np.ndarray:
-        """Return gradients of the shape functions of k ``elements`` at their p points, (k, p, a, 3) [1/m]."""
-        count = self.points
-        flat = self.gradients_at(np.repeat(elements, count), np.tile(np.arange(count), len(elements)))
-        return flat.reshape(len(elements), count, *flat.shape[1:])
-
     def gradients_at(self, elements: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the same of one of its ``points`` (k,) for each of k ``elements``, (k, a, 3) [1/m]."""
+        """Return gradients of shape functions (k, a, 3) [1/m] at ``points`` (k,), one of each of ``elements`` (k,)."""
         return np.matmul(self._slopes[points], self._gradients[elements, 1:])
 
     def mean_gradients(self, elements: np.ndarray) -> np.ndarray:

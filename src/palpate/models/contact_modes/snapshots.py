@@ -8,7 +8,9 @@ import numpy as np
 
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of, rings_around, some_points
+from palpate.models.reduced.basis import bending_loads, coordinates, orthonormal
+from palpate.models.reduced.cubature import cells_of, like_elements, rings_around, thinned
+from palpate.models.reduced.energy import ReducedEnergy
 
 TILTS = [(0.0, 1, 0.0), (25.0, 4, 45.0), (45.0, 4, 0.0)]
 """Angle to the inward normal, number of directions, and where the first of them points [degrees]."""
@@ -42,7 +44,7 @@ def likeness(known: np.ndarray, force: np.ndarray, order: int) -> np.ndarray:
     return np.linalg.solve(kernel(known, known) + 1e-3 * np.eye(len(known)), kernel(known, force))
 
 
-def hardest(model: ReducedContact, moved: np.ndarray, direction: np.ndarray, newtons: float, size: float) -> np.ndarray:
+def hardest(model: ReducedEnergy, moved: np.ndarray, direction: np.ndarray, newtons: float, size: float) -> np.ndarray:
     """Return the force (3,) [N] along ``direction`` (3,), of at most ``newtons``, that PEAK and SQUEEZED allow.
 
     moved : (k, 3, r) [m], displacements of the surface by coordinate; size : of the body [m]
@@ -65,53 +67,11 @@ def _tilted(axis: np.ndarray, tilt: float, turn: float) -> np.ndarray:
 
 LINEAR_RESIDUAL, SECOND_RESIDUAL = 1e-5, 3e-2
 """Relative residuals of the linear columns, and of those of second order, which are themselves corrections."""
-DIFFERENCE_STEP = 0.01
-"""Largest displacement of the differences, over the body's size."""
-DEPENDENT = 1e-9
-"""Eigenvalues of the columns' products below this part of the largest are of columns that are not independent."""
 
 
 def linear_columns(elements: ElementsAtRest, nodes: np.ndarray, shares: np.ndarray) -> np.ndarray:
     """Return responses (n, 3, 3) [m/N] to unit forces along x, y, z on ``nodes`` (k,) by ``shares`` (k,)."""
     return elements.solve(elements.nodal(nodes, shares, np.eye(3)), LINEAR_RESIDUAL)
-
-
-def second_columns(elements: ElementsAtRest, linear: np.ndarray, other: np.ndarray | None = None) -> np.ndarray:
-    """Return static derivatives (n, 3, 6) of the columns ``linear`` (n, 3, 3) [m/N], each taken to DIFFERENCE_STEP.
-
-    −K⁻¹ ∂²f[φᵢ, φⱼ], f the elastic force, by central differences (Idelsohn and Cardona 1985; Barbič and James 2005).
-    With ``other`` columns (n, 3, 3) of another contact the nine that join one of either.
-    """
-    first, second = (
-        DIFFERENCE_STEP * elements.size * (each / np.linalg.norm(each, axis=1).max(axis=0))
-        for each in (linear, linear if other is None else other)
-    )
-    pairs = [(i, j) for i in range(3) for j in range(i if other is None else 0, 3)]
-
-    def bend(moved: np.ndarray) -> np.ndarray:
-        return elements.force(moved) + elements.force(-moved)
-
-    one = [bend(first[:, :, i]) for i in range(3)]
-    two = one if other is None else [bend(second[:, :, i]) for i in range(3)]
-    pulls = [
-        one[i] if other is None and i == j else bend(first[:, :, i] + second[:, :, j]) - one[i] - two[j]
-        for i, j in pairs
-    ]  # f is minus the gradient, so that it stands on the right side as it is
-    return elements.solve(np.stack(pulls, axis=2), SECOND_RESIDUAL)
-
-
-def orthonormal(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
-    """Return a basis (n, 3, r) of ``columns`` (n, 3, k) in which the stiffness at rest is the identity; r ≤ k.
-
-    Columns are made of the same energy before, and what is dependent to DEPENDENT is left out.
-    """
-    flat = columns.reshape(-1, columns.shape[2])
-    stiff = elements.multiply(np.ascontiguousarray(columns)).reshape(flat.shape)
-    size = np.sqrt(np.einsum("ik,ik->k", flat, stiff))
-    flat, stiff = flat[:, size > 0.0] / size[size > 0.0], stiff[:, size > 0.0] / size[size > 0.0]
-    values, vectors = np.linalg.eigh(flat.T @ stiff)
-    kept = values > DEPENDENT * values[-1]
-    return (flat @ (vectors[:, kept] / np.sqrt(values[kept]))).reshape(*columns.shape[:2], -1)
 
 
 SNAPSHOT_LEAST_STEPS = 3
@@ -123,8 +83,6 @@ NEAR_RINGS = 1
 """Rings of elements around a disc whose points are cells, in the models that presses start from and are chosen with."""
 TOGETHER = 8
 """Elements of which one mean is taken farther away in these models: those that one element was split into."""
-FEW = 2000
-"""Points beside those near a disc that cells are chosen from; with all of them answers are no better."""
 MODEL_RESIDUAL = 1e-3
 
 
@@ -146,7 +104,7 @@ class ContactSnapshots:
     linear: np.ndarray
     second: np.ndarray
     modes: np.ndarray
-    model: ReducedContact
+    model: ReducedEnergy
     forces: np.ndarray
     answers: np.ndarray
     found: bool = False
@@ -168,55 +126,33 @@ def basis_of(shown: Sequence[ContactSnapshots]) -> np.ndarray:
     """
     parts = [np.dstack([each.columns, each.answers]) if each.found else each.columns for each in shown]
     elements = shown[0].elements
-    between = [second_columns(elements, one.linear, two.linear) for one, two in combinations(shown, 2)]
+    pairs = [bending_loads(elements, one.linear, two.linear) for one, two in combinations(shown, 2)]
+    between = [elements.solve(loads, SECOND_RESIDUAL) for loads in pairs]
     return orthonormal(elements, np.dstack(parts + between))
 
 
-def whole_model(shown: Sequence[ContactSnapshots], modes: np.ndarray, rings: int) -> ReducedContact:
-    """Return the model of all elements in ``modes`` (n, 3, r); up to ``rings`` around a disc points are cells.
-
-    Its forces are those of one contact after the other, (3 per contact,).
-    """
-    elements = shown[0].elements
-    return ReducedContact(cells_of(elements, modes, _around(shown, rings)), _loads(shown, modes), elements.law)
-
-
-def thinned_model(
+def few_cells(
     shown: Sequence[ContactSnapshots], modes: np.ndarray, rings: int, tolerance: float, seed: int
-) -> ReducedContact:
-    """Return the model of few cells, which pull as all do at the snapshots, to the relative ``tolerance``.
+) -> ReducedEnergy:
+    """Return the model of few cells in ``modes`` (n, 3, r), which pull as all do at the snapshots, to ``tolerance``.
 
-    Where all points are cells the elements themselves say how all pull, and few points are chosen from: those near a
-    disc, and others that ``seed`` draws. Snapshots of several contacts are added up at random.
+    They are of points up to ``rings`` around a disc and means elsewhere. Where all are points the elements themselves
+    say how all pull, and few are chosen from: those near a disc, and others that ``seed`` draws. Forces are those of
+    one contact after the other; the snapshots of several are added up at random.
     """
     elements, rng = shown[0].elements, np.random.default_rng(seed)
     states = np.sum([rng.permutation(coordinates(elements, each.answers, modes).T) for each in shown], axis=0)
-    if not _around(shown, rings).all():
-        return whole_model(shown, modes, rings).thinned(states, tolerance)
-    flat = modes.reshape(-1, modes.shape[2])
-    moved = (flat @ states.T).T.reshape(len(states), -1, 3)
-    pulls = -np.array([elements.force(each).ravel() for each in moved]) @ flat - states
-    cells = some_points(elements, modes, _around(shown, NEAR_RINGS), FEW, rng)
-    unlike = np.zeros((modes.shape[2], modes.shape[2]))
-    return ReducedContact(cells, _loads(shown, modes), elements.law, unlike).thinned(states, tolerance, pulls)
+    nodes = np.concatenate([each.nodes for each in shown])
+    loads = np.hstack([carried(each.nodes, each.shares, modes) for each in shown])
+    exact = rings_around(elements, nodes, rings)
+    if exact.all():
+        near = rings_around(elements, nodes, NEAR_RINGS)
+        return like_elements(elements, modes, near, states, tolerance, rng, loads)
+    return thinned(ReducedEnergy(cells_of(elements, modes, exact), loads, elements.law), states, tolerance)
 
 
-def coordinates(elements: ElementsAtRest, answers: np.ndarray, modes: np.ndarray) -> np.ndarray:
-    """Return the coordinates (r, s) of ``answers`` (n, 3, s) [m] in orthonormal ``modes`` (n, 3, r)."""
-    return np.tensordot(modes, elements.multiply(np.ascontiguousarray(answers)), ((0, 1), (0, 1)))
-
-
-def _around(shown: Sequence[ContactSnapshots], rings: int) -> np.ndarray:
-    """Mark the elements (m,) up to so many ``rings`` around the discs."""
-    return rings_around(shown[0].elements, np.unique(np.concatenate([each.nodes for each in shown])), rings)
-
-
-def _loads(shown: Sequence[ContactSnapshots], modes: np.ndarray) -> np.ndarray:
-    """Return the unit forces of all contacts in coordinates, (r, 3 per contact); held nodes do not move."""
-    return np.hstack([_carried(each.nodes, each.shares, modes) for each in shown])
-
-
-def _carried(nodes: np.ndarray, shares: np.ndarray, modes: np.ndarray) -> np.ndarray:
+def carried(nodes: np.ndarray, shares: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    """Return unit forces on ``nodes`` (k,) by ``shares`` (k,) in coordinates, (r, 3); held nodes do not move."""
     return np.tensordot(modes[nodes], shares, (0, 0)).T
 
 
@@ -233,10 +169,10 @@ def columns_of_contact(
     newtons : the hardest press that is tried; the model finds how hard each direction can be pressed
     linear : (n, 3, 3) [m/N], its ``linear_columns``
     """
-    second = second_columns(elements, linear)
+    second = elements.solve(bending_loads(elements, linear), SECOND_RESIDUAL)
     modes = orthonormal(elements, np.dstack([linear, second]))
     cells = cells_of(elements, modes, rings_around(elements, nodes, NEAR_RINGS), TOGETHER if elements.level else 1)
-    model = ReducedContact(cells, _carried(nodes, shares, modes), elements.law)
+    model = ReducedEnergy(cells, carried(nodes, shares, modes), elements.law)
     hard = [hardest(model, modes[nodes], way, newtons, elements.size) for way in directions(normal)]
     forces = np.array([share * force for share in SHARES for force in hard])
     answers = modes @ np.array([model.settle(force, MODEL_RESIDUAL).q for force in forces]).T

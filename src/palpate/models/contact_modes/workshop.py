@@ -129,23 +129,15 @@ class Workshop:
         columns = self.make(("columns", node), lambda: self._columns(node))
         return columns if modes == "columns" else self.make((modes, node), lambda: press_contact(columns))
 
-    def columns_before(self, node: int) -> np.ndarray:
-        """Return the linear columns (n_surface, 3, 3) [m/N] of the level before."""
-        return bring_to_surface(self.up(self.level - 1), self.linear_before(node))
+    def linear(self, node: int, before: int = 0) -> np.ndarray:
+        """Return the linear columns (n, 3, 3) [m/N] at all nodes of the elements that are reduced, or those before."""
+        level = self.level - before
+        elements, disc = self.elements(level), self.disc(node, level)
+        return self.make(("columns before" if before else "linear", node), lambda: linear_columns(elements, *disc))
 
-    def linear_before(self, node: int) -> np.ndarray:
-        """Return the same at all nodes of that level's elements, (n, 3, 3) [m/N]."""
-        coarse, disc = self.elements(self.level - 1), self.disc(node, self.level - 1)
-        return self.make(("columns before", node), lambda: linear_columns(coarse, *disc))
-
-    def linear(self, node: int) -> np.ndarray:
-        """Return the linear columns (n, 3, 3) [m/N] at all nodes of the elements that are reduced."""
-        elements, disc = self.elements(self.level), self.disc(node, self.level)
-        return self.make(("linear", node), lambda: linear_columns(elements, *disc))
-
-    def reduced_columns(self, node: int) -> np.ndarray:
-        """Return the linear columns (n_surface, 3, 3) [m/N] of the level that is reduced."""
-        return bring_to_surface(self.up(self.level), self.linear(node))
+    def reduced_columns(self, node: int, before: int = 0) -> np.ndarray:
+        """Return the same at the fine surface, (n_surface, 3, 3) [m/N]."""
+        return bring_to_surface(self.up(self.level - before), self.linear(node, before))
 
     def pressed_once(self, node: int, level: int) -> np.ndarray:
         """Return the linear response (n_surface, 3) [m/N] of a level to a unit force into ``node``.
@@ -173,7 +165,7 @@ class Workshop:
 
 def _from_coarser(shop: Workshop, node: int, modes: str) -> Change:
     """Press as hard as ``shop.shown`` does on the level before, and return the change to the answers there."""
-    shown, level, linear = shop.shown(node, modes), shop.level, shop.linear_before(node)
+    shown, level, linear = shop.shown(node, modes), shop.level, shop.linear(node, 1)
     coarse, disc = shop.elements(level - 1), shop.disc(node, level - 1)
     if shown.found:
         hardest = slice(None, len(shown.forces) // len(SHARES))
@@ -291,7 +283,7 @@ def target_columns(shop: Workshop, case: Case, target: str, node: int) -> np.nda
         return fine
     if gap:
         return fine + (fine - reduced) / (target_ratio(shop, case, node) ** gap - 1.0)
-    return fine + (fine - shop.columns_before(node)) / (target_ratio(shop, case, node) - 1.0)
+    return fine + (fine - shop.reduced_columns(node, 1)) / (target_ratio(shop, case, node) - 1.0)
 
 
 def target_change(shop: Workshop, case: Case, model: kinds.ContactModes, node: int, borne: float) -> Change | None:
@@ -312,7 +304,7 @@ def target_change(shop: Workshop, case: Case, model: kinds.ContactModes, node: i
     else:
         shown = "columns" if modes == "columns" else "snapshots"
         found = shop.make((f"from coarser {shown}", node), lambda: _from_coarser(shop, node, shown))
-        linear = shop.reduced_columns(node) - shop.columns_before(node)
+        linear = shop.reduced_columns(node) - shop.reduced_columns(node, 1)
         share = _share(target, target_ratio(shop, case, node), gap, 0)
     return found._replace(change=share * (found.change - linear @ found.forces.T))
 
@@ -343,7 +335,9 @@ def _fine_columns(shop: Workshop, case: Case, node: int) -> np.ndarray:
         return compliance.fine[compliance.row(node)].transpose(1, 2, 0)
     if shop.level == 0:
         return reduced
-    return reduced + _sum_of_powers(target_ratio(shop, case, node), shop.gap) * (reduced - shop.columns_before(node))
+    return reduced + _sum_of_powers(target_ratio(shop, case, node), shop.gap) * (
+        reduced - shop.reduced_columns(node, 1)
+    )
 
 
 def _sum_of_powers(ratio: float, count: int) -> float:
@@ -353,7 +347,7 @@ def _sum_of_powers(ratio: float, count: int) -> float:
 
 def _ratio(shop: Workshop, case: Case, node: int) -> float:
     if shop.gap == 1 and shop.level > 0 and node in case.prepared_contacts:
-        levels = [shop.columns_before(node), shop.reduced_columns(node), _fine_columns(shop, case, node)]
+        levels = [shop.reduced_columns(node, 1), shop.reduced_columns(node), _fine_columns(shop, case, node)]
     else:
         # the last three levels, or the first three, some of them finer than the body's
         finest = max(shop.level + shop.gap, 2)

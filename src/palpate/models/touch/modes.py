@@ -11,8 +11,8 @@ from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, refu
 from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.effects.instrument import upright
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points
-from palpate.models.contact_modes.snapshots import coordinates, orthonormal
+from palpate.models.reduced.basis import coordinates, orthonormal
+from palpate.models.reduced.cubature import like_elements
 from palpate.models.touch.reduced_touch import (
     LOOKED_AT,
     TILT,
@@ -29,8 +29,8 @@ STRAIGHT, TILTED = (0.25, 0.5, 0.75, 1.0), (0.35, 0.7, 1.0)
 """Depths of the pushes, over the deepest that is asked for."""
 PUSH_TOLERANCE = 3e-2
 """Of the residual of a push. At a third of it, models are no better (0.3 to 0.4 % from elements, force 0.8 %)."""
-THINNED, FEW = 1e-2, 2000
-"""Tolerance to which few cells pull as all do, and the number of points that they are chosen from."""
+THINNED = 1e-2
+"""Tolerance to which few cells pull as all do."""
 
 
 def settings(case: TouchCase) -> list[Setting]:
@@ -101,7 +101,8 @@ class _Place:
         snapshots = np.stack(moved, axis=2)
         modes = orthonormal(elements, snapshots)
         states = coordinates(elements, snapshots, modes).T
-        model = _thinned(elements, modes, moved, states, case.seed)
+        nowhere, rng = np.zeros(len(elements.couples), dtype=bool), np.random.default_rng(case.seed)
+        model = like_elements(elements, modes, nowhere, states, THINNED, rng, moved=moved)
         self.reduced = ReducedTouch(model, modes, points, near, rest, mesh.up)
         self._outward, self._deepest = outward, case.deepest_m
         self._pushes = Pushes(case.deepest_m, np.array(pushed), states)
@@ -112,16 +113,3 @@ class _Place:
         doubt_beyond(touch, self._outward, self._deepest)
         begun = self._pushes.begin(touch.depth_m * touch.direction)
         return self.reduced.answer(touch, touch.pose(self._body), begun, self._stretched)
-
-
-def _thinned(
-    elements: ElementsAtRest, modes: np.ndarray, moved: list[np.ndarray], states: np.ndarray, seed: int
-) -> ReducedContact:
-    """Return the model of few cells that pull as the elements do where they have ``moved`` [(n, 3)] [m]."""
-    flat, count = modes.reshape(-1, modes.shape[2]), modes.shape[2]
-    pulls = -np.array([elements.force(each).ravel() for each in moved]) @ flat - states
-    nowhere = np.zeros(len(elements.couples), dtype=bool)
-    cells = some_points(elements, modes, nowhere, FEW, np.random.default_rng(seed))
-    unlike = np.zeros((count, count))
-    model = ReducedContact(cells, np.zeros((count, 0)), elements.law, unlike)
-    return model.thinned(list(states), THINNED, list(pulls))

@@ -1,8 +1,4 @@
-"""A body in few coordinates that an instrument is pushed into: elastic energy of cells, contact at points, one kernel.
-
-x = X + Φ q with ΦᵀKΦ = I at rest. Contact is a penalty at points of the surface: few shapes cannot follow an instrument
-at all points, and multipliers would make it press where they fail to.
-"""
+"""A body in few coordinates that an instrument is pushed into: elastic energy of cells, and contact at points."""
 
 from collections.abc import Sequence
 
@@ -11,140 +7,28 @@ import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.touch import Touch, TouchDoubted, Touched
-from palpate.effects.instrument import Pose, curvatures, distances
-from palpate.models.contact_modes.reduced_contact import ReducedContact, add_tangent, cell_stresses
+from palpate.effects.instrument import Pose
+from palpate.models.reduced.energy import ReducedEnergy
+from palpate.models.reduced.search import settle
 from palpate.solvers.indentation import ContactPoints
 
 
 @numba.njit(cache=True, error_model="numpy")
-def contact(q, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures):
-    """Write positions, gaps, normals and pressures of the points at ``q`` (r,); return the energy of contact [J].
+def settle_touching(q, body, base, points, tip, axes, shape, tolerance, iterations):
+    """Settle ``q`` (r,) in place under an instrument; return its force (3,) [N], the area touched [m²], the residual.
 
-    rest : (3 p,) [m] of p points; modes : (3 p, r); areas (p,) [m²]; penalty : (p,) [Pa/m]
+    base, points, tip, axes, shape : as ``search.touched`` has them; the area is that at rest
     """
-    moved, energy = rest + np.dot(modes, q), 0.0
-    for n in range(len(areas)):
-        for i in range(3):
-            at[n, i] = moved[3 * n + i]
-    distances(at, tip, axes, shape, gaps, normals)
-    for n in range(len(areas)):
-        pressures[n] = max(-penalty[n] * gaps[n], 0.0)
-        energy += 0.5 * areas[n] * pressures[n] ** 2 / penalty[n]
-    return energy
-
-
-@numba.njit(cache=True, error_model="numpy")
-def solve_positive(matrix, b):
-    """Write the solution of ``matrix`` x = b into ``b`` (r,) by Cholesky's method, which spoils the matrix (r, r).
-
-    Returns False, and leaves ``b``, where the symmetric matrix is not positive definite, or NaN.
-    """
-    r = len(b)
-    for k in range(r):
-        if not matrix[k, k] > 0.0:
-            return False
-        scale = 1.0 / np.sqrt(matrix[k, k])
-        for j in range(k, r):
-            matrix[k, j] *= scale
-        for i in range(k + 1, r):
-            share = matrix[k, i]
-            for j in range(i, r):
-                matrix[i, j] -= share * matrix[k, j]
-    for k in range(r):
-        b[k] /= matrix[k, k]
-        for j in range(k + 1, r):
-            b[j] -= b[k] * matrix[k, j]
-    for k in range(r - 1, -1, -1):
-        for j in range(k + 1, r):
-            b[k] -= matrix[k, j] * b[j]
-        b[k] /= matrix[k, k]
-    return True
-
-
-@numba.njit(cache=True, error_model="numpy")
-def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolerance, iterations):
-    """Minimise the energy of a body and of contact from ``q`` (r,) in place, by Newton's method.
-
-    cells : flat slopes (9 k, r), the same as (9, k, r), volumes, μ and λ of k cells; base : (r, r) what of the tangent
-    does not change; stiff : (r, r), what the cells' energy lacks at rest; points, tip, axes, shape : as in ``contact``
-    Where the tangent is not positive definite, as where cells give way or are inverted, the body's stiffness at rest,
-    the identity, stands for it. Returns the force (3,) [N] of the instrument, the area at rest that it touches [m²],
-    the residual over the force of contact, and the iterations.
-    """
-    flat, slopes, volumes, mu, lam = cells
-    rest, modes, areas, penalty = points
-    r, k, p = len(q), len(volumes), len(areas)
-    f, stress, energies = np.empty((9, k)), np.empty((9, k)), np.empty(k)
-    accepted = np.empty(k, dtype=np.bool_)
-    at, normals, bends = np.empty((p, 3)), np.empty((p, 3)), np.empty((1, 3, 3))
-    gaps, pressures = np.empty(p), np.empty(p)
-    kernel = (volumes, mu, lam, law[0], law[1], law[2], f, stress, energies, accepted)
-    pulled = np.dot(stiff, q)
-    energy = 0.5 * np.dot(q, pulled) + cell_stresses(q, flat, *kernel)
-    energy += contact(q, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures)
-    left, count, scale = np.inf, 0, 0.0
-    while True:
-        touched = np.flatnonzero(pressures > 0.0)
-        m = len(touched)
-        near, bent, pushes = np.empty((3 * m, r)), np.empty((3 * m, r)), np.empty(3 * m)
-        for j in range(m):
-            n = touched[j]
+    count, force, area = len(points[2]), np.zeros(3), 0.0
+    normals, pressures = np.empty((count, 3)), np.empty(count)
+    touch = (base, *points, tip, axes, shape, np.empty((count, 3)), np.empty(count), normals, pressures)
+    left = settle(q, q, body, touch, tolerance, iterations)
+    for n in range(count):
+        if pressures[n] > 0.0:
+            area += points[2][n]
             for i in range(3):
-                pushes[3 * j + i] = areas[n] * pressures[n] * normals[n, i]
-                for h in range(r):
-                    near[3 * j + i, h] = modes[3 * n + i, h]
-        pull = np.dot(pushes, near)
-        gradient = pulled - pull + np.dot(stress.ravel(), flat)
-        scale = np.sqrt(np.dot(pull, pull)) if m > 0 else scale
-        size = np.sqrt(np.dot(gradient, gradient))
-        left = 0.0 if size == 0.0 else size / scale
-        if left <= tolerance or count >= iterations:
-            break
-        count += 1
-        step, curved = -gradient, True
-        while True:
-            for j in range(m):
-                n = touched[j]
-                one = slice(n, n + 1)
-                curvatures(at[one], tip, axes, shape, gaps[one], normals[one], bends)
-                push = areas[n] * pressures[n] if curved else 0.0
-                firm = areas[n] * penalty[n]
-                for i in range(3):
-                    a = firm * normals[n, i] * normals[n, 0] - push * bends[0, i, 0]
-                    b = firm * normals[n, i] * normals[n, 1] - push * bends[0, i, 1]
-                    c = firm * normals[n, i] * normals[n, 2] - push * bends[0, i, 2]
-                    for h in range(r):
-                        bent[3 * j + i, h] = a * near[3 * j, h] + b * near[3 * j + 1, h] + c * near[3 * j + 2, h]
-            tangent = np.dot(near.T, bent)
-            if curved:
-                tangent += base
-                add_tangent(q, slopes, volumes, mu, lam, law[0], law[1], law[2], tangent)
-            else:
-                tangent += np.eye(r)
-            if solve_positive(tangent, step) or not curved:
-                break
-            curved = False
-        slope = np.dot(gradient, step)
-        length, found = 1.0, False
-        while slope < 0.0 and length > 1e-4:
-            reached = q + length * step
-            pulled = np.dot(stiff, reached)
-            lower = 0.5 * np.dot(reached, pulled) + cell_stresses(reached, flat, *kernel)
-            lower += contact(reached, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures)
-            if lower <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
-                found = True
-                break
-            length *= 0.5
-        if not found:
-            break
-        q[:], energy = reached, lower
-    force, area = np.zeros(3), 0.0
-    for m in range(p):
-        if pressures[m] > 0.0:
-            area += areas[m]
-            for i in range(3):
-                force[i] += areas[m] * pressures[m] * normals[m, i]
-    return force, area, left, count
+                force[i] += points[2][n] * pressures[n] * normals[n, i]
+    return force, area, left
 
 
 RESIDUAL, ITERATIONS = 1e-3, 30
@@ -160,13 +44,13 @@ class ReducedTouch:
 
     model : its energy; modes : (n, 3, r) the motion of the nodes; points : of the surface, those ``near`` (q,) bool
     are looked at; rest : (n, 3) [m]; up : the map (n_surface, n) to the fine surface
-    Its ``points``, ``cells`` and ``rest`` are what ``settle_touching`` takes, the last as ``stiff``; ``surface``
-    (3 n_surface, r) is the motion of the fine surface, in single precision, as it takes long to read.
+    Its ``points`` are what ``settle_touching`` takes; ``surface`` (3 n_surface, r) is the motion of the fine surface,
+    in single precision, as it takes long to read.
     """
 
     def __init__(
         self,
-        model: ReducedContact,
+        model: ReducedEnergy,
         modes: np.ndarray,
         points: ContactPoints,
         near: np.ndarray,
@@ -176,23 +60,18 @@ class ReducedTouch:
         count, flat, nodes = modes.shape[2], modes.reshape(len(rest), -1), points.interpolation[near]
         moved = (nodes @ flat).reshape(-1, count)
         self.points = (nodes @ rest).ravel(), moved, points.areas[near], STIFFER * points.penalty[near]
-        cells = model.cells
-        self.cells = (cells.slopes.reshape(-1, count), cells.slopes, cells.volumes, cells.mu, cells.lam)
-        self._base, self.rest, self._law = model.base, model.rest, tuple(model.law)
+        self.model = model
         self.surface = (up @ flat).reshape(-1, count).astype(np.float32)
 
     @property
     def count(self) -> int:
         """The number of coordinates."""
-        return len(self.rest)
+        return len(self.model.rest)
 
     def settle(self, pose: Pose, q: np.ndarray) -> tuple[np.ndarray, float, float]:
         """Settle ``q`` (r,) in place; return the force (3,) [N], the area touched [m²] and the residual."""
         where = self.points, pose.tip, pose.axes, pose.instrument.shape
-        force, area, left, _ = settle_touching(
-            q, self.cells, self._base, self.rest, *where, self._law, RESIDUAL, ITERATIONS
-        )
-        return force, area, left
+        return settle_touching(q, self.model.body, self.model.base, *where, RESIDUAL, ITERATIONS)
 
     def answer(self, touch: Touch, pose: Pose, q: np.ndarray, stretched: float = 1.0) -> Touched:
         """Return the answer to ``touch``, which begins at ``pose``, from coordinates ``q`` (r,), which are settled.
@@ -207,17 +86,6 @@ class ReducedTouch:
             float(force @ touch.direction),
             stretched * area,
         )
-
-    def energy(self, pose: Pose, q: np.ndarray) -> float:
-        """Return the energy [J] of the body and of contact at ``q`` (r,)."""
-        flat, _, volumes, mu, lam = self.cells
-        k, p = len(volumes), len(self.points[2])
-        f, stress, energies, accepted = np.empty((9, k)), np.empty((9, k)), np.empty(k), np.empty(k, dtype=bool)
-        shape, measure, volume = self._law
-        stored = cell_stresses(q, flat, volumes, mu, lam, shape, measure, volume, f, stress, energies, accepted)
-        stored += 0.5 * q @ self.rest @ q
-        touched = np.empty((p, 3)), np.empty(p), np.empty((p, 3)), np.empty(p)
-        return float(stored + contact(q, *self.points, pose.tip, pose.axes, pose.instrument.shape, *touched))
 
 
 TILT = 45.0

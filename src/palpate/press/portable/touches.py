@@ -162,10 +162,10 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     )
     edge = instrument.radius_m if instrument.kind == SPHERE else instrument.edge_m
     sizes: list[Any] = [instrument.radius_m, edge, axes, first, deepest, 1.0, *4 * [0.0]]
-    slopes, _, volumes, mu, lam = reduced.cells
+    slopes, volumes, mu, lam = (each[0] for each in reduced.model.body[:4])
     moduli = volumes, np.broadcast_to(mu, volumes.shape), np.broadcast_to(lam, volumes.shape)
     none = np.empty((0, 3)), np.empty((0, reduced.count))
-    arrays: list[Any] = [reduced.rest, *moduli, slopes, *reduced.points, *none, reduced.surface]
+    arrays: list[Any] = [reduced.model.rest, *moduli, slopes, *reduced.points, *none, reduced.surface]
     row = int(np.searchsorted(body.fine.surface, node))
     place = TouchPlace(row, instrument.kind, *sizes, *arrays)
     pushed, states, areas = [], [], []

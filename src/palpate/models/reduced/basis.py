@@ -1,0 +1,105 @@
+"""Modes of reduced models: what they are made of, and how they become independent, with the stiffness the identity."""
+
+from collections.abc import Callable
+from itertools import combinations_with_replacement, product
+
+import numpy as np
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from palpate.errors import InputError
+from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+
+Solve = Callable[[np.ndarray], np.ndarray]
+"""The inverse of the stiffness at rest: forces (n, 3) [N] to displacements (n, 3) [m], zero at held nodes."""
+DEPENDENT = 1e-9
+"""Columns count as dependent below this eigenvalue of their products, in parts of its largest."""
+BEND_STEP = 0.01
+"""Largest displacement of an answer at which its bend is measured, in sizes of the body."""
+
+
+def products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the products (r, s) of columns (n, 3, r) with others (n, 3, s)."""
+    flat = first.reshape(-1, first.shape[2])
+    return flat.T @ second.reshape(len(flat), -1)
+
+
+def independent(square: np.ndarray, sizes: np.ndarray | None = None) -> np.ndarray:
+    """Return mixes (k, r) of columns whose products are ``square`` (k, k), for which these are the identity.
+
+    sizes : (k,), over which each column counts, or else its own. The last mixes hold the most of the columns (method of
+    snapshots, Sirovich 1987); what is dependent to DEPENDENT is left out.
+    """
+    sizes = np.sqrt(square.diagonal()) if sizes is None else sizes
+    over = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
+    values, turns = np.linalg.eigh(over[:, None] * square * over)
+    kept = values > DEPENDENT * values[-1]
+    return over[:, None] * turns[:, kept] / np.sqrt(values[kept])
+
+
+def orthonormal(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
+    """Return a basis (n, 3, r) of ``columns`` (n, 3, k) in which the stiffness at rest is the identity; r ≤ k.
+
+    Columns are made of the same energy before their products are: what is nearly dependent is kept to more digits.
+    """
+    flat = columns.reshape(-1, columns.shape[2])
+    stiff = elements.multiply(np.ascontiguousarray(columns)).reshape(flat.shape)
+    sizes = np.sqrt(np.einsum("ik,ik->k", flat, stiff))
+    flat, stiff = (each[:, sizes > 0.0] / sizes[sizes > 0.0] for each in (flat, stiff))
+    return (flat @ independent(flat.T @ stiff, np.ones(flat.shape[1]))).reshape(*columns.shape[:2], -1)
+
+
+def coordinates(elements: ElementsAtRest, answers: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    """Return the coordinates (r, s) of ``answers`` (n, 3, s) [m] in orthonormal ``modes`` (n, 3, r)."""
+    return np.tensordot(modes, elements.multiply(np.ascontiguousarray(answers)), ((0, 1), (0, 1)))
+
+
+def bending_loads(elements: ElementsAtRest, columns: np.ndarray, others: np.ndarray | None = None) -> np.ndarray:
+    """Return the loads ∂²f[a, b] (n, 3, m) [N] of pairs of ``columns`` (n, 3, k), f the elastic force.
+
+    All pairs that differ and each with itself, k (k + 1) / 2, or with ``others`` (n, 3, j) the k j of one of either.
+    The answers to them are the static derivatives of the columns, which are scaled to a peak of BEND_STEP sizes of the
+    body before; by central differences (Idelsohn and Cardona 1985; Barbič and James 2005, section 4).
+    """
+
+    def scaled(given: np.ndarray) -> list[np.ndarray]:
+        small = BEND_STEP * elements.size * (given / np.linalg.norm(given, axis=1).max(axis=0))
+        return [np.ascontiguousarray(each) for each in small.transpose(2, 0, 1)]
+
+    def bent(u: np.ndarray) -> np.ndarray:
+        return elements.force(u) + elements.force(-u)
+
+    first = scaled(columns)
+    second = first if others is None else scaled(others)
+    own = [bent(u) for u in first]
+    other = own if others is None else [bent(u) for u in second]
+    every = range(len(first)), range(len(second))
+    pairs = combinations_with_replacement(every[0], 2) if others is None else product(*every)
+    loads = [
+        own[a] if others is None and a == b else 0.5 * (bent(first[a] + second[b]) - own[a] - other[b])
+        for a, b in pairs
+    ]
+    return np.stack(loads, axis=2)
+
+
+def vibrations(solve: Solve, masses: np.ndarray, free: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the slowest ``count`` modes (count, n, 3) with φᵀMφ = 1, and their angular frequencies (count,) [1/s].
+
+    solve : applies the inverse of the stiffness at rest to forces (n, 3) [N], held nodes staying where they are
+    masses : (n,) [kg]; free : (n,) bool
+    They are the largest eigenvectors of M^½ K⁻¹ M^½, so that no matrix is needed. InputError if there are not so many.
+    """
+    if count >= 3 * free.sum():
+        raise InputError(f"vibrations is {count}, and the body has {3 * free.sum()} free coordinates; ask less.")
+    if not count:
+        return np.empty((0, len(masses), 3)), np.empty(0)
+    root = np.sqrt(masses * free)[:, None]
+
+    def applied(y: np.ndarray) -> np.ndarray:
+        return (root * solve(root * y.reshape(-1, 3))).ravel()
+
+    operator = LinearOperator(2 * (root.size * 3,), applied, dtype=float)
+    start = np.random.default_rng(0).normal(size=root.size * 3)  # fixed, so that the result is reproducible
+    squares, vectors = eigsh(operator, count, which="LA", v0=start)
+    frequencies = 1.0 / np.sqrt(squares[::-1])
+    modes = [w**2 * solve(root * y.reshape(-1, 3)) for w, y in zip(frequencies, vectors.T[::-1], strict=True)]
+    return np.array(modes), frequencies

@@ -1,0 +1,161 @@
+"""Search for the rest of a body in few coordinates, compiled: by L-BFGS under forces, by Newton under an instrument.
+
+x = X + Φ q with ΦᵀKΦ = I at rest, so that a step along the gradient answers small loads. An instrument is a penalty at
+points of the surface: few shapes cannot follow it at all of them, and multipliers would make it press where they fail.
+"""
+
+import numba
+import numpy as np
+
+from palpate.effects.instrument import curvatures, distances
+from palpate.models.reduced.cells import add_tangent, elastic, scratch_of
+from palpate.models.reduced.cholesky import factor, solve
+
+MEMORY = 10
+"""Steps that the inverse Hessian is improved by."""
+
+
+@numba.njit(cache=True, error_model="numpy")
+def settle(q, load, body, touch, tolerance, iterations):
+    """Minimise the elastic energy less load · q, or with that of contact, from ``q`` (r,) in place.
+
+    load : (r,); body : as ``elastic`` takes it; touch : None, or what ``touched`` and ``newton`` take, without a load
+    Under a load it is L-BFGS that starts from the identity, under an instrument Newton's method. Returns the residual
+    over the pull of the load or of contact; it is above ``tolerance`` where the search has ended without one.
+    """
+    scratch, none = scratch_of(body), np.empty((0, 0))
+    steps, turns, scale = np.empty((MEMORY, len(q))), np.empty((MEMORY, len(q))), np.empty(MEMORY)
+    energy, gradient, over = valued(q, load, body, scratch, touch)
+    left, kept = np.inf, 0
+    for count in range(iterations + 1):
+        size = np.sqrt(np.dot(gradient, gradient))
+        left = 0.0 if size == 0.0 else size / over
+        if left <= tolerance or count == iterations:
+            break
+        if touch is None:
+            ahead = directed(none, -gradient, steps, turns, scale, kept)
+        else:
+            ahead = newton(q, -gradient, body, touch)
+        slope, length, found = np.dot(gradient, ahead), 1.0, False
+        while slope < 0.0 and length > 1e-4:
+            reached = q + length * ahead
+            lower, bent, pull = valued(reached, load, body, scratch, touch)
+            if lower <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
+                found = True
+                break
+            length *= 0.5
+        if found:
+            if touch is None:
+                kept = remember(reached - q, bent - gradient, steps, turns, scale, kept)
+            q[:], gradient, energy = reached, bent, lower
+            over = pull if pull > 0.0 else over
+        elif kept > 0:
+            kept = 0
+        else:
+            break
+    return left
+
+
+@numba.njit(cache=True, error_model="numpy")
+def valued(q, load, body, scratch, touch):
+    """Return the energy [J] that ``settle`` minimises, its gradient (r,), and the size of what pulls."""
+    energy, gradient = elastic(q, body, scratch)
+    if touch is None:
+        return energy - np.dot(load, q), gradient - load, np.sqrt(np.dot(load, load))
+    stored, pull = touched(q, touch)
+    return energy + stored, gradient - pull, np.sqrt(np.dot(pull, pull))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def remember(step, turn, steps, turns, scale, kept):
+    """Keep a step, by how much it turned the gradient, and the inverse of their product; return how many are kept."""
+    m, curvature = kept % len(steps), np.dot(step, turn)
+    if not curvature > 0.0:
+        return kept
+    steps[m], turns[m], scale[m] = step, turn, 1.0 / curvature
+    return kept + 1
+
+
+@numba.njit(cache=True, error_model="numpy")
+def directed(factored, right, steps, turns, scale, kept):
+    """Return ``right`` (n,) times an inverse Hessian: that of a factor, or 1 for none, improved by L-BFGS.
+
+    factored : (n, n) as of ``cholesky.factor``, or (0, 0); steps, turns, scale, kept : as of ``remember``, of which the
+        last are known (Nocedal and Wright 2006, 7.4)
+    """
+    found, size = right.copy(), len(steps)
+    part, oldest = np.empty(size), max(0, kept - size)
+    for j in range(kept - 1, oldest - 1, -1):
+        m = j % size
+        part[m] = scale[m] * np.dot(steps[m], found)
+        found -= part[m] * turns[m]
+    if len(factored):
+        solve(factored, found)
+    for j in range(oldest, kept):
+        m = j % size
+        found += (part[m] - scale[m] * np.dot(turns[m], found)) * steps[m]
+    return found
+
+
+@numba.njit(cache=True, error_model="numpy")
+def touched(q, touch):
+    """Return the energy of contact [J] and its pull (r,) at ``q`` (r,), as an instrument is at points.
+
+    touch : ``base`` (r, r), what of the tangent does not change; of p points places at rest (3 p,) [m], modes (3 p, r),
+        areas (p,) [m²] and penalties (p,) [Pa/m]; an instrument's tip, axes and shape; places, gaps, normals and
+        pressures of the points, which are written
+    """
+    _, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures = touch
+    moved, energy, pull = rest + np.dot(modes, q), 0.0, np.zeros(len(q))
+    for n in range(len(areas)):
+        for i in range(3):
+            at[n, i] = moved[3 * n + i]
+    distances(at, tip, axes, shape, gaps, normals)
+    for n in range(len(areas)):
+        pressures[n] = max(-penalty[n] * gaps[n], 0.0)
+        if pressures[n] > 0.0:
+            energy += 0.5 * areas[n] * pressures[n] ** 2 / penalty[n]
+            for i in range(3):
+                push = areas[n] * pressures[n] * normals[n, i]
+                for h in range(len(q)):
+                    pull[h] += push * modes[3 * n + i, h]
+    return energy, pull
+
+
+@numba.njit(cache=True, error_model="numpy")
+def newton(q, right, body, touch):
+    """Return ``right`` (r,) times the inverse of the tangent at ``q`` (r,), which ``touched`` has looked at last.
+
+    Where the tangent is not positive definite, as where cells give way or are inverted, the body's stiffness at rest,
+    the identity, stands for it.
+    """
+    slopes, volumes, mu, lam, _, law, measure, volume = body
+    base, _, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures = touch
+    r, near = len(q), np.flatnonzero(pressures > 0.0)
+    rows, bent, bends = np.empty((3 * len(near), r)), np.empty((3 * len(near), r)), np.empty((1, 3, 3))
+    step = right.copy()
+    for curved in (True, False):
+        for j in range(len(near)):
+            n = near[j]
+            one = slice(n, n + 1)
+            curvatures(at[one], tip, axes, shape, gaps[one], normals[one], bends)
+            push, firm = areas[n] * pressures[n] if curved else 0.0, areas[n] * penalty[n]
+            for i in range(3):
+                rows[3 * j + i] = modes[3 * n + i]
+                a = firm * normals[n, i] * normals[n, 0] - push * bends[0, i, 0]
+                b = firm * normals[n, i] * normals[n, 1] - push * bends[0, i, 1]
+                c = firm * normals[n, i] * normals[n, 2] - push * bends[0, i, 2]
+                for h in range(r):
+                    bent[3 * j + i, h] = a * modes[3 * n, h] + b * modes[3 * n + 1, h] + c * modes[3 * n + 2, h]
+        tangent = np.dot(rows.T, bent)
+        if curved:
+            tangent += base
+            for block in range(len(slopes)):
+                cells = slopes[block].reshape(9, volumes.shape[1], r), volumes[block], mu[block], lam[block]
+                add_tangent(q, *cells, law, measure, volume, tangent)
+        else:
+            tangent += np.eye(r)
+        if factor(tangent):
+            solve(tangent, step)
+            break
+    return step

@@ -202,105 +202,10 @@ def test_a_second_body_leaves_the_first(after):
     assert jobs["make_body"] == jobs["compute_compliance"] == jobs["simulate_fine"] == 1
 
 
-TOY = {
-    "src/palpate/studies/toy/__init__.py": "",
-    "workflow/rules/toy.smk": """
-# A coin that is thrown.
-
-
-rule throw_coin:
-    output:
-        "results/tables/toy.csv",
-        figures("toy"),
-    log:
-        "results/logs/throw_coin.log",
-    params:
-        **calls("palpate.studies.toy.jobs:measure_toy", draws=drawn("toy", "toy")),
-        throws=config["toy"]["throws"],
-    script:
-        "../job.py"
-
-
-rule toy:
-    input:
-        rules.throw_coin.output,
-        page="results/report_toy.html",
-""",
-    "src/palpate/studies/toy/jobs.py": '''
-"""What the rules of the study call."""
-
-
-def measure_toy(throws: int):
-    from palpate.studies.toy.coin import throw
-
-    return throw(throws)
-''',
-    "src/palpate/studies/toy/coin.py": '''
-"""Throw a coin."""
-
-import random
-
-import pandas as pd
-
-from palpate.table_declaration import Table
-
-TOY = Table(
-    "toy",
-    "Each throw of a coin.",
-    """
-    throw heads: its number, and whether it showed heads
-    """,
-)
-
-
-def throw(times: int) -> pd.DataFrame:
-    """Return the rows of TOY."""
-    coin = random.Random(1)
-    return TOY.frame([number, coin.random() < 0.5] for number in range(times))
-''',
-    "src/palpate/studies/toy/settings.py": '''
-"""Settings of the toy study."""
-
-from palpate.setting_types import Block, Count, key
-
-
-class Settings(Block):
-    """A coin that is thrown."""
-
-    throws: Count = key("How often", 10)
-''',
-    "src/palpate/studies/toy/figures.py": '''
-"""Throws of a coin."""
-
-from matplotlib.figure import Figure
-
-from palpate.report import style
-
-
-@style.figure("toy", tables=("toy",))
-def draw_toy(toy) -> Figure:
-    """Draw heads over throws."""
-    figure = Figure()
-    figure.subplots().plot(toy["throw"], toy["heads"])
-    return figure
-''',
-    "src/palpate/studies/toy/report.md": """
-# A coin
-
-{% call finding() %}
-A coin was thrown {{ toy | length }} times.
-{% endcall %}
-
-{{ figure("toy") }}
-
-{% call fold("How to read it") %}
-Heads and tails.
-{% endcall %}
-
-{{ folded("toy") }}
-""",
-}
-"""The files of a study that throws a coin; docs/add-a-study.md shows them."""
+GUIDE = (ROOT / "docs/add-a-study.md").read_text(encoding="utf-8")
+TOY = dict(re.findall(r"^### `([^`]*toy[^`]*)`\n.*?^```\w+\n(.*?)^```$", GUIDE, flags=re.MULTILINE | re.DOTALL))
+TOY["src/palpate/studies/toy/__init__.py"] = ""
+"""The files of a study that throws a coin, as the guide shows them."""
 LINE = '    "toy",\n'
 
 
@@ -309,7 +214,7 @@ def test_a_study_is_added_with_files_of_its_own_and_one_line(tmp_path, copy_of_w
     for name, text in TOY.items():
         assert not (root / name).exists()
         (root / name).parent.mkdir(exist_ok=True)
-        (root / name).write_text(text.lstrip())
+        (root / name).write_text(text)
     settings = root / "src/palpate/run/settings.py"
     settings.write_text(settings.read_text().replace("STUDIES = (\n", f"STUDIES = (\n{LINE}"))
     done = run(root, write_config({"toy": {"throws": 20}}), root=root)

@@ -1,13 +1,10 @@
 """Claims of all papers, and what failed, stand at the end; what is not included is what the registry lacks."""
 
 import pandas as pd
-import pytest
 from fixtures.material import Unfolded, material
 
-from palpate.models.model_registry import MODELS
 from palpate.report import closing
 from palpate.report.claims import CONFIRMED, REFUTED, Claim
-from palpate.report.model_looks import look
 from palpate.report.template import Part
 
 
@@ -45,14 +42,3 @@ def test_every_failure_is_listed():
     assert "Paper 1 gives" not in limits
     report.published = {"toy": {"nodes": 140}}
     assert "Paper 1 gives" in closing.parts(report, [FAILED], Unfolded)["limits"].introduction
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_no_model_that_there_is_is_said_not_to_be_included(model):
-    report = material("collision", {})
-    text = closing.parts(report, [], Unfolded)["limits"].introduction
-    (missing,) = [part for part in text.split("\n\n") if part.startswith("**Not included**")]
-    excluded, _, _ = missing.partition("except")
-    assert look(model).label.lower() not in excluded.lower() and model.replace("_", " ") not in excluded.lower()
-    for word in ("network", "position-based", "projective"):
-        assert word not in excluded

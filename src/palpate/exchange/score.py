@@ -31,8 +31,8 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
     InputError for answers, questions or results that cannot be used.
     """
     questions = read(folder)
-    # before a truth is found, which takes minutes
-    read_answers(answers, questions, module_of(questions).wanted(questions))
+    if questions.truth is None:  # finding one takes minutes
+        read_answers(answers, questions, module_of(questions).wanted(questions))
     beside = None if results is None else _beside(results, questions)
 
     def kept(law: str) -> Arrays:

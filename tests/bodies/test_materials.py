@@ -184,17 +184,6 @@ def test_physical_groups_of_a_gmsh_file_are_tags(tagged, two_cubes):
     assert set(tissue.region) == {1, 2}
 
 
-@pytest.mark.parametrize("suffix", ["vtk", "vtu", "mesh"])
-def test_cell_data_are_tags(tagged, tmp_path, suffix):
-    mesh = box([1.0, 1.0, 1.0], [2, 2, 2])
-    right = middles(mesh)[:, 0] > 0.5
-    name = "medit:ref" if suffix == "mesh" else "region"
-    data = {name: [np.where(right, 5, 2)]} | ({} if suffix == "mesh" else {"quality": [np.full(len(right), 0.3)]})
-    meshio.Mesh(mesh.nodes, [("tetra", mesh.tetrahedra)], cell_data=data).write(tmp_path / f"cube.{suffix}")
-    body = tagged(tmp_path / f"cube.{suffix}", half={"tag": 5})
-    assert np.array_equal(body.tissue(0).region == 1, right)
-
-
 @pytest.mark.slow
 def test_a_label_of_the_synthetic_abdomen_is_a_lesion(entry):
     anchors = {"sphere": {"center_m": [-0.1, -0.015, 0.04], "radius_m": 0.04}}

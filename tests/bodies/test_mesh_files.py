@@ -109,6 +109,7 @@ CUT = {
     "points.obj": V.encode(),
     "a.off": CUBES["a.off"][:-12],
     "a.vtu": b"<VTKFile><UnstructuredGrid>",
+    "binary.msh": SOLIDS["v4.1_binary_one.msh"](lopsided().nodes, lopsided().tetrahedra, "")[:-150],
     "points.vtk": b"# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n",
 }
 

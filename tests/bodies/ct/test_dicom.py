@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixtures.scans import write_slice
 
 from palpate.bodies.ct.image import read
 from palpate.errors import InputError
@@ -15,30 +16,14 @@ real = pytest.mark.skipif(not SHARED.is_dir(), reason="no shared CT beside the c
 @pytest.fixture
 def write(tmp_path):
     """Write 8 x 6 slices of -1000 + 10 z HU at heights z [mm]; returns their folder."""
-    import SimpleITK
 
     def slices(heights, modality="CT", series="1.2.3", shift=0.0, size=(8, 6), prefix=""):
-        writer = SimpleITK.ImageFileWriter()
-        writer.KeepOriginalImageUIDOn()
+        # the last tags are of a gantry that was tilted, though slices may have been made upright since, and of HU
+        more = {"0018|0050": "9", "0018|1120": "20", "0028|1052": "-1024", "0028|1053": "1", "modality": modality}
         for number, z in enumerate(heights):
-            image = SimpleITK.GetImageFromArray(np.full(size[::-1], -1000 + 10 * round(z), dtype=np.int16))
-            image.SetSpacing((0.5, 0.75))
-            tags = {
-                "0008|0060": modality,
-                "0020|000e": series,
-                "0008|0018": f"{series}.{number + 1}",
-                "0020|0032": f"{shift * number}\\0\\{z}",
-                "0020|0037": "1\\0\\0\\0\\1\\0",
-                "0018|0050": "9",
-                "0018|1120": "20",  # of a gantry that was tilted, though slices may have been made upright since
-                "0020|0013": str(number),
-                "0028|1052": "-1024",
-                "0028|1053": "1",
-            }
-            for tag, value in tags.items():
-                image.SetMetaData(tag, value)
-            writer.SetFileName(str(tmp_path / f"{prefix}{number}.dcm"))
-            writer.Execute(image)
+            values, place = np.full(size[::-1], -1000 + 10 * round(z), dtype=np.int16), (shift * number, 0, z)
+            path, across = tmp_path / f"{prefix}{number}.dcm", (1, 0, 0, 0, 1, 0)
+            write_slice(path, values, (0.5, 0.75), place, across, number, series, **more)
         return tmp_path
 
     return slices

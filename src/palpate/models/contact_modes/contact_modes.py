@@ -271,7 +271,8 @@ class ContactSolver(Solver):
         answer = Answer(moved.reshape(-1, 3), found, OWN_ERROR * sqrt(q @ q) / model.reach)
         if why:
             raise Doubted(why, [residual], answer)
-        return self._buckling.checked(load, answer)
+        self._buckling.checked(load, answer)
+        return answer
 
 
 def _found(model: Prepared, load: Load) -> np.ndarray:

@@ -35,7 +35,6 @@ from palpate.stores import stored
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.fitted import (
     Fitted,
-    InModes,
     corrects,
     fit_correction,
     fit_shapes,
@@ -159,7 +158,7 @@ class Motions(Kind):
 
 
 Grid = Mapping[str, Any]
-Tried = Iterator[tuple[int, Fitted | InModes, str]]
+Tried = Iterator[tuple[int, Fitted | Prepared, str]]
 """Numbers of steps, what takes them, and what of its settings is not the usual one, such as "tolerance=0.1"."""
 STEP = "step"
 """What of a setting varies, of those that differ in the step alone; of others it is the name before the equals sign."""
@@ -377,19 +376,19 @@ def _about(model: str, compared: ComparedScene, level: int, steps: int, step_s: 
     return about | {"step_s": step_s, "steps": steps}
 
 
-def ready(compared: ComparedScene, model: str, steps: int, fitted: Fitted | InModes, varied: str) -> Prepared:
+def ready(compared: ComparedScene, model: str, steps: int, fitted: Fitted | Prepared, varied: str) -> Prepared:
     """Return what moves the body of a scene in ``steps``, and says how large its error may be."""
     step_s = compared.duration_s / steps
     if isinstance(fitted, Fitted):
         about = _about(model, compared, fitted.level % len(compared.body.levels), steps, step_s, varied)
         return Prepared(about, partial(_moved, compared, steps, fitted), fitted.offline_s)
-    about = _about(model, compared, -1, steps, step_s, varied)
-    if fitted.body is None:
-        return Prepared(about, NotConverged(f"{compared.name}: no cells suffice", []), fitted.offline_s)
-    fitted.body.at_rest.check(compared.body)
-    elements = fitted.body.at_rest.elements
-    about |= {"level": elements.level, "nodes": len(elements.rest)}
-    return Prepared(about, partial(_moved_in_modes, compared, steps, fitted.body), fitted.offline_s)
+    about, body = _about(model, compared, -1, steps, step_s, varied), fitted.solver
+    if isinstance(body, ReducedBody):
+        body.at_rest.check(compared.body)
+        elements = body.at_rest.elements
+        about |= {"level": elements.level, "nodes": len(elements.rest)}
+        body = partial(_moved_in_modes, compared, steps, body)
+    return fitted._replace(about=about, solver=body)
 
 
 def _moved(compared: ComparedScene, steps: int, fitted: Fitted) -> Moved:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from time import perf_counter
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from palpate.benchmark.comparable import LOADS
+from palpate.benchmark.measuring import Prepared, prepared
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.effects.settings import Loads, Push, ShapeMatching, Springs
@@ -206,46 +208,35 @@ class MadeModes:
         return prepare(self.at_rest, compared.placed_loads(), compared.rayleigh, grid["bent"], missed)
 
 
-@dataclass(frozen=True)
-class InModes:
-    """A reduced body, or none where that failed, and what its preparation took [s]."""
-
-    body: ReducedBody | None
-    offline_s: float
-
-
 def moving_modes(
     compared: ComparedScene,
     lesson: ComparedScene | None,
     grid: Mapping[str, Any],
     made: MadeModes | None = None,
     other: ReducedBody | None = None,
-) -> Iterator[tuple[int, InModes, str]]:
+) -> Iterator[tuple[int, Prepared, str]]:
     """Yield steps in modes for the pushes of ``compared``, then, at the middle step, other cells and another place.
 
-    Nothing is learnt: of the lesson's motion its places are taken alone, to see what a push elsewhere comes to.
+    What answers is a reduced body. Nothing is learnt: of the lesson's motion its places are taken alone, to see what a
+    push elsewhere comes to.
     made, other : the body at rest, and its modes for another place, if they are known; otherwise made of the lesson
     """
     made, counts = made or MadeModes.of(compared, grid), grid["steps_per_frame"]
     middle = counts[len(counts) // 2] * compared.frames
 
-    def prepared(there: ComparedScene, missed: float) -> InModes:
-        begin = perf_counter()
-        try:
-            body = made.at(there, grid, missed)
-        except NotConverged:
-            body = None
-        return InModes(body, made.seconds + perf_counter() - begin)
+    def reduced(there: ComparedScene, missed: float) -> Prepared:
+        one = prepared({}, partial(made.at, there, grid, missed))
+        return one._replace(seconds=made.seconds + one.seconds)
 
-    own = prepared(compared, grid["missed"])
+    own = reduced(compared, grid["missed"])
     for count in counts:
         yield count * compared.frames, own, ""
     for missed in grid["tolerances"]:
-        yield middle, prepared(compared, missed), f"tolerance={missed:g}"
+        yield middle, reduced(compared, missed), f"tolerance={missed:g}"
     if other is not None:
-        yield middle, InModes(other, made.seconds + other.seconds), "place=another"
+        yield middle, Prepared({}, other, made.seconds + other.seconds), "place=another"
     elif lesson is not None and _places(lesson) and _places(lesson) != _places(compared):
-        yield middle, prepared(lesson, grid["missed"]), "place=another"
+        yield middle, reduced(lesson, grid["missed"]), "place=another"
 
 
 def _places(compared: ComparedScene) -> list[dict]:

@@ -45,8 +45,9 @@ class Surface:
 
     def move(self, motion):
         """Yield the displacement (n_surface, 3) [m] at the end of each frame, under the pushes of that time."""
+        pushes = motion.placed_loads().pushes
         for end in motion.duration_s * np.arange(1, motion.frames + 1) / motion.frames:
             moved = np.zeros_like(self.places)
-            for push in motion.placed_loads().pushes:
+            for push in pushes:
                 moved += self.pushed(push.at_m, factor(push, end) * np.array(push.force_n), push.radius_m)
             yield moved

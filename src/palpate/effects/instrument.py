@@ -7,6 +7,7 @@ instrument while they are pressed.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numba
@@ -48,7 +49,7 @@ class Instrument:
         if not 0.0 <= self.length_m < np.inf:
             raise InputError(f"instrument: length_m is {self.length_m}; give a length [m] of 0 or more.")
 
-    @property
+    @cached_property
     def shape(self) -> np.ndarray:
         """What the kernels take, (4,): number of the kind, radius, edge and half the length [m]."""
         return np.array([KINDS.index(self.kind), self.radius_m, self.edge_m, 0.5 * self.length_m])

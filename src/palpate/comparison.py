@@ -14,8 +14,8 @@ from palpate.benchmark.accuracy import TruthErrors, patch_nodes
 from palpate.benchmark.advice import advise as advice_of
 from palpate.benchmark.conformal import FEWEST
 from palpate.benchmark.judge import Judge
-from palpate.benchmark.measure import bounds, failed, measure
 from palpate.benchmark.model import Case, Model
+from palpate.benchmark.press_measure import bounds, failed, measure
 from palpate.benchmark.presses import PRESSURE, UNCAPPED, choose_presses
 from palpate.benchmark.ranking import BOUNDS
 from palpate.benchmark.settings import FitOptions

@@ -14,7 +14,7 @@ import pytest
 
 from palpate.benchmark.engine_scores import ANSWERS
 from palpate.benchmark.judge import read_judged
-from palpate.benchmark.measure import measure
+from palpate.benchmark.press_measure import measure
 from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError
 from palpate.exchange import presses

@@ -10,7 +10,7 @@ from palpate.models import model_registry
 from palpate.models.load_model import load_model
 
 MEASURE = """
-import palpate.benchmark.judge, palpate.benchmark.measure
+import palpate.benchmark.judge, palpate.benchmark.press_measure
 from palpate.models.load_model import load_model
 load_model('fem_p1', 'palpate.models.kinds:FEM', {'order': 1})
 """

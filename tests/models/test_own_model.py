@@ -11,8 +11,8 @@ from fixtures.touched_pad import BALL
 
 import palpate as pp
 from palpate.benchmark import measuring
-from palpate.benchmark.measure import measure, warn_unanswered
 from palpate.benchmark.measuring import tables
+from palpate.benchmark.press_measure import measure, warn_unanswered
 from palpate.benchmark.touch_measure import Touches
 from palpate.comparison import ComparedCase, Comparison
 from palpate.errors import InputError

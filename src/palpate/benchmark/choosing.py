@@ -197,7 +197,10 @@ class Candidates:
         return found | self._because(f"least {what} of {counted(sure)}{asked}", *self._tied(best, by))
 
     def _under(self, max_error: float) -> dict:
-        """Choose the fastest of what stays below an error; none where nobody can promise that."""
+        """Choose the fastest of what stays below an error; none where nobody can promise that.
+
+        Limits are ever stricter, until the choice that they make keeps ``max_error`` at contacts left out of it, too.
+        """
         if max_error < self.own:
             why = f"errors are known to {percent(self.own)} only, so that no smaller one can be told"
             return self._nearest(max_error) | self._because(why)
@@ -208,7 +211,7 @@ class Candidates:
             if not fits.any():
                 break
             best = self._first(fits, self.fastest)
-            bound, sure = self._tried(most, max_error)
+            bound, sure = self._bound_left_out(most, max_error)
             limit = max(bound, self.rows["limit"].iloc[best])
             if limit <= max_error:
                 found = self._taken(best, fits, self.fastest, limit) | self._passed_over(best, max_error)
@@ -218,7 +221,7 @@ class Candidates:
             why = f"{self.name(best)} was lucky: where each contact is left out of the choice, only {percent(sure)}"
             found = self._near(best, bound, 1.0 - sure) | {"confidence": sure}
             found |= self._because(f"{why} of the answers there stay below {percent(max_error)}")
-        return found or self._nearest(max_error) | self._because(self._why_wrong())
+        return found or self._nearest(max_error) | self._because(self._why_none())
 
     def _used(self, limit: Limit) -> np.ndarray:
         """Return the share (m,) of the time that each setting needs; zero where none is limited."""
@@ -243,7 +246,7 @@ class Candidates:
         values = (columns or self.columns)[name]
         return np.maximum(values, self.floor) if name in ("limit", "mean", "own_path") else values
 
-    def _tried(self, most: float, max_error: float) -> tuple[float, float]:
+    def _bound_left_out(self, most: float, max_error: float) -> tuple[float, float]:
         """Return the bound at contacts each left out of the choice, and the share of answers there below an error.
 
         Without any such contact, zero and NaN.
@@ -310,7 +313,7 @@ class Candidates:
             risk = 1.0 - kept(errors[known], self.held.contact[known], max_error)
         return self._near(place, risk=risk)
 
-    def _why_wrong(self) -> str:
+    def _why_none(self) -> str:
         """Explain why nothing stays below an error."""
         if not np.isfinite(self.columns["limit"]).any():
             if self.moves:

@@ -202,7 +202,7 @@ def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMe
 def _odd(
     place: str, setting: Setting, moved: np.ndarray, known: np.ndarray, mesh: OwnMesh | None, there: np.ndarray
 ) -> list[str]:
-    """Return a sentence for each thing that is odd about answers to the questions ``there`` (m,), but may be none.
+    """Return a sentence for each thing that is odd about the answers to the questions ``there`` (m,), an error or not.
 
     moved, known : (m, …, p, 3) [m], answers and truth at the asked points
     InputError for nodes of the engine's own ``mesh`` that are in another order.

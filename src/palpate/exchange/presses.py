@@ -11,7 +11,7 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors
 from palpate.benchmark.judge import read_judged
 from palpate.benchmark.load import loads_of
-from palpate.benchmark.measure import Presses
+from palpate.benchmark.press_measure import Presses
 from palpate.benchmark.presses import FORCES, Sample
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import truth_of

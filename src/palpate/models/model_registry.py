@@ -94,7 +94,7 @@ def model(name: str, own: Mapping[str, str | Path]) -> Model:
 
 
 def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, dict[str, Any]]]:
-    """Group ``names`` by the module they live in, or BESIDE, as what one of them has prepared may serve the others.
+    """Group ``names`` by the module they live in, or that of the model in BESIDE whose preparation serves them.
 
     Each of the user's ``own`` is a family by itself. Within a family: by name, ``place`` and ``fields`` of
     ``load_model``, which is all that a job needs to measure it.

@@ -71,7 +71,7 @@ class Galerkin(Solver):
         pulls = np.stack([force @ self._pull(int(contact)) for contact, force in loads], axis=1)
         self._reduced = _reduced(elements, self._modes, coordinates, pulls, model.thinned)
         self._reach = float(np.linalg.norm(coordinates, axis=0).max())
-        for contact in case.prepared_contacts:
+        for contact in case.prepared_contacts:  # what presses there pull is kept
             self._pull(int(contact))
 
     @property

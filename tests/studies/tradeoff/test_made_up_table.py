@@ -13,7 +13,7 @@ from fixtures.trade_off import OWN, accuracy_vs_time
 from palpate.benchmark.advice import advise, advise_motion
 from palpate.benchmark.engine_scores import ANSWERS
 from palpate.benchmark.load import LOADS
-from palpate.benchmark.measure import CHOSEN_BY, ERRORS
+from palpate.benchmark.press_measure import CHOSEN_BY, ERRORS
 from palpate.benchmark.presses import PRESSURE
 from palpate.benchmark.ranking import TRUTH, UNKNOWN, averaged, own_error
 from palpate.files import read_yaml

@@ -113,20 +113,23 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
 
 
 def _refined(base: Body, cut: Cut, edge_m: float, front_m: float) -> Body:
-    """Refine a body near the patch and its front until edges there are as long as asked at most."""
+    """Refine a body until edges near the patch are at most ``edge_m`` long, and near its front ``front_m`` [m].
+
+    Where the cut is narrow, edges near the front are at most SLENDER times as long as it is wide there.
+    """
     if not cut.pieces:
         return base
     front_m = min(front_m, SLENDER * cut.narrow_m)
     patch, front = cut.patch(0.5 * edge_m), cut.front(0.5 * front_m)
-    if (edges := _longest_near(base.coarse, patch)) == 0.0:
+    if (longest_m := _longest_near(base.coarse, patch)) == 0.0:
         return base
-    levels = [max(0, int(np.ceil(np.log2(edges / each)))) for each in (edge_m, front_m)]
+    levels = [max(0, int(np.ceil(np.log2(longest_m / each)))) for each in (edge_m, front_m)]
     depth = max(levels)
     if depth == 0:
         return base
     number = np.arange(depth)
     places = [patch if each < levels[0] else front for each in number]
-    return LocalRefinement(base, depth).around(places, (REACH * edges / 2.0**number).tolist())
+    return LocalRefinement(base, depth).around(places, (REACH * longest_m / 2.0**number).tolist())
 
 
 def _longest_near(mesh: Mesh, points: np.ndarray) -> float:

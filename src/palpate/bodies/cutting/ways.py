@@ -64,7 +64,7 @@ class Parted:
         return components(corners[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(self.mesh.nodes))
 
     def loose(self, given: np.ndarray) -> np.ndarray:
-        """Return the nodes of pieces that are free to move or turn, (n,) bool, where those ``given`` (n,) bool are."""
+        """Return the nodes (n,) bool of pieces that still move or turn freely if those ``given`` (n,) bool are held."""
         piece, loose = self.pieces(), np.zeros(len(self.origin), dtype=bool)
         for number in range(piece.max() + 1):
             own = piece == number
@@ -83,15 +83,15 @@ class Parted:
         """
         rows, own = sparse.csr_array(rows), self.origin[self.mesh.tetrahedra]
         single = np.bincount(self.parents, minlength=len(self.whole.tetrahedra)) == 1
-        moved = np.bincount(self.origin, minlength=len(self.whole.nodes)) != 1
-        moved[self.whole.tetrahedra[~single]] = True
-        number = np.zeros(len(moved), dtype=np.int64)
+        changed = np.bincount(self.origin, minlength=len(self.whole.nodes)) != 1
+        changed[self.whole.tetrahedra[~single]] = True
+        number = np.zeros(len(changed), dtype=np.int64)
         number[self.origin] = np.arange(len(self.origin))
         of_entry = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr))
-        affected = np.unique(of_entry[moved[rows.indices]])
+        affected = np.unique(of_entry[changed[rows.indices]])
         kept = ~np.isin(of_entry, affected)
         entries = [(of_entry[kept], number[rows.indices[kept]], rows.data[kept])]
-        around = Around(own, len(moved))
+        around = Around(own, len(changed))
         for row in affected:
             part = slice(rows.indptr[row], rows.indptr[row + 1])
             corners, weights = rows.indices[part], rows.data[part]

@@ -156,6 +156,7 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
 
 
 def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> CoarseSolid:
+    """Make a shell for the outside and for each hollow, which share ``nodes`` among them, and fill what is between."""
     shells = [
         _shell(solid, number, mask, count, settle)
         for number, (mask, count) in enumerate(zip([solid.mask, *solid.hollows], _shares(solid, nodes), strict=True))

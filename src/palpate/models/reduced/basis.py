@@ -26,8 +26,9 @@ def products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 def independent(square: np.ndarray, sizes: np.ndarray | None = None) -> np.ndarray:
     """Return mixes (k, r) of columns whose products are ``square`` (k, k), for which these are the identity.
 
-    sizes : (k,), over which each column counts, or else its own. The last mixes hold the most of the columns (method of
-    snapshots, Sirovich 1987); what is dependent to DEPENDENT is left out.
+    sizes : (k,) that columns are divided by first, or None for their own norms
+    The last mixes hold the most of the columns (method of snapshots, Sirovich 1987); what is dependent to DEPENDENT is
+    left out.
     """
     sizes = np.sqrt(square.diagonal()) if sizes is None else sizes
     over = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)

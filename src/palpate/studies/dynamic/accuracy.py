@@ -319,11 +319,12 @@ def _coarse(compared: ComparedScene, grid: Grid) -> Tried:
 
 
 def _fine(compared: ComparedScene, grid: Grid) -> Tried:
-    """Yield looser residuals of the reference's own elements, and a step of first order; its steps are known."""
-    counts, elements = (
-        grid["steps_per_frame"],
-        Fitted(ComparedScene.fem, compared.body.material.young_pa, 0.0, level=-1),
-    )
+    """Yield the reference's own elements as competitors: at looser residuals, and by steps of first order.
+
+    Those with its own residuals need no run: they are the steps that the reference tried.
+    """
+    counts = grid["steps_per_frame"]
+    elements = Fitted(ComparedScene.fem, compared.body.material.young_pa, 0.0, level=-1)
     for count, loose in product(counts, grid["tolerances"]):
         yield count * compared.frames, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
     if compared.order > 1:

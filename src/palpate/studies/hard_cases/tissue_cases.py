@@ -97,7 +97,7 @@ def _plastic(model: str) -> Answer:
 
 
 def _tied(model: str) -> Answer:
-    """Simulate a surface of weak springs on body springs from a point: each node hangs m g / k below its rest place.
+    """Let a surface of weak springs hang on body springs, all nodes in one point at first: each sinks by m g / k.
 
     All masses are equal, so that the surface moves as a whole and its own springs stay at rest.
     """
@@ -128,6 +128,7 @@ VOLUME = "relative error of volume or mass"
 
 
 def organs() -> list[Case]:
+    """List the cases of images from CT, and one of a search for moduli."""
     return [
         Case("ct_thick_slices", "a ball in slices ten times as thick as the pixels", "its volume and mass", VOLUME,
              0.05, lambda model: _ball([0.001, 0.001, 0.01], 20.0), ("segmentation",), blunt=("segmentation",)),

@@ -9,8 +9,8 @@ import pandas as pd
 
 from palpate.benchmark.conformal import CONSTANT, OWN, Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
-from palpate.benchmark.measure import COARSER as APART
-from palpate.benchmark.measure import ESTIMATED
+from palpate.benchmark.press_measure import COARSER as APART
+from palpate.benchmark.press_measure import ESTIMATED
 from palpate.benchmark.ranking import BOUNDS, EXACT, KINDS, lasting, own_errors
 from palpate.table_declaration import Table
 

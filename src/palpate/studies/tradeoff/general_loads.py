@@ -10,9 +10,9 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors, truth_errors
 from palpate.benchmark.judge import Judge
 from palpate.benchmark.load import DEPTH, NEW, PREPARED, TWO, Answer, Load, Press, Refused, displacement_of
-from palpate.benchmark.measure import labels_of, prepared_settings
 from palpate.benchmark.measuring import DOUBTED, FAILED, REASON, REFUSED, Kind, Prepared, Row, measure
 from palpate.benchmark.model import Case, Model, Solver, answered
+from palpate.benchmark.press_measure import labels_of, prepared_settings
 from palpate.benchmark.presses import Sample
 from palpate.benchmark.static_responses import Operator
 from palpate.benchmark.timing import Call

@@ -56,7 +56,7 @@ def measure_models(
     input, wildcards, say, options: FitOptions, grid: Families, tolerance: float, radius_m: float, models: dict,
     more_of: dict[str, str], repeats: int, budget_s: float,
 ):  # fmt: skip
-    from palpate.benchmark.measure import measure, warn_unanswered
+    from palpate.benchmark.press_measure import measure, warn_unanswered
     from palpate.models.load_model import load_model
 
     case, judge = _judged(input, wildcards.regime, wildcards.split, radius_m, options, tolerance, bool(more_of))
@@ -71,7 +71,7 @@ def measure_models(
 
 
 def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radius_m: float, more: bool):
-    from palpate.benchmark.measure import bounds
+    from palpate.benchmark.press_measure import bounds
     from palpate.studies.tradeoff.error_estimates import estimates
 
     case, judge = _judged(input, wildcards.regime, wildcards.split, radius_m, options, tolerance, more)

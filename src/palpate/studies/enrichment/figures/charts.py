@@ -79,7 +79,7 @@ def draw_sigma_sweep(sigma_sweep, enrichment_accuracy, *, published: dict) -> Fi
 
 
 def _curve(axis, curve, accuracy, method, sigma_m) -> None:
-    """Draw one line with its two marks; a mark beyond the sweep's ends is left out."""
+    """Draw one line, a dot at the σ of the table of accuracies and a diamond at ``sigma_m``, if in the sweep."""
     colour = model_looks.look(method).colour
     relative, error = curve["sigma_relative"].to_numpy(), 100 * curve["rmse_of_peak"].to_numpy()
     axis.plot(relative, error, color=colour, zorder=2)

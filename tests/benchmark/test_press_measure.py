@@ -11,7 +11,9 @@ from fixtures.stub import Made, Stub, made_up
 from palpate.benchmark.accuracy import truth_errors
 from palpate.benchmark.judge import TRAINING
 from palpate.benchmark.load import Answer, Doubted, Refused
-from palpate.benchmark.measure import (
+from palpate.benchmark.measuring import CALLS, Kind, ask
+from palpate.benchmark.model import BODYS, Solver, refuse_bed
+from palpate.benchmark.press_measure import (
     COARSER,
     ERRORS,
     ESTIMATED,
@@ -21,8 +23,6 @@ from palpate.benchmark.measure import (
     measure,
     warn_unanswered,
 )
-from palpate.benchmark.measuring import CALLS, Kind, ask
-from palpate.benchmark.model import BODYS, Solver, refuse_bed
 from palpate.benchmark.ranking import averaged
 from palpate.benchmark.timing import WARM_UP
 from palpate.bodies.supports import Bed

@@ -20,6 +20,7 @@ GONE = {
     "organ_springs.damping_ratio": "it is 0.1; remove it",
     "outside.cells": "there are 4; remove it",
     "tradeoff.finger_radii_m": "a finger of another radius is a regime of its own; remove it",
+    "tradeoff.own_models": "write it at the top level, own_models, as touches and motions are asked of it, too",
     "tradeoff.limit_points.radius_m": "it is 0.012 m; remove it",
     "tradeoff.settings.fem_local": "palpate knows what to try; remove it",
     "tradeoff.settings.detail_correction": "a quarter, half and all of the samples are tried; remove it",

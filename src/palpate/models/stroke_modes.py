@@ -27,6 +27,8 @@ FLATTER = 0.25
 """Motions of training strokes count as their energy to this power: large ones more than small ones, but less so."""
 FAINT = 1e-6
 """Of the largest energy, below which a motion is left out: rounding would make modes of it."""
+DEPENDENT = 1e-12
+"""Motions count as dependent on others below this eigenvalue of their products, in parts of its largest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +122,8 @@ def strongest_of(square: np.ndarray, count: int) -> np.ndarray:
             "nothing moves in the strokes that modes are learnt from, as the instrument meets none of the points of "
             "the surface that feel contact; lead it deeper, or take a larger one or a finer level."
         )
-    return independent(square, np.where(kept, np.maximum(energies, 0.0), 0.0) ** FLATTER)[:, -count:]
+    sizes = np.where(kept, np.maximum(energies, 0.0), 0.0) ** FLATTER
+    return independent(square, sizes, DEPENDENT)[:, -count:]
 
 
 def states_of(coordinates: np.ndarray, count: int) -> np.ndarray:

@@ -23,17 +23,17 @@ def products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return flat.T @ second.reshape(len(flat), -1)
 
 
-def independent(square: np.ndarray, sizes: np.ndarray | None = None) -> np.ndarray:
+def independent(square: np.ndarray, sizes: np.ndarray | None = None, least: float = DEPENDENT) -> np.ndarray:
     """Return mixes (k, r) of columns whose products are ``square`` (k, k), for which these are the identity.
 
     sizes : (k,) that columns are divided by first, or None for their own norms
-    The last mixes hold the most of the columns (method of snapshots, Sirovich 1987); what is dependent to DEPENDENT is
+    The last mixes hold the most of the columns (method of snapshots, Sirovich 1987); what is dependent to ``least`` is
     left out.
     """
     sizes = np.sqrt(square.diagonal()) if sizes is None else sizes
     over = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
     values, turns = np.linalg.eigh(over[:, None] * square * over)
-    kept = values > DEPENDENT * values[-1]
+    kept = values > least * values[-1]
     return over[:, None] * turns[:, kept] / np.sqrt(values[kept])
 
 

@@ -52,8 +52,7 @@ def _defined(body: list[ast.stmt]) -> Iterable[str]:
     for line in body:
         if isinstance(line, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             yield line.name
-            methods = line.body if isinstance(line, ast.ClassDef) else []
-            yield from (f".{method.name}" for method in methods if isinstance(method, ast.FunctionDef))
+            yield from (f".{name}" for name in _defined(line.body if isinstance(line, ast.ClassDef) else []))
             continue
         if isinstance(line, ast.Import | ast.ImportFrom):
             yield from (name.asname or name.name for name in line.names)

@@ -68,7 +68,7 @@ def prepared_settings(
     """
     texts = [model.text for model in models]
     if twice := [text for text in texts if texts.count(text) > 1]:
-        raise InputError(f"{name} is tried with {twice[0]} twice; try each setting once.")
+        raise InputError(f"{name} is tried with {twice[0]} twice; give each setting once in its tried.")
     charged = replace(case, used={})
     for model in progress([model for model in models if re.search(pattern, model.text)]):
         charged.used.clear()

@@ -18,6 +18,8 @@ from palpate.errors import InputError, NotConverged
 from palpate.own_file import ANSWERS, failure, import_file
 
 GUIDE = "see docs/add-a-model.md"
+END: Any = object()
+"""What stands for no further frame."""
 TOLERANCE = 1e-8
 """Relative residual at which solvers of a model stop that is asked for touches or motions."""
 DECLARED: dict[str, tuple] = {"sees": ("load", "deformation"), "prepared": (False, True), "reduces": ("", "p2")}
@@ -52,8 +54,8 @@ class OwnModel(Model):
 
     def prepare(self, case: Case) -> Solver:
         solver = _named(self.place, self.own.prepare, case)
-        if not hasattr(solver, self.answers):
-            if any(hasattr(solver, name) for name in ANSWERS):
+        if not callable(getattr(solver, self.answers, None)):
+            if any(callable(getattr(solver, name, None)) for name in ANSWERS):
                 raise LeftOut(f"what it prepares has no {self.answers}", [np.nan])
             raise InputError(f"{self.place}: what prepare returns lacks {', '.join(ANSWERS)}; {GUIDE}.")
         return OwnSolver(self.place, solver, getattr(solver, self.answers))
@@ -111,7 +113,7 @@ class OwnSolver(Solver):
 
     @property
     def memory_mb(self) -> float:
-        return float(getattr(self._own, "memory_mb", held_mb(self._own)))
+        return _named(self.whose, lambda: float(getattr(self._own, "memory_mb", held_mb(self._own))))
 
     def respond(self, load: Any) -> Any:
         return _named(self.whose, self._answer, load)
@@ -119,7 +121,7 @@ class OwnSolver(Solver):
     def frames(self, motion: Any) -> Iterator[np.ndarray | Answer]:
         """Yield the answers at the ends of frames."""
         made = _named(self.whose, lambda: iter(self._answer(motion)))
-        while (frame := _named(self.whose, next, made, None)) is not None:
+        while (frame := _named(self.whose, next, made, END)) is not END:
             yield frame
 
     def prepare(self, touch: Touch) -> None:
@@ -142,7 +144,7 @@ def _named(place: str, call: Callable, *arguments: Any) -> Any:
         return call(*arguments)
     except NotConverged:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         module = "" if place.endswith(".py") else getattr(call, "__module__", "")  # of a script's object
         raise InputError(f"{place}: does not work ({failure(error, module)}); correct it, {GUIDE}.") from error
 

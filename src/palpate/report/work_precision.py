@@ -96,7 +96,8 @@ def own_error(axis: Axes, own: float, of: str = "truth", known: float = np.inf, 
     axis.set_ylim(np.fmin(low, 50 * own), None)
     text, colour = f"grey: below the error of the {of} itself, {percent(own)}", "#555555"
     if not own <= known:
-        text = f"The {of} is known to {percent(own)} only, not to {percent(known)} (grey: models are tied)"
+        only = percent(own) if percent(own) != percent(known) else f"{100 * own:.3g}\u00a0%"
+        text = f"The {of} is known to {only} only, not to {percent(known)} (grey: models are tied)"
         colour = look(ZERO).colour
     if np.isfinite(own):
         axis.axhspan(1e-3 * LEAST_PERCENT, 100 * own, color=OWN_COLOUR, zorder=0)

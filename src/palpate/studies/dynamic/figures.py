@@ -46,7 +46,8 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
         )
     finish(axes.values(), {1.0: "real time"})
     shown = handles(drawn, dict(VARIED[name] for name in VARIED if name in set(varied)))
-    figure.legend(handles=shown, loc="outside upper center", ncols=min(4, len(axes) + 1), fontsize=7, columnspacing=1)
+    sizes = {"ncols": min(4, len(axes) + 1), "fontsize": 7, "columnspacing": 1, "handlelength": 1.5}
+    figure.legend(handles=shown, loc="outside upper center", **sizes)
     return figure
 
 

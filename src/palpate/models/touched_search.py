@@ -102,7 +102,9 @@ def valued(z, energy, inertia, centre, share, outer, local, touch, rubbing, forc
     away = z[:wide] - centre
     points = placed(z, touch)
     forces, energies = pushes(points, touch[2], touch[3], rubbing)
-    force[:] = forces.sum(axis=0)
+    force[:] = forces[0]
+    for k in range(1, len(forces)):
+        force += forces[k]
     value = energies.sum() + 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, z)
     bent = np.dot(local, z[wide:]) if len(z) > wide else z[wide:].copy()
     return value + 0.5 * share * np.dot(bent, z[wide:]), away, points, bent

@@ -33,13 +33,13 @@ class LaggedFriction:
         self.rows, self.nodes, self.weights, self.normals, self.forces = found
         self.limits = friction * self.forces
         self._state = (self.nodes, self.weights, self.normals, self.limits, slip_m)
-        self._past = start.copy(), np.zeros(3)
+        self._start = start.copy()
 
     def energy(self, x: np.ndarray) -> float:
-        return float(energies(*self._state, x, *self._past).sum())
+        return float(energies(*self._state, x, self._start).sum())
 
     def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
-        add_force(*self._state, x, *self._past, force)
+        add_force(*self._state, x, self._start, force)
 
     def blocks(self, x: np.ndarray, definite: bool) -> tuple[np.ndarray, np.ndarray]:
         """Compute nodes (a, 4) and second derivatives (a, 4, 4, 3, 3) [N/m].
@@ -48,18 +48,16 @@ class LaggedFriction:
         Both are positive semi-definite. Trap: a sliding contact has no curvature along its direction, so a step with
         the exact ones goes far beyond where it should stick; with the parabola's it gets there in few steps.
         """
-        return self.nodes, blocks(*self._state, x, *self._past, definite)
+        return self.nodes, blocks(*self._state, x, self._start, definite)
 
 
 class Rubbing(NamedTuple):
     """Friction of q points on k rigid instruments in a step, as the kernels take it.
 
-    nodes, weights : (q, 1), each point and 1; normals : (k, q, 3); limits : (k, q) μ λ [N]; slip : [m]
+    normals : (k, q, 3); limits : (k, q) μ λ [N]; slip : [m]
     start : (q, 3) [m], where points were; ways : (k, 3) [m] of the instruments since
     """
 
-    nodes: np.ndarray
-    weights: np.ndarray
     normals: np.ndarray
     limits: np.ndarray
     slip: float
@@ -89,21 +87,26 @@ def pressing(kinds, nodes, offsets, scales, mollify, gap, x):
 
 
 @numba.njit(cache=True)
-def _slide(nodes, weights, normal, x, start, way, u):
-    """Write the tangential part of Σ wᵢ (xᵢ − startᵢ) − way to ``u`` (3,), and return its length [m]."""
+def along(u, normal):
+    """Leave the tangential part of ``u`` (3,) in it, and return its length [m]."""
+    through = u[0] * normal[0] + u[1] * normal[1] + u[2] * normal[2]
+    for i in range(3):
+        u[i] -= through * normal[i]
+    return np.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+
+
+@numba.njit(cache=True)
+def _slide(nodes, weights, normal, x, start, u):
+    """Write the tangential part of Σ wᵢ (xᵢ − startᵢ) to ``u`` (3,), and return its length [m]."""
     for i in range(3):
         u[i] = 0.0
         for a in range(len(nodes)):
             u[i] += weights[a] * (x[nodes[a], i] - start[nodes[a], i])
-        u[i] -= way[i]
-    along = u[0] * normal[0] + u[1] * normal[1] + u[2] * normal[2]
-    for i in range(3):
-        u[i] -= along * normal[i]
-    return np.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+    return along(u, normal)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _law(length, slip):
+def law(length, slip):
     """Compute f₀(u), f₀′(u)/u, and the latter's derivative by u divided by u."""
     if length < slip:
         potential = length * length / slip * (1.0 - length / (3.0 * slip))
@@ -112,40 +115,30 @@ def _law(length, slip):
 
 
 @numba.njit(cache=True)
-def energies(nodes, weights, normals, limits, slip, x, start, way):
+def energies(nodes, weights, normals, limits, slip, x, start):
     u, found = np.empty(3), np.zeros(len(nodes))
     for k in range(len(nodes)):
         if limits[k] > 0.0:
-            found[k] = limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)[0]
+            found[k] = limits[k] * law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[0]
     return found
 
 
 @numba.njit(cache=True)
-def resistances(nodes, weights, normals, limits, slip, x, start, way):
-    """Compute the force of each over its slip (n,) [N/m]."""
-    u, found = np.empty(3), np.zeros(len(nodes))
-    for k in range(len(nodes)):
-        if limits[k] > 0.0:
-            found[k] = limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)[1]
-    return found
-
-
-@numba.njit(cache=True)
-def add_force(nodes, weights, normals, limits, slip, x, start, way, force):
+def add_force(nodes, weights, normals, limits, slip, x, start, force):
     u = np.empty(3)
     for k in range(len(nodes)):
         if limits[k] > 0.0:
-            resistance = limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)[1]
+            resistance = limits[k] * law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[1]
             for a in range(len(nodes[k])):
                 for i in range(3):
                     force[nodes[k, a], i] -= resistance * weights[k, a] * u[i]
 
 
 @numba.njit(cache=True)
-def blocks(nodes, weights, normals, limits, slip, x, start, way, definite):
+def blocks(nodes, weights, normals, limits, slip, x, start, definite):
     u, out = np.empty(3), np.empty((len(nodes), 4, 4, 3, 3))
     for k in range(len(nodes)):
-        _, resistance, change = _law(_slide(nodes[k], weights[k], normals[k], x, start, way, u), slip)
+        _, resistance, change = law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)
         if definite:
             change = 0.0
         for i in range(3):

@@ -11,8 +11,7 @@ import numba
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.collision.contact import friction
-from palpate.collision.contact.friction import Rubbing
+from palpate.collision.contact.friction import Rubbing, along, law
 from palpate.collision.contact.obstacles import Obstacle, make_obstacle
 from palpate.effects import settings
 from palpate.effects.instrument import Tools, gaps_of
@@ -60,8 +59,15 @@ def rubbing_of(points, stiff, tools, coefficient, base, ways, slip):
     It is that against motion from ``base`` (q, 3) [m], while instruments move by ``ways`` (k, 3) [m]; slip : [m]
     """
     gaps, normals = gaps_of(points, tools)
-    nodes, weights = np.arange(len(points)).reshape(-1, 1), np.ones((len(points), 1))
-    return Rubbing(nodes, weights, normals, coefficient * (stiff * np.maximum(-gaps, 0.0)), slip, base, ways)
+    return Rubbing(normals, coefficient * (stiff * np.maximum(-gaps, 0.0)), slip, base, ways)
+
+
+@numba.njit(cache=True)
+def _slide(point, start, way, normal, u):
+    """Write how far a point slides along an instrument to ``u`` (3,), and return its length [m]."""
+    for i in range(3):
+        u[i] = point[i] - start[i] - way[i]
+    return along(u, normal)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -71,16 +77,19 @@ def pushes(points, stiff, tools, rubbing):
     stiff : (q,) [N/m], or [Pa/m]; then all, that of ``rubbing_of`` included, is over an area
     """
     gaps, normals = gaps_of(points, tools)
-    nodes, weights, held, limits, slip, start, ways = rubbing
-    forces, energies = np.zeros(normals.shape), np.zeros(len(points))
+    held, limits, slip, start, ways = rubbing
+    forces, energies, u = np.zeros(normals.shape), np.zeros(len(points)), np.empty(3)
     for k in range(len(gaps)):
         for q in range(len(points)):
             if gaps[k, q] < 0.0:
                 energies[q] += 0.5 * stiff[q] * gaps[k, q] ** 2
                 for i in range(3):
                     forces[k, q, i] = -stiff[q] * gaps[k, q] * normals[k, q, i]
-        energies += friction.energies(nodes, weights, held[k], limits[k], slip, points, start, ways[k])
-        friction.add_force(nodes, weights, held[k], limits[k], slip, points, start, ways[k], forces[k])
+            if limits[k, q] > 0.0:
+                potential, resistance, _ = law(_slide(points[q], start[q], ways[k], held[k, q], u), slip)
+                energies[q] += limits[k, q] * potential
+                for i in range(3):
+                    forces[k, q, i] -= limits[k, q] * resistance * u[i]
     return forces, energies
 
 
@@ -88,16 +97,17 @@ def pushes(points, stiff, tools, rubbing):
 def stiffness(points, stiff, tools, rubbing, chosen):
     """Return blocks (c, 3, 3) [N/m] of the ``chosen`` (c,) points, without what curvature and sliding take off."""
     gaps, normals = gaps_of(points, tools)
-    nodes, weights, held, limits, slip, start, ways = rubbing
-    blocks = np.zeros((len(chosen), 3, 3))
+    held, limits, slip, start, ways = rubbing
+    blocks, u = np.zeros((len(chosen), 3, 3)), np.empty(3)
     for k in range(len(gaps)):
-        sliding = held[k][chosen], limits[k][chosen], slip, points, start, ways[k]
-        rubbed = friction.resistances(nodes[chosen], weights[chosen], *sliding)
         for c in range(len(chosen)):
-            q = chosen[c]
+            q, rubbed = chosen[c], 0.0
+            if limits[k, q] > 0.0:
+                rubbed = limits[k, q] * law(_slide(points[q], start[q], ways[k], held[k, q], u), slip)[1]
             pressed = stiff[q] if gaps[k, q] < 0.0 else 0.0
             for i in range(3):
+                blocks[c, i, i] += rubbed
                 for j in range(3):
-                    across = (1.0 if i == j else 0.0) - held[k, q, i] * held[k, q, j]
-                    blocks[c, i, j] += pressed * normals[k, q, i] * normals[k, q, j] + rubbed[c] * across
+                    turned = pressed * normals[k, q, i] * normals[k, q, j] - rubbed * held[k, q, i] * held[k, q, j]
+                    blocks[c, i, j] += turned
     return blocks

@@ -1,6 +1,7 @@
 """Coulomb friction as a potential: smooth at rest, with the directions and normal forces of an earlier state.
 
-Its kernels take stencils of any number of nodes: four of a barrier, or a point that slides on a rigid instrument.
+``law`` and ``along`` serve stencils of four nodes, of a barrier, here, and points on rigid instruments in
+``instrument_contact``.
 """
 
 from typing import NamedTuple
@@ -36,7 +37,7 @@ class LaggedFriction:
         self._start = start.copy()
 
     def energy(self, x: np.ndarray) -> float:
-        return float(energies(*self._state, x, self._start).sum())
+        return energy(*self._state, x, self._start)
 
     def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
         add_force(*self._state, x, self._start, force)
@@ -100,7 +101,7 @@ def _slide(nodes, weights, normal, x, start, u):
     """Write the tangential part of Σ wᵢ (xᵢ − startᵢ) to ``u`` (3,), and return its length [m]."""
     for i in range(3):
         u[i] = 0.0
-        for a in range(len(nodes)):
+        for a in range(4):
             u[i] += weights[a] * (x[nodes[a], i] - start[nodes[a], i])
     return along(u, normal)
 
@@ -115,23 +116,21 @@ def law(length, slip):
 
 
 @numba.njit(cache=True)
-def energies(nodes, weights, normals, limits, slip, x, start):
-    u, found = np.empty(3), np.zeros(len(nodes))
+def energy(nodes, weights, normals, limits, slip, x, start):
+    u, total = np.empty(3), 0.0
     for k in range(len(nodes)):
-        if limits[k] > 0.0:
-            found[k] = limits[k] * law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[0]
-    return found
+        total += limits[k] * law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[0]
+    return total
 
 
 @numba.njit(cache=True)
 def add_force(nodes, weights, normals, limits, slip, x, start, force):
     u = np.empty(3)
     for k in range(len(nodes)):
-        if limits[k] > 0.0:
-            resistance = limits[k] * law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[1]
-            for a in range(len(nodes[k])):
-                for i in range(3):
-                    force[nodes[k, a], i] -= resistance * weights[k, a] * u[i]
+        resistance = limits[k] * law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[1]
+        for a in range(4):
+            for i in range(3):
+                force[nodes[k, a], i] -= resistance * weights[k, a] * u[i]
 
 
 @numba.njit(cache=True)

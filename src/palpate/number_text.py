@@ -8,16 +8,16 @@ def two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def percent(share: float, table: bool = False) -> str:
-    """Write a share in per cent with two significant digits, "failed" if it is not finite.
+def percent_in_table(share: float) -> str:
+    """Write a share in per cent with two significant digits and an ordinary blank, "failed" if it is not finite."""
+    return f"{two_digits(100 * share)} %" if np.isfinite(share) else "failed"
 
-    table : of a CSV, which has ordinary blanks and no least value; elsewhere it is written without an exponent
-    """
+
+def percent(share: float) -> str:
+    """Write the same for a sentence or a label: on one line, and below 0.001 % as that."""
     if not np.isfinite(share):
         return "failed"
     value = 100 * share
-    if table:
-        return f"{two_digits(value)} %"
     if 0 < value < 0.001:
         return "<\u00a00.001\u00a0%"
     return f"{value:.0f}\u00a0%" if value >= 10 else f"{two_digits(value)}\u00a0%"

@@ -1,13 +1,11 @@
 """Choose by one rule which setting to take: within a time, at a speed or below an error; or none, and the nearest."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from palpate import number_text
 from palpate.benchmark.conformal import FEWEST, bound_factor, bounds, finite
 from palpate.benchmark.judge import SIDES, TRAINING
 from palpate.benchmark.ranking import (
@@ -21,8 +19,8 @@ from palpate.benchmark.ranking import (
     own_errors,
     same_settings,
 )
+from palpate.number_text import percent_in_table as percent
 
-percent = partial(number_text.percent, table=True)
 NONE = "none"
 """The word that stands for a model where none fits."""
 MARGIN = 0.2

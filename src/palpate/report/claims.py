@@ -1,21 +1,17 @@
 """Judge what papers claim: one row a claim, with the premise that it was tested in."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
 from importlib import import_module
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from palpate.number_text import percent as written
-
 CONFIRMED = "confirmed"
 REFUTED = "refuted"
 CONFIRMED_OUTSIDE = "confirmed outside its premise"
 REFUTED_OUTSIDE = "refuted outside its premise"
 BOUND = "true as a bound"
-percent = partial(written, table=True)
 NOT_TESTABLE = "not testable"  # followed by a colon and the reason
 
 

@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pandas as pd
 
-from palpate.report.claims import Claim, claims, geometric_mean, not_testable, percent, verdict
+from palpate.number_text import percent_in_table as percent
+from palpate.report.claims import Claim, claims, geometric_mean, not_testable, verdict
 
 TIED = 0.05  # relative difference below which two times count as equal: repeated runs differ by as much
 NEAR_IN_FALSE_PAIRS = 0.25  # relative excess of false pairs over the AABB tree that still counts as near it

@@ -5,7 +5,8 @@ from collections.abc import Callable, Iterator, Mapping
 import pandas as pd
 
 from palpate.bodies.cutting.ways import SPLIT_FACES, VIRTUAL_NODES
-from palpate.report.claims import Claim, claims, percent, verdict
+from palpate.number_text import percent_in_table as percent
+from palpate.report.claims import Claim, claims, verdict
 
 LIMITED = 10.0
 """Finite elements are greatly limited if they take so many times as long as springs, err so much more, or fail."""

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.report.claims import BOUND, Claim, claims, geometric_mean, percent, verdict
+from palpate.number_text import percent_in_table as percent
+from palpate.report.claims import BOUND, Claim, claims, geometric_mean, verdict
 from palpate.report.tables import where
 from palpate.studies.enrichment.premises import LOCAL, PAPERS
 

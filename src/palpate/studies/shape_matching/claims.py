@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pandas as pd
 
-from palpate.report.claims import Claim, claims, percent, verdict
+from palpate.number_text import percent_in_table as percent
+from palpate.report.claims import Claim, claims, verdict
 from palpate.report.tables import where
 from palpate.report.words import spaced
 from palpate.studies.shape_matching.maxwell_creep import closeness

@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import pandas as pd
 
-from palpate.report.claims import BOUND, Claim, claims, not_testable, percent, verdict
+from palpate.number_text import percent_in_table as percent
+from palpate.report.claims import BOUND, Claim, claims, not_testable, verdict
 from palpate.report.tables import where
 from palpate.scenes.acting_effects import SPRING_POISSON
 

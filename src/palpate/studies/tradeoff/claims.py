@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping
 import pandas as pd
 
 from palpate.benchmark.ranking import fields_of
-from palpate.report.claims import Claim, claims, percent, verdict
+from palpate.number_text import percent_in_table as percent
+from palpate.report.claims import Claim, claims, verdict
 from palpate.report.words import two_digits
 
 

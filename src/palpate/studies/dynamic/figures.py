@@ -27,7 +27,7 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
     """Draw one panel for each scene; settings that did not converge are counted in the panel's title."""
     table = dynamic_accuracy[dynamic_accuracy["failures"] == 0]
     varied = table["varied"].where(table["varied"].isin(VARIED), "")
-    told = {"marker": varied.map(lambda name: VARIED[name][0] if name else ""), "line": "load"}
+    told = {"marker": varied.map(lambda name: VARIED[name][0] if name else "")}
     told["line"] = told["marker"].map(lambda marker: "" if marker else "load")
     drawn = points(table, "real_time_factor", "rmse_of_peak", 1.0, part=table["level"], **told)
     figure, axes = style.panel_each(tables.scenes(dynamic_accuracy), 4, 3.4, 3.6, "RMSE [% of peak]", sharey=True)

@@ -56,7 +56,7 @@ class _Scored:
     """The errors of one kind in one scene, of each setting that answered all that validates and tests.
 
     Beside those there may be answers at training contacts: of the settings that learn nothing, those that were given.
-    errors : with the truth's own error added (``held_out.HeldOut`` says why), if anything is known of that
+    errors : with the truth's own error added (``choosing.HeldOut`` says why), if anything is known of that
     estimates : of the errors of each setting by their names: values (n,), and what they take [s]
     own : returns the truth's own error (k,) of samples (k,); NaN where nothing is known of it
     """

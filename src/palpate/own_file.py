@@ -19,6 +19,8 @@ LAW_FUNCTIONS = (
 """The functions that the file of an effect has, the method of a class in that of a model, and those of a law."""
 ANSWERS = ("respond", "touch", "move")
 """The methods by which what a model prepares answers: a press, a touch, a motion."""
+MODEL_GUIDE = "see docs/add-a-model.md"
+"""What errors of a model of one's own point to."""
 PREFIX = "palpate_own_"
 """How the names of modules that are the user's files begin."""
 

@@ -2,7 +2,7 @@
 
 
 from palpate.benchmark.settings import instrument_name
-from palpate.models.model_registry import TOUCH_MODELS
+from palpate.models.model_registry import TOUCH_MODELS, TRIED_AS
 
 TOUCH = config["touch"]
 TOUCHED = pressed_bodies(settings, "touch")

@@ -15,9 +15,8 @@ from palpate.benchmark.model import Case, LeftOut, Model, Setting, Solver, held_
 from palpate.benchmark.touch import Touch
 from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged
-from palpate.own_file import ANSWERS, failure, import_file
+from palpate.own_file import ANSWERS, MODEL_GUIDE, failure, import_file
 
-GUIDE = "see docs/add-a-model.md"
 END: Any = object()
 """What stands for no further frame."""
 TOLERANCE = 1e-8
@@ -49,7 +48,7 @@ class OwnModel(Model):
             return [self]
         found = _named(self.place, self.own.tried, case)
         if not (isinstance(found, list) and all(isinstance(each, type(self.own)) for each in found)):
-            raise InputError(f"{self.place}: tried returns no list of such models; {GUIDE}.")
+            raise InputError(f"{self.place}: tried returns no list of such models; {MODEL_GUIDE}.")
         return [self.having(own=each) for each in found]
 
     def prepare(self, case: Case) -> Solver:
@@ -57,7 +56,7 @@ class OwnModel(Model):
         if not callable(getattr(solver, self.answers, None)):
             if any(callable(getattr(solver, name, None)) for name in ANSWERS):
                 raise LeftOut(f"what it prepares has no {self.answers}", [np.nan])
-            raise InputError(f"{self.place}: what prepare returns lacks {', '.join(ANSWERS)}; {GUIDE}.")
+            raise InputError(f"{self.place}: what prepare returns lacks {', '.join(ANSWERS)}; {MODEL_GUIDE}.")
         return OwnSolver(self.place, solver, getattr(solver, self.answers))
 
 
@@ -90,7 +89,7 @@ def load_own(name: str, path: Path, answers: str = ANSWERS[0]) -> Model:
         if isinstance(each, type) and each.__module__ == module.__name__ and callable(getattr(each, "prepare", None))
     ]
     if len(found) != 1:
-        raise InputError(f"{path}: has {'several classes' if found else 'no class'} with prepare(case); {GUIDE}.")
+        raise InputError(f"{path}: has {'several classes' if found else 'no class'} with prepare(case); {MODEL_GUIDE}.")
     return as_model(_named(str(path), found[0]), str(path), answers)
 
 
@@ -146,7 +145,7 @@ def _named(place: str, call: Callable, *arguments: Any) -> Any:
         raise
     except (Exception, SystemExit) as error:
         module = "" if place.endswith(".py") else getattr(call, "__module__", "")  # of a script's object
-        raise InputError(f"{place}: does not work ({failure(error, module)}); correct it, {GUIDE}.") from error
+        raise InputError(f"{place}: does not work ({failure(error, module)}); correct it, {MODEL_GUIDE}.") from error
 
 
 def load_model(name: str, place: str, fields: Mapping[str, Any]) -> Model:

@@ -8,7 +8,7 @@ from palpate.benchmark.model import Model
 from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.models import kinds
-from palpate.own_file import MODEL_FUNCTIONS, check_source
+from palpate.own_file import MODEL_FUNCTIONS, MODEL_GUIDE, check_source
 
 VARIANTS = (kinds.PaperEnrichment, kinds.Springs)
 """Classes whose models are variants of one method: twelve blends, four networks of springs."""
@@ -57,6 +57,13 @@ TOUCH_MODELS: dict[str, tuple[str, dict]] = {
     "shape_matching": ("palpate.models.shape_matching", {}),
 }
 """Models of touches: modules with ``settings(case)`` and ``online(case, **setting)``, as ``TouchSolver`` says."""
+TRIED_AS = {
+    "xpbd": "relaxed",
+    "vertex_block_descent": "relaxed",
+    "projective_dynamics": "relaxed",
+    "springs_volume": "springs",
+}
+"""The key of ``touch.settings`` that such models are tried with; of others it is their name."""
 
 BESIDE = dict.fromkeys(("linear_residual", "warped_compliance", "detail_correction"), "linear_fem") | dict.fromkeys(
     ("ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "pod_gaussian", "pod_network"), "interpolation"
@@ -125,7 +132,7 @@ def check_own(file: Path, own: Mapping[str, str]) -> None:
         raise InputError(f"{file}: own_models names {wrong}")
     for name, path in own.items():
         check_file(f"{file}: own_models.{name}", path, (file.parent / path).is_file())
-        check_source(f"{file}: own_models.{name}", file.parent / path, MODEL_FUNCTIONS, "see docs/add-a-model.md")
+        check_source(f"{file}: own_models.{name}", file.parent / path, MODEL_FUNCTIONS, MODEL_GUIDE)
 
 
 def _recipe(name: str, own: Mapping[str, str]) -> dict[str, Any]:

@@ -12,6 +12,6 @@ def module_of_touch(wildcards):
 
 
 def touch_grid(model):
-    """What a model is tried with, under its own name, that of springs without a volume, or that of its module."""
-    names = {model, model.removesuffix("_volume"), TOUCH_PLACES[model][0].rpartition(".")[2]}
-    return {name: block for name, block in TOUCH["settings"].items() if name in names}
+    """What a model is tried with; nothing for a user's own."""
+    key = TRIED_AS.get(model, model)
+    return {key: TOUCH["settings"][key]} if key in TOUCH["settings"] else {}

@@ -23,9 +23,10 @@ from palpate.bodies.material import LAWS
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import to_fine
-from palpate.models.load_model import GUIDE, OwnSolver, own_settings
+from palpate.models.load_model import OwnSolver, own_settings
 from palpate.models.reduced_body import ReducedBody
 from palpate.models.reduced_motion import MotionInModes, ReducedMotion, misses, move
+from palpate.own_file import MODEL_GUIDE
 from palpate.run.job import steps
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
@@ -445,10 +446,11 @@ def _moved_by_own(compared: ComparedScene, solver: OwnSolver) -> Moved:
         if isinstance(frame, Answer) and frame.forces is not None:
             felt.append(np.array(frame.forces))
         begin = perf_counter()
+    gave = f"{solver.whose}: move gave"
     if len(moved) != compared.frames:
-        raise InputError(f"{solver.whose}: move gave too few or too many frames; give {compared.frames}, {GUIDE}.")
+        raise InputError(f"{gave} too few or too many frames; give {compared.frames}, {MODEL_GUIDE}.")
     if felt and {np.shape(each) for each in felt} != {(touching, 3)}:
-        raise InputError(f"{solver.whose}: move gave other forces than ({touching}, 3) [N]; give these, {GUIDE}.")
+        raise InputError(f"{gave} other forces than ({touching}, 3) [N]; give these, {MODEL_GUIDE}.")
     forces = np.array(felt) if len(felt) == len(moved) else NO_FORCE
     return Moved(np.array(moved), forces, _taken(np.array(seconds), len(moved), compared.duration_s))
 

@@ -7,6 +7,7 @@ from types import ModuleType
 import pandas as pd
 import pytest
 
+from palpate.number_text import percent_in_table
 from palpate.report import claims as judged
 from palpate.report import declared
 from palpate.report.claims import Claim, gather, verdict
@@ -19,7 +20,7 @@ def test_verdicts():
     assert [verdict(True), verdict(True, within=False)] == [judged.CONFIRMED, judged.CONFIRMED_OUTSIDE]
     assert [verdict(False), verdict(False, within=False)] == [judged.REFUTED, judged.REFUTED_OUTSIDE]
     assert judged.not_testable("no data") == "not testable: no data"
-    assert [judged.percent(share) for share in (0.1234, 1.04, 0.000123)] == ["12 %", "100 %", "0.012 %"]
+    assert [percent_in_table(share) for share in (0.1234, 1.04, 0.000123)] == ["12 %", "100 %", "0.012 %"]
 
 
 @pytest.mark.parametrize(("study", "place", "tables"), JUDGES)

@@ -81,7 +81,7 @@ def test_a_punch_that_sticks_is_harder_to_push_by_the_share_of_theory():
 def test_force_is_the_derivative_of_the_elastic_energy_and_the_reaction_of_the_anchors(monkeypatch):
     """With multipliers settled, by central differences over 1 % of the depth: measured 9e-6 and 1e-10 apart."""
     monkeypatch.setattr(indentation, "OVERLAP", 1e-7)
-    monkeypatch.setattr(indentation, "SLOW", 0.999)
+    monkeypatch.setattr(indentation, "OVERLAP_RATIO", 0.999)
     monkeypatch.setattr(indentation, "UPDATES", 150)
     problem = small()
     energies, forces = [], []

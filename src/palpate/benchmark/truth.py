@@ -36,7 +36,7 @@ MOST_ITERATIONS = 8
 """Newton iterations of a level that starts from the one before; 2 to 4 do where the levels converge, and where the body
 snaps to another shape, 20 are too few."""
 
-CLOSER = 0.1
+LBFGS_TOLERANCE = 0.1
 """L-BFGS goes on to this share of a tolerance: it stops where it is asked to, and Newton's last step far below."""
 
 
@@ -125,7 +125,11 @@ class _Level(FastEquilibrium):
         start = None if each.start is None else rest + each.start
         try:
             forces = each.sample.nodal(self._body, self.level, 2, self._whole)
-            solution = self.settle(forces, CLOSER * FIRST) if start is None else self._follow(forces, tolerance, start)
+            solution = (
+                self.settle(forces, LBFGS_TOLERANCE * FIRST)
+                if start is None
+                else self._follow(forces, tolerance, start)
+            )
             if each.softest < FIRM:
                 each.softest = self.check_stable(solution.x)
         except NotConverged as failure:
@@ -157,7 +161,7 @@ class _Level(FastEquilibrium):
         def newton(begin: np.ndarray) -> Solution:
             return minimise_by_newton(self, begin, self._scale(load), tolerance, MOST_ITERATIONS)
 
-        return self.settle(load, CLOSER * tolerance, start, newton)
+        return self.settle(load, LBFGS_TOLERANCE * tolerance, start, newton)
 
 
 NEXT = 1e-4

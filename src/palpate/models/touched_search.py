@@ -15,7 +15,7 @@ TOGETHER = 32
 """Cells of which forces are computed at once."""
 ROUNDING = 1e-13
 """Of the function, relative."""
-MEMORY, SLOW = 8, 0.7
+MEMORY, RESIDUAL_RATIO = 8, 0.7
 """Most steps that improve a factor, and what one of them has to leave, or the Hessian is factored anew."""
 
 
@@ -156,7 +156,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
             ahead = directed(lower, -gradient, steps, turns, scale, kept)
             slope = np.dot(gradient, ahead)
             left = np.sqrt(max(0.0, -slope) / (share * max(energy, floor)))
-            if kept == 0 or left <= SLOW * before:
+            if kept == 0 or left <= RESIDUAL_RATIO * before:
                 break
         if not slope < 0.0 or (left <= enough and rounds >= fewest) or rounds == most:
             break

@@ -26,10 +26,10 @@ PENALTY = 20.0
 """Stiffness of contact [Pa/m] over Young's modulus by the length of an element."""
 OVERLAP = 1e-3
 """Mean overlap, weighted with the pressure, over the depth, at which the multipliers are right."""
-UPDATES, SLOW = 12, 0.5
+UPDATES, OVERLAP_RATIO = 12, 0.5
 """Most updates of the multipliers at one depth, of which two to four are usual, and the least that one has to reduce
 the overlap by, or contact becomes stiffer."""
-FIRMER, FIRMEST, FOLLOWED = 10.0, 1e3, 5e-3
+FIRMNESS_FACTOR, MOST_FIRMNESS, FOLLOWED = 10.0, 1e3, 5e-3
 """Factor by which, and the most: where a law stiffens, the body is that much stiffer than its Young's modulus, and
 multipliers grow by a small share in each update. Below an overlap of FOLLOWED contact stays as it is: quadratic
 elements of a coarse mesh cannot follow an instrument at all points, however stiff it is."""
@@ -51,7 +51,7 @@ STICKING_STEPS = 4
 many."""
 FIRST = 1e-2
 """Tolerance of the equilibrium for the multipliers at the start of a step, which are about to change."""
-DESCENT, WORTH = 10, 0.5
+DESCENT, DESCENT_RATIO = 10, 0.5
 """Steps of L-BFGS with one set of points that touch in its matrix, and the share to which they have to bring the
 residual, or Newton's method is faster: one of its iterations takes as long as 15 to 20 of these steps."""
 STICKING = 0.01
@@ -367,10 +367,10 @@ class Indentation(Equilibrium):
                 continue
             if found.overlap <= OVERLAP:
                 break
-            if found.overlap > SLOW * overlap:
-                if found.overlap <= FOLLOWED or self._firmness >= FIRMEST:
+            if found.overlap > OVERLAP_RATIO * overlap:
+                if found.overlap <= FOLLOWED or self._firmness >= MOST_FIRMNESS:
                     break
-                self._firmness *= FIRMER
+                self._firmness *= FIRMNESS_FACTOR
             overlap = found.overlap
         if found.overlap > HELD:
             raise NotConverged(
@@ -411,7 +411,7 @@ class Indentation(Equilibrium):
             x, left, scale = way.x, way.forces[-1], self._pushed(way.x)
             if left <= tolerance * scale:
                 return x, True
-            if len(way.forces) > DESCENT and left > WORTH * way.forces[0]:
+            if len(way.forces) > DESCENT and left > DESCENT_RATIO * way.forces[0]:
                 break
         return x, False
 

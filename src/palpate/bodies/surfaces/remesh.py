@@ -19,7 +19,7 @@ LLOYD_STEPS = 40
 
 # places along an edge whose distance from the surface is compared, the ratio below which an edge is much closer, and
 # the angle [rad] that triangles keep
-ALONG, CLOSER, LEAST_ANGLE = np.array([[0.25], [0.5], [0.75]]), 0.7, np.radians(22)
+ALONG, DISTANCE_RATIO, LEAST_ANGLE = np.array([[0.25], [0.5], [0.75]]), 0.7, np.radians(22)
 
 _Vector = tuple[float, float, float]
 _Edge = tuple[int, int]
@@ -94,7 +94,7 @@ def flip_onto(points: np.ndarray, triangles: np.ndarray, distance: Callable[[np.
 
     def better(edge: _Edge, old: _Pair, other: _Edge, new: _Pair) -> bool:
         # terminates, since the sum of the distances only falls
-        if away(*other) > CLOSER * away(*edge):
+        if away(*other) > DISTANCE_RATIO * away(*edge):
             return False
         return _smallest_angle(places, new) >= min(LEAST_ANGLE, _smallest_angle(places, old))
 

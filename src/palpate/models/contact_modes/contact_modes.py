@@ -17,8 +17,8 @@ from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import NotConverged
 from palpate.models import kinds
 from palpate.models.contact_modes.snapshots import (
-    FALL,
-    FALLS,
+    FORCE_FACTOR,
+    MOST_LOWERINGS,
     ContactSnapshots,
     basis_of,
     coordinates,
@@ -153,13 +153,13 @@ def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, known: np.ndarray) -
     """
     rows = known.copy()
     for k, row in enumerate(rows):
-        for _ in range(FALLS):
+        for _ in range(MOST_LOWERINGS):
             force = np.zeros(reduced.loads.shape[1])
             force[3 * k : 3 * k + 3] = row / (row @ row)
             found = reduced.settle(force, RESIDUAL)
             if found.residual <= RESIDUAL and reduced.is_stiff(found.q, LEAST_STIFFNESS * soft):
                 break
-            row /= FALL
+            row /= FORCE_FACTOR
     return rows
 
 

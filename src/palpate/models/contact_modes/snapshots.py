@@ -21,7 +21,7 @@ SHARES = (1.0, 0.5)
 PRESSURE, PEAK, SQUEEZED = 0.25, 0.2, 0.5
 """The hardest press: peak pressure over Young's modulus and peak displacement over the body's size, neither of which
 it exceeds, and the smallest det F, which no cell falls below. Presses of the trade-off are limited alike."""
-FALL, FALLS = 0.8, 20
+FORCE_FACTOR, MOST_LOWERINGS = 0.8, 20
 """Factor by which a press that is too hard is lowered, and how often."""
 
 
@@ -49,12 +49,12 @@ def hardest(model: ReducedEnergy, moved: np.ndarray, direction: np.ndarray, newt
 
     moved : (k, 3, r) [m], displacements of the surface by coordinate; size : of the body [m]
     """
-    for _ in range(FALLS):
+    for _ in range(MOST_LOWERINGS):
         found = model.settle(newtons * direction, 1e-3)
         peak = np.linalg.norm(moved @ found.q, axis=1).max()
         if found.residual <= 1e-3 and found.least_det >= SQUEEZED and peak <= PEAK * size:
             break
-        newtons *= FALL
+        newtons *= FORCE_FACTOR
     return newtons * direction
 
 
@@ -206,12 +206,12 @@ def _snapshot(contact: ContactSnapshots, force: np.ndarray, start: np.ndarray) -
     start : (n, 3) [m], where the search begins. NotConverged where even the weakest has none.
     """
     elements, left = contact.elements, np.inf
-    for _ in range(FALLS):
+    for _ in range(MOST_LOWERINGS):
         load = elements.nodal(contact.nodes, contact.shares, force)
         moved = elements.settle(load, start, SNAPSHOT_STEPS, SNAPSHOT_RESIDUAL, SNAPSHOT_LEAST_STEPS)
         left = elements.residual(moved, load)
         if left <= SNAPSHOT_RESIDUAL and elements.least_det(moved) > 0.0:
             return force, moved
-        force = FALL * force
+        force = FORCE_FACTOR * force
         start = contact.modelled(force)
     raise NotConverged("a snapshot of a contact was not found", [left])

@@ -23,7 +23,7 @@ from palpate.models import kinds
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.snapshots import (
     CORNERS,
-    FALL,
+    FORCE_FACTOR,
     PRESSURE,
     SHARES,
     SNAPSHOT_RESIDUAL,
@@ -258,7 +258,7 @@ def _bears(shop: Workshop, node: int, modes: str) -> float:
             break
         if least >= HOPELESS and _tried(shop, node, level + 1, shop.refine(level) @ moved, force)[1] >= SOUND:
             break
-        newtons *= FALL
+        newtons *= FORCE_FACTOR
         start = shown.modelled(-newtons * shown.normal)
     return newtons
 

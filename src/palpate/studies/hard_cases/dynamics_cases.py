@@ -23,7 +23,18 @@ from palpate.solvers import goal_position
 from palpate.solvers.quadratic_motion import QuadraticMotion
 from palpate.solvers.system import System
 from palpate.studies.hard_cases import stage
-from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SECOND, SHAPES, SLOW, SPRINGS, Answer, Case
+from palpate.studies.hard_cases.stage import (
+    EXPLICIT,
+    FEM,
+    FIRM,
+    GRAVITY,
+    MASS_DAMPING,
+    SECOND,
+    SHAPES,
+    SPRINGS,
+    Answer,
+    Case,
+)
 
 IMPLICIT = (*FEM, *SECOND, *SPRINGS)
 RESIDUAL = "residual force / the weight at the end"
@@ -102,7 +113,7 @@ def linear_motion(system: System, time_s: float) -> np.ndarray:
 
 
 def _sag(model: str, h: float, material: Material, **rest: Any) -> Answer:
-    more = {"held": True} | GRAVITY | (SLOW if model in EXPLICIT else {})
+    more = {"held": True} | GRAVITY | (MASS_DAMPING if model in EXPLICIT else {})
     described = stage.scene(model, h, 100 * h, more, **({"substeps": "auto"} | rest))
     particles = stage.bar(material=material)
     found = run(described, particles).motion.positions[-1]

@@ -34,9 +34,9 @@ from palpate.studies.hard_cases.model_cases import MEASURE
 from palpate.studies.hard_cases.stage import (
     EXPLICIT,
     FEM,
+    MASS_DAMPING,
     RESIDUAL,
     SHAPES,
-    SLOW,
     SOFT,
     SPRINGS,
     Answer,
@@ -141,7 +141,7 @@ def _settles(kind: str, model: str) -> Answer:
     """Simulate how a held body comes to rest, judged by the balance of forces."""
     particles = stage.bar()
     start = initial_positions(particles, ~np.isin(np.arange(len(particles.nodes)), particles.held), kind, seed=1)
-    stepper = stage.Stepper(model, particles, {"held": True} | WEIGHT | (SLOW if model in EXPLICIT else {}))
+    stepper = stage.Stepper(model, particles, {"held": True} | WEIGHT | (MASS_DAMPING if model in EXPLICIT else {}))
     x, v, gained = start, np.zeros_like(start), 0.0
     first = stepper.total(x, v)
     # the last steps are so long that they damp the slowest mode to nothing

@@ -151,7 +151,7 @@ def judge(case: Case, model: str) -> dict:
 SOFT = Material(3000.0, 0.3, 1000.0)
 FIRM = Material(1e5, 0.3, 1000.0)
 GRAVITY = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -9.81]}}
-SLOW = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
+MASS_DAMPING = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
 """Damping of bodies that come to rest in explicit steps."""
 
 Described = tuple[str, dict[str, Any]]
@@ -172,7 +172,7 @@ SECOND: dict[str, Described] = {"fem_bdf2": ("bdf2", _ELEMENTS)}
 SPRINGS: dict[str, Described] = {"springs_implicit": ("backward_euler", _SPRINGS)}
 EXPLICIT: dict[str, Described] = {
     "springs_explicit": ("symplectic_euler", _SPRINGS),
-    "fem_explicit": ("symplectic_euler", SLOW),
+    "fem_explicit": ("symplectic_euler", MASS_DAMPING),
 }
 SHAPES = {f"shapes_{mode}": _shapes(mode) for mode in ("rigid", "linear", "quadratic")}
 SHEETS: dict[str, Described] = {"sheet_implicit": ("backward_euler", _SHEET)}

@@ -21,7 +21,7 @@ LEAST_PERCENT = 100 * EXACT
 """Errors [%] below this are drawn at it."""
 LINES: dict[str, Any] = {"load": "-", "deformation": (0, (4, 2)), LIMIT: (0, (6, 1.5, 1, 1.5)), "": ""}
 """Lines of models that know the load, of those that see a deformation, and of settings for ever finer meshes."""
-STRIP = 0.09
+STRIP = 0.15
 """Share of a panel's height that is left free below all points, for two lines of words."""
 SIZES = {"*": 10, "P": 7.5, "X": 7.5}
 """Of markers that look smaller than others."""

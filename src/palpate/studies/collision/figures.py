@@ -152,7 +152,7 @@ LEAST_MM = 0.01  # errors below are drawn here: nothing of an organ is known bet
 def draw_collision_precision(collision_precision) -> Figure:
     """Draw one column for each scene, errors over the time of a frame, one curve for each structure.
 
-    Small numbers are layers; a large open marker is the whole tree with tests of triangles. Dotted: the response
+    Small numbers are the coarsest and the finest layer; a large open marker is the whole tree with tests of triangles. Dotted: the response
     itself. A panel is empty where bodies never touch, or always do.
     """
     table = ranked(collision_precision)
@@ -193,8 +193,9 @@ def _curves(axis, here, error: str, among: list[str]) -> None:
         values = np.maximum(1e3 * stopped[error], LEAST_MM)
         axis.plot(stopped["frame_ms"], values, **_drawn(seen))
         if structure == "aabb":
-            for layer, x, y in zip(stopped["layer"], stopped["frame_ms"], values, strict=True):
-                axis.annotate(f"{layer:g}", (x, y), xytext=(3, 3), textcoords="offset points", fontsize=6.5)
+            for end in (stopped["layer"].idxmin(), stopped["layer"].idxmax()):
+                place = (stopped["frame_ms"][end], values[end])
+                axis.annotate(f"{stopped['layer'][end]:g}", place, (-5, -9), textcoords="offset points", fontsize=6.5)
         ends = np.maximum(1e3 * whole[error], LEAST_MM)
         axis.plot(whole["frame_ms"], ends, marker=seen.marker, ms=9, ls="", mfc="none", color=seen.colour)
     style.plain_log(axis.xaxis)

@@ -56,14 +56,12 @@ def _panel(axis, scene: str, rows: pd.DataFrame) -> None:
     if whole(rows):
         axis.plot(t, factor * rows["total_j"], color="#c4c4c4", lw=4, zorder=2)
         axis.plot(t, factor * rows["balance_j"], color=style.INK, lw=1.1, zorder=4)
-    else:
-        note = "its elastic effect has no energy"
-        axis.text(0.03, 0.96, note, transform=axis.transAxes, va="top", fontsize=7, color="#666666")
     for column in parts:
         axis.plot(t, factor * rows[column], color=style.effect_colour(column.removesuffix("_j")), zorder=3)
     if "outer_work_j" in rows and rows["outer_work_j"].any():
         axis.plot(t, factor * rows["outer_work_j"], ls="--", color=style.effect_colour("outer_work"), zorder=3)
-    axis.set(title=scene, xlabel="time [s]", ylabel=f"energy [{unit}]", xlim=(t.min(), t.max()))
+    title = scene if whole(rows) else f"{scene}, elastic energy not defined"
+    axis.set(title=title, xlabel="time [s]", ylabel=f"energy [{unit}]", xlim=(t.min(), t.max()))
 
 
 def _legend(energy: pd.DataFrame) -> list[Line2D]:
@@ -132,7 +130,7 @@ def _dots(axis, rows: pd.DataFrame, top: float) -> None:
         else:
             axis.annotate("–", (100 * _LEAST, y), (6, 0), textcoords="offset points", va="center", color="#666666")
     axis.set(xscale="log", xlim=(100 * _LEAST, 1000 * top))
-    axis.xaxis.set_major_locator(LogLocator(numticks=20))
+    axis.xaxis.set_major_locator(LogLocator(numticks=6))
     axis.xaxis.set_major_formatter("{x:g}")
     axis.minorticks_off()
     axis.grid(axis="y", visible=False)

@@ -98,7 +98,7 @@ def _error(settings, model: str, setting: str, column: str) -> float:
 def _beside(axis, x: float, place: int, text: str, side: int, colour: str) -> None:
     """Draw a name above (1) or below (-1) its point."""
     aligned = {"ha": "center", "va": "bottom" if side > 0 else "top", "fontsize": 7, "color": colour}
-    axis.annotate(text, (x, place), (0, 5 * side), textcoords="offset points", **aligned)
+    axis.annotate(text, (x, place), (0, 8 * side), textcoords="offset points", **aligned)
 
 
 FORCE = "depth: the force"

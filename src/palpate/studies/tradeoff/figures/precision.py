@@ -20,7 +20,7 @@ from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, front_ro
 
 WIDTH = 88
 """Letters in a line of small text that is as wide as a panel."""
-_CORNERS = ((-1, -1), (1, 1), (1, -1), (-1, 1))
+_CORNERS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
 """Where the number of a point stands, in turn for points that are near each other."""
 
 

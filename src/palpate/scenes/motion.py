@@ -8,6 +8,7 @@ import pandas as pd
 
 from palpate.errors import InputError, suggest
 from palpate.files import write_whole
+from palpate.setting_types import Where, check
 from palpate.stores import store
 
 
@@ -65,14 +66,17 @@ class Motion:
         name : "floor_0", its own if it has one, or the kind alone if there is only one; times are in ``observed``
         Raises InputError for a name that nothing has.
         """
+        check(name=(str, name))
         felt = [column.removesuffix("_force_x_n") for column in self.observed if column.endswith("_force_x_n")]
         found = [each for each in felt if name in (each, each.rpartition("_")[0])]
         if len(found) != 1:
-            raise InputError(f"no force is felt by {name}; {suggest(name, felt, 'there are')}")
+            remedy = suggest(name, felt, "there are") if felt else "add an instrument or a hook."
+            raise InputError(f"no force is felt by {name}; {remedy}")
         return -self.observed[[f"{found[0]}_force_{axis}_n" for axis in "xyz"]].to_numpy()
 
     def save(self, path: Path | str) -> None:
         """Write the motion to a file: an animation (.gif), stills (.png), all of it (.h5), or a series (.pvd)."""
+        check(path=(Where, path))
         if (kind := Path(path).suffix.lower()) == ".h5":
             store(self, path)
         elif kind == ".pvd":

@@ -50,7 +50,7 @@ def test_each_structure_has_a_curve_of_its_layers_and_a_mark_of_the_whole_tree(c
     assert (curves[1].get_xdata(), curves[1].get_ydata()) == (pytest.approx([0.5]), pytest.approx([1.0]))
     # the response itself: 10 mm
     assert axes[0].lines[-1].get_ydata()[0] == pytest.approx(10.0)
-    assert [text.get_text() for text in axes[0].texts] == ["0", "2", "4"]
+    assert [text.get_text() for text in axes[0].texts] == ["0", "4"]
     # panels without numbers say so
     assert [text.get_text() for text in axes[3].texts] == ["never in contact"]
     assert [text.get_text() for text in axes[4].texts] == ["never apart"]

@@ -259,7 +259,7 @@ def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
     points = [50, 30, 20] * (dense.nodes - 1) / np.linalg.norm(dense.nodes - 1, axis=1).clip(0.1)[:, None]
     meshio.write_points_cells(tmp_path / "organ.stl", points, [("triangle", dense.triangles)], binary=True)
     read = recognise([tmp_path / "organ.stl"], scale_m=0.001)
-    entry, mesh, tried = choose._resolved(read.entry, str)
+    entry, mesh, tried = choose._with_coarse_mesh(read.entry, str)
     like = tried[entry.surface_nodes]
     assert like.close
     mended, solid = solid_of(Path(entry.path), 0.001)
@@ -270,7 +270,7 @@ def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
     monkeypatch.setattr(choose, "_coarse", lambda tried: mesh)
     like_data = {count: Likeness(0.01 * penalty, 1, 1, 1, 1) for count, penalty in penalties.items()}
     monkeypatch.setattr(choose, "likeness", lambda found, tried: like_data[tried.surface_nodes])
-    assert choose._resolved(read.entry, str)[0].surface_nodes == 280
+    assert choose._with_coarse_mesh(read.entry, str)[0].surface_nodes == 280
 
 
 @pytest.mark.slow
@@ -288,7 +288,7 @@ def test_a_coarse_surface_that_cannot_be_filled_well_is_made_anew_unless_its_own
     meshio.write_points_cells(tmp_path / "rod.stl", points, [("triangle", triangles)], binary=True)
     read = recognise([tmp_path / "rod.stl"], scale_m=0.001)
     monkeypatch.setattr(choose, "SURFACE_NODES", (280,))
-    entry, mesh, tried = choose._resolved(read.entry, str)
+    entry, mesh, tried = choose._with_coarse_mesh(read.entry, str)
     assert (entry.surface_nodes, entry.snap, len(mesh.surface)) == (280, False, 280)
     like = tried[280]
     assert not like.other and abs(like.volume) < 0.005

@@ -41,8 +41,8 @@ BROAD = 0.95
 # largest radius as a share of the middle side, since a disc lies on the broadest face
 FINGERTIP, TIP_OF_SIZE, HAND, DISC = 0.012, (0.04, 0.15), 0.15, 0.5
 # the largest displacement of the large regime, as a share of the longest side; less where the body is thin, as no
-# solver follows tissue that is pressed flat: this share of the way to the bed
-PEAK, OF_WAY = 0.1, 0.4
+# solver follows tissue that is pressed flat: this share of the depth to the bed
+PEAK, OF_DEPTH = 0.1, 0.4
 # displacements of the small regime against the large one's; the pressure of the deep one against Young's modulus
 SMALL, DEEP = 0.3, 0.25
 
@@ -85,7 +85,7 @@ def choose(name: str, entry: File | Ct, hold: str | None = None, say: Callable[[
     hold : the side that it lies on, as ``sides_of`` knows them; chosen if it is not given
     say : takes the words of each step, before it
     """
-    entry, coarse, tried = _resolved(entry, say)
+    entry, coarse, tried = _with_coarse_mesh(entry, say)
     like = tried.get(entry.surface_nodes or 0)
     if like is not None and like.other:
         raise InputError(
@@ -109,7 +109,7 @@ def choose(name: str, entry: File | Ct, hold: str | None = None, say: Callable[[
 def _regimes(body: Body) -> dict:
     """Choose how hard a body is pressed, and by what: a fingertip gently and firmly, a flat hand deep."""
     size = body.coarse.size
-    largest = min(PEAK, OF_WAY * _way(body) / size)
+    largest = min(PEAK, OF_DEPTH * _depth_to_bed(body) / size)
     widest = DISC * float(np.sort(np.ptp(body.coarse.nodes, axis=0))[1])
     tip = rounded(min(float(np.clip(FINGERTIP, TIP_OF_SIZE[0] * size, TIP_OF_SIZE[1] * size)), widest))
     return {
@@ -119,7 +119,7 @@ def _regimes(body: Body) -> dict:
     }
 
 
-def _resolved(entry: File | Ct, say: Callable[[str], object]) -> tuple[File | Ct, TetMesh, dict[int, Likeness]]:
+def _with_coarse_mesh(entry: File | Ct, say: Callable[[str], object]) -> tuple[File | Ct, TetMesh, dict[int, Likeness]]:
     """Make the coarse mesh: the file's own, or one with as few surface nodes as its shape needs.
 
     Return the settings, with that number if there is one, the mesh, and the likeness by number of all that were made.
@@ -131,24 +131,24 @@ def _resolved(entry: File | Ct, say: Callable[[str], object]) -> tuple[File | Ct
         if own is not None:
             return entry, own, {}
         entry = entry.but(snap=False)
-    found: dict[int, tuple[File | Ct, TetMesh, Likeness]] = {}
+    made: dict[int, tuple[File | Ct, TetMesh, Likeness]] = {}
     for count in SURFACE_NODES:
         tried = entry.but(surface_nodes=count)
         say(f"a mesh of {count} surface nodes")
         try:
             mesh = _coarse(tried)
         except InputError as error:
-            if "surface_nodes" not in str(error) or (count == SURFACE_NODES[-1] and not found):
+            if "surface_nodes" not in str(error) or (count == SURFACE_NODES[-1] and not made):
                 raise
             continue
-        if found and 8 * len(mesh.tetrahedra) > FINE_TETRAHEDRA:
+        if made and 8 * len(mesh.tetrahedra) > FINE_TETRAHEDRA:
             break
-        found[count] = tried, mesh, likeness(mesh, tried)
-        if found[count][2].close:
+        made[count] = tried, mesh, likeness(mesh, tried)
+        if made[count][2].close:
             break
-    least = min(like.penalty for _, _, like in found.values())
-    chosen, mesh, _ = next(each for each in found.values() if each[2].penalty <= max(1.0, WORSE * least))
-    return chosen, mesh, {count: like for count, (*_, like) in found.items()}
+    least = min(like.penalty for _, _, like in made.values())
+    chosen, mesh, _ = next(each for each in made.values() if each[2].penalty <= max(1.0, WORSE * least))
+    return chosen, mesh, {count: like for count, (*_, like) in made.items()}
 
 
 def _coarse(entry: File | Ct) -> TetMesh:
@@ -164,15 +164,18 @@ def rounded(value: float) -> float:
     return float(f"{math.ceil(value / digit - 1e-9) * digit:.2g}")
 
 
-def _way(body: Body) -> float:
-    """Find the shortest way [m] from a contact along its inward normal, within 45 degrees, to what the body lies on."""
+def _depth_to_bed(body: Body) -> float:
+    """Return the least distance [m] from a contact to the nodes that the body lies on, where presses move it there.
+
+    Only nodes within 45 degrees of the contact's inward normal count.
+    """
     mesh = body.coarse
     pressed = pressed_contacts(body, contacts_of(body))
     under = body.anchors[0] if body.bed is None else inner_nodes(mesh, body.bed)
-    ways = mesh.nodes[None, under] - mesh.nodes[pressed, None]
-    lengths = np.linalg.norm(ways, axis=2)
-    inward = -np.einsum("cai,ci->ca", ways, mesh.normals[pressed]) > lengths * math.sqrt(0.5)
-    return float(lengths[inward].min(initial=np.inf))
+    offsets = mesh.nodes[None, under] - mesh.nodes[pressed, None]
+    distances = np.linalg.norm(offsets, axis=2)
+    inward = -np.einsum("cai,ci->ca", offsets, mesh.normals[pressed]) > distances * math.sqrt(0.5)
+    return float(distances[inward].min(initial=np.inf))
 
 
 def _too_few_nodes(entry: File | Ct, kind: str, hold: str | None) -> str:
@@ -197,10 +200,10 @@ def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> 
     An organ lies on soft tissue. Trap: nailed nodes end at a rim where stress is singular, so that elements converge by
     the order of 1 only; springs that fade do not.
     """
-    beds = [_under(mesh, axis, side) for axis, side in sides]
+    beds = [_bed_on_side(mesh, axis, side) for axis, side in sides]
     areas = np.array([area for _, area in beds])
     bed = beds[int(np.argmax(areas >= BROAD * areas.max()))][0]
-    _doubt_lofts(name, mesh, bed)
+    _warn_of_raised_parts(name, mesh, bed)
     points = mesh.nodes[inner_nodes(mesh, bed)]
     if len(points) < 3 or np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1] < 0.1 * mesh.size:
         raise InputError(f"{name}: {fault}.")
@@ -215,23 +218,23 @@ def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> 
     return BedSettings(sphere=sphere, facing=[int(x) for x in bed.facing], stiffness_n_m3=bed.stiffness_n_m3)
 
 
-def _doubt_lofts(name: str, mesh: TetMesh, bed: Bed) -> None:
+def _warn_of_raised_parts(name: str, mesh: TetMesh, bed: Bed) -> None:
     """Warn of parts of the side that a body lies on that are higher than the rest, as under an arch."""
-    turned = mesh.triangles[bed.faces(mesh.nodes, mesh.triangles)]
-    part = components(turned[:, [0, 1, 1, 2]].reshape(-1, 2), len(mesh.nodes))
-    reach = np.full(len(mesh.nodes), -np.inf)
-    np.maximum.at(reach, part[turned], (mesh.nodes @ bed.facing)[turned])
-    away = reach.max(initial=-np.inf) - reach[part[turned[:, 0]]]
-    if (lofts := away > BED_THICKNESS * mesh.size).any():
+    facing = mesh.triangles[bed.faces(mesh.nodes, mesh.triangles)]
+    part = components(facing[:, [0, 1, 1, 2]].reshape(-1, 2), len(mesh.nodes))
+    lowest = np.full(len(mesh.nodes), -np.inf)  # point of each part, along the direction of the bed
+    np.maximum.at(lowest, part[facing], (mesh.nodes @ bed.facing)[facing])
+    heights = lowest.max(initial=-np.inf) - lowest[part[facing[:, 0]]]
+    if (raised := heights > BED_THICKNESS * mesh.size).any():
         warnings.warn(
-            f"{name}: the springs that it lies on hold {lofts.sum()} of {len(turned)} triangles up to "
-            f"{in_words(away.max())} above the rest, as under an arch; if nothing is below them, give anchors, or a "
+            f"{name}: the springs that it lies on hold {raised.sum()} of {len(facing)} triangles up to "
+            f"{in_words(heights.max())} above the rest, as under an arch; if nothing is below them, give anchors, or a "
             "smaller bed.sphere.",
             stacklevel=2,
         )
 
 
-def _under(mesh: TetMesh, axis: str, side: str) -> tuple[Bed, float]:
+def _bed_on_side(mesh: TetMesh, axis: str, side: str) -> tuple[Bed, float]:
     """Return a bed under all that faces a side, and the area [m²] of that, seen along the axis.
 
     Its middle is that of the triangle nearest to the mean of all.

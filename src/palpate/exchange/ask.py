@@ -17,7 +17,7 @@ from palpate.benchmark.settings import Instrument as ToolSettings
 from palpate.benchmark.settings import instrument_name, pressed_bodies
 from palpate.benchmark.split import FOLDS
 from palpate.benchmark.touch import TOUCH_COLUMNS, choose_touches, touches_of
-from palpate.benchmark.touch_mesh import bearing
+from palpate.benchmark.touch_mesh import check_by_coarse_elements
 from palpate.benchmark.touch_truth import TouchTruth
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
@@ -117,8 +117,8 @@ def _touches(name: str, tool: ToolSettings, settings: Any, config: Path, results
         questions = touches.questions_of(body, truth.sample[rows], chosen)
         return body, replace(questions, truth=touches.truth_arrays(truth, rows))
     body = _body(settings, name, config)
-    bears = bearing(body, asked.truth.along_radius)
-    table = choose_touches(body, instrument, asked.samples, tuple(asked.depth_of_radius), seed, bears)
+    has_answer = check_by_coarse_elements(body, asked.truth.along_radius)
+    table = choose_touches(body, instrument, asked.samples, tuple(asked.depth_of_radius), seed, has_answer)
     return body, touches.questions_of(body, table["sample"].to_numpy(), touches_of(instrument, table))
 
 

@@ -37,7 +37,7 @@ from palpate.stores import stored
 
 
 def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: Path) -> str:
-    """Write the questions of ``scene`` to the folder ``out``, and return what they are.
+    """Write the questions of ``scene`` to the folder ``out``; return a sentence on them, which is printed.
 
     results : folder that make has filled; None is that beside ``config``
     seed : of a private set, without truths, drawn anew; None for the public set, the test presses of the results
@@ -68,7 +68,7 @@ Asked = tuple[Body, Questions]
 
 
 def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
-    """Return what asks about each scene that can be asked, by its name."""
+    """Return the scenes of the settings, by name: functions that return a body and the questions about it."""
     found: dict[str, Callable[..., Asked]] = {}
     if settings.tradeoff is not None:
         for regime in settings.regimes:
@@ -85,7 +85,7 @@ def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
 
 
 def _presses(name: str, regime: str, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
-    """Ask the test presses of the first split of a run, or as many of contacts drawn by ``seed``."""
+    """Return the test presses of the first split of a run as questions, or as many at contacts drawn by ``seed``."""
     asked, rule = settings.tradeoff, settings.regimes[regime]
     radius_m = rule.radius_on(name)
     if seed is None:
@@ -103,7 +103,7 @@ def _presses(name: str, regime: str, settings: Any, config: Path, results: Path,
 
 
 def _touches(name: str, tool: ToolSettings, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
-    """Ask the touches of a run whose truth is believed, or as many drawn by ``seed``."""
+    """Return the touches of a run whose truth is believed as questions, or as many drawn by ``seed``."""
     instrument, asked = Instrument(**dict(tool)), settings.touch
     if seed is None:
         place = results / "data" / name / "touch" / instrument_name(tool)
@@ -123,7 +123,7 @@ def _touches(name: str, tool: ToolSettings, settings: Any, config: Path, results
 
 
 def _motions(name: str, own: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
-    """Ask the motion of a run, or one drawn by ``seed``."""
+    """Return the motion of a run as a question, or one drawn by ``seed``."""
     entry = settings.scenes[name].but(name=name)
     asked = own.duration_s or followed(entry), own.frames or settings.dynamic.frames, own.level
     found_by = {"levels": own.truth.levels, "steps_per_frame": own.truth.steps_per_frame}

@@ -81,12 +81,12 @@ def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arr
 
 
 def wanted(questions: Questions) -> dict[str, Wanted]:
-    """Return what is asked beside displacements: nothing."""
+    """Return what is asked besides displacements: nothing."""
     return {}
 
 
 def asked_in(results: Path, questions: Questions) -> tuple[Path, bool]:
-    """Return the file of a run's presses, and whether these are among them."""
+    """Return the file of a run's presses, and whether those of the questions are among them."""
     info, loads = questions.info, questions.arrays["loads"]
     place = results / "data" / info["body"] / info["regime"] / "loads.csv"
     known = read_table(place, ["sample", *ASKED]).set_index("sample").reindex(loads["sample"])

@@ -81,7 +81,7 @@ class Judge(judging.Judge):
 
 
 def _force_slip(forces: np.ndarray, truth: np.ndarray) -> str:
-    """Tell forces of the other sign or another unit: all of them, which no stiffness does."""
+    """Return a phrase on forces of the opposite sign or in another unit, if all are; another stiffness does neither."""
     if not len(forces):
         return ""
     if (forces < 0.0).all():
@@ -93,7 +93,7 @@ def _force_slip(forces: np.ndarray, truth: np.ndarray) -> str:
 
 
 def truth_arrays(truth: TouchTruth, rows: np.ndarray) -> Arrays:
-    """Return the arrays of truth.npz for the touches ``rows``; its own errors are NaN where it is not believed."""
+    """Return the arrays of truth.npz for touches ``rows``; own errors are NaN where the truth is not believed."""
     found = judging.own_arrays(OWN, np.where(truth.believed[:, None], truth.own, np.nan)[rows])
     names = {"displacement": "displacement_m", "force": "force_n", "area": "area_m2"}
     kept = {name: value for name, value in vars(truth).items() if name not in ("sample", "own", "rejected")}
@@ -108,7 +108,7 @@ def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arr
 
 
 def wanted(questions: Questions) -> dict[str, Wanted]:
-    """Return what is asked beside displacements: forces, and the area."""
+    """Return what is asked besides displacements: forces, and the area."""
     return NUMBERS
 
 

@@ -119,8 +119,10 @@ class SurfacePress(Block):
         if self.node not in body.fine.surface:
             raise InputError(f"node {self.node} is not on the surface of {body.name}; give one of its fine.surface.")
         if self.radius_m > body.fine.size:
-            told = f"radius_m of the press is {self.radius_m:g} m, and {body.name} is {body.fine.size:.3g} m long"
-            raise InputError(f"{told}; give the radius of what presses it, in metres.")
+            raise InputError(
+                f"radius_m of the press is {self.radius_m:g} m, and {body.name} is {body.fine.size:.3g} m long; "
+                "give the radius of what presses it, in metres."
+            )
         way = -body.fine.normals[self.node] if self.direction is None else np.array(self.direction, dtype=float)
         if not np.linalg.norm(way) > 0.0:
             raise InputError(f"the press at node {self.node} has no direction; give one with a length.")

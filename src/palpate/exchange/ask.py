@@ -57,9 +57,9 @@ def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: P
         with_law(body, questions.info["law"])  # whose truth whoever scores has to find
     pages = {"README.md": readme(questions, body.material.law), **pictures(body)}
     write(questions, out, pages)
-    told = "with the truth" if questions.truth is not None else "without a truth"
+    with_truth = "with the truth" if questions.truth is not None else "without a truth"
     return (
-        f"{out}: {questions.counted} of {scene}, {told}, at {len(questions.points)} points; README.md says how "
+        f"{out}: {questions.counted} of {scene}, {with_truth}, at {len(questions.points)} points; README.md says how "
         f"to answer them.\ndigest {questions.digest}"
     )
 

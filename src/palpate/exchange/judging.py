@@ -115,15 +115,15 @@ class Judge:
         dent = self.loads["in_dent"][row]
         return truth_errors(found, true, np.tile(dent, len(found) // len(dent)))._asdict()
 
-    def felt(self, row: int, moved: np.ndarray, setting: Setting) -> Row:
+    def further_errors(self, row: int, moved: np.ndarray, setting: Setting) -> Row:
         """Return errors of forces, and of what else a setting answers to question ``row``."""
         return {}
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
         """Return a phrase on a slip of the adapter, such as another unit, in the questions ``there`` (m,); or ""."""
         places, asked = self.loads[self.place][there] if self.place else None, self.asked
-        told = slip(moved[there], self.known[there], asked["points_m"], asked["triangles"], places)
-        return f"displacement_m {told}" if told else ""
+        mistake = slip(moved[there], self.known[there], asked["points_m"], asked["triangles"], places)
+        return f"displacement_m {mistake}" if mistake else ""
 
 
 def believed(truth: Arrays) -> np.ndarray:
@@ -165,8 +165,8 @@ def score_answers(
     for i, setting in enumerate(answers.settings):
         moved, mesh = at_points(setting, questions)
         there = judge.rows[~setting.failed[judge.rows]]
-        if told := judge.slip(moved, setting, there):
-            raise InputError(f"{path}: setting_{i}/{told}.")
+        if mistake := judge.slip(moved, setting, there):
+            raise InputError(f"{path}: setting_{i}/{mistake}.")
         warned += _odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], judge.known[there], mesh, there)
         found = [_row(judge, row, moved[row], setting) for row in judge.rows]
         more = {"setting": setting.name, "converged": setting.converged}
@@ -185,7 +185,7 @@ def _row(judge: Judge, row: int, moved: np.ndarray, setting: Setting) -> Row:
         return found | {"failure": NO_ANSWER}
     seconds = setting.seconds[row]
     calls = seconds[np.isfinite(seconds)].tolist()
-    return found | judge.errors(row, moved) | judge.felt(row, moved, setting) | spent(calls)
+    return found | judge.errors(row, moved) | judge.further_errors(row, moved, setting) | spent(calls)
 
 
 def _means(where: str, errors: list[Row]) -> Row:
@@ -214,8 +214,8 @@ def _odd(
     if mesh is not None and len(true):
         at = setting.displacement[there][..., mesh.used, :]
         at = at.reshape(-1, *at.shape[-2:])
-        if told := out_of_order(at, mesh.at_nodes(true), mesh.triangles):
-            raise InputError(f"{place} {told}.")
+        if mistake := out_of_order(at, mesh.at_nodes(true), mesh.triangles):
+            raise InputError(f"{place} {mistake}.")
     return [f"{place} {each}." for each in oddities(moved.reshape(true.shape), true)]
 
 

@@ -156,7 +156,7 @@ class Judge(judging.Judge):
             found |= dict.fromkeys(("patch_rms_of_peak", "patch_max_of_peak"), np.nan)
         return found
 
-    def felt(self, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
+    def further_errors(self, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
         found = {"real_time_factor": float(np.nanmedian(setting.seconds[row])) / self._duration_s}
         if FORCE in setting.numbers:
             found |= force_errors(setting.numbers[FORCE][row], self._force[row])._asdict()
@@ -164,9 +164,9 @@ class Judge(judging.Judge):
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
         for row in there:
-            told = slip(moved[row], self.known[row], self.asked["points_m"], self.asked["triangles"], None)
-            if told := told or over_time(moved[row], self.known[row], self._duration_s / self._frames):
-                return f"displacement_m {told}"
+            mistake = slip(moved[row], self.known[row], self.asked["points_m"], self.asked["triangles"], None)
+            if mistake := mistake or over_time(moved[row], self.known[row], self._duration_s / self._frames):
+                return f"displacement_m {mistake}"
         return ""
 
 

@@ -33,8 +33,9 @@ def questions_of(body: Body, regime: str, samples: Sequence[Sample]) -> Question
     loads: list[dict[str, Any]] = []
     for sample in samples:
         [patch], (_, force) = sample.patches(body), sample.load.single()
-        told = {"name": f"press {sample.number}", "place_m": patch.center_m.tolist(), "normal": patch.normal.tolist()}
-        loads.append(told | {"radius_m": patch.radius_m, "force_n": force.tolist()})
+        place, normal = patch.center_m.tolist(), patch.normal.tolist()
+        load = {"name": f"press {sample.number}", "place_m": place, "normal": normal}
+        loads.append(load | {"radius_m": patch.radius_m, "force_n": force.tolist()})
     more = {"sample": np.array([sample.number for sample in samples])}
     # contacts are nodes of the coarse mesh, and of all finer ones
     more["node"] = np.array([sample.load.single()[0] for sample in samples])

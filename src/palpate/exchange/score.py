@@ -35,11 +35,11 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
         read_answers(answers, questions, module_of(questions).wanted(questions))
     beside = None if results is None else _beside(results, questions)
 
-    def kept(law: str) -> Arrays:
+    def truth_with(law: str) -> Arrays:
         return truth_beside(questions, folder, law, lambda name: _find(questions, folder, name))
 
-    truth = kept(questions.info["law"]) if questions.truth is None else questions.truth
-    scored = score_answers(answers, questions, truth, kept if own_law else None)
+    truth = truth_with(questions.info["law"]) if questions.truth is None else questions.truth
+    scored = score_answers(answers, questions, truth, truth_with if own_law else None)
     floor = floor_of(truth)
     table = score_table(scored.settings, floor, beside)
     place = (answers.parent if out is None else out).resolve()

@@ -22,9 +22,9 @@ SHIFTED = 0.2
 ROUGH = 0.5
 """Share of the roughness of a random order, above which an answer is out of order."""
 SMOOTH = 0.3
-"""The same share, below which the truth must be for that to be told."""
+"""Share of the roughness of a random order, below which the truth has to be for order to show."""
 LIKE, NEARER = 0.35, 0.5
-"""What is unlike the truth by less than LIKE, and by less than NEARER of what the answer is, is what was meant."""
+"""Answers were meant that are unlike the truth by less than LIKE, and by less than NEARER times the given ones."""
 HELD = 0.02
 """Share of the peak by which a point that the truth never moves may move unnoted."""
 
@@ -40,13 +40,10 @@ def slip(
     """
     if not len(answers):
         return ""
-    if told := _scaled(answers, truth):
-        return told
-    if told := _positions(answers, truth, points) or _turned(answers, truth):
-        return told
-    if places is not None and (told := _loads_permuted(answers, truth, places)):
-        return told
-    return out_of_order(answers, truth, triangles)
+    mistake = _scaled(answers, truth) or _positions(answers, truth, points) or _turned(answers, truth)
+    if not mistake and places is not None:
+        mistake = _loads_permuted(answers, truth, places)
+    return mistake or out_of_order(answers, truth, triangles)
 
 
 def oddities(answers: np.ndarray, truth: np.ndarray) -> list[str]:
@@ -168,11 +165,11 @@ def _loads_permuted(answers: np.ndarray, truth: np.ndarray, places: np.ndarray) 
     _, to = linear_sum_assignment(errors)
     k = np.arange(len(to))
     elsewhere = np.linalg.norm(places - places[to], axis=1) > 0.0
-    told = elsewhere & (errors[k, to] < SAME) & (errors[k, k] > 3.0 * errors[k, to])
+    matches = elsewhere & (errors[k, to] < SAME) & (errors[k, k] > 3.0 * errors[k, to])
     around = (errors[k, to] < LIKE) & (errors[k, to] < NEARER * errors[k, k])
     for _ in k:
         around &= around[to]
-    if max(told.sum(), around.sum()) >= 2:
-        i = int(np.flatnonzero(told | around)[0])
+    if max(matches.sum(), around.sum()) >= 2:
+        i = int(np.flatnonzero(matches | around)[0])
         return f"has in question {i} the answer to question {to[i]}; keep the order of the loads"
     return ""

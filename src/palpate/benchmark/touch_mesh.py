@@ -10,12 +10,12 @@ from palpate.benchmark.touch import Touch, Touched
 from palpate.bodies.body import Body
 from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalBody, LocalRefinement
-from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import with_midpoints
-from palpate.effects.instrument import GRASP, PUNCH, Instrument, Pose
+from palpate.effects.instrument import GRASP, PUNCH, Instrument
 from palpate.errors import NotConverged
 from palpate.solvers.grasping import Grasping
-from palpate.solvers.indentation import ContactPoints, Indentation, Touching, contact_points
+from palpate.solvers.indentation import Indentation, Touching, contact_points
 
 REACH, MARGIN = 1.3, 1.5
 """Distance from the place within which a level is refined: so many contact radii plus so many of its own edges."""
@@ -75,19 +75,6 @@ def answer_of(problem: Indentation | Grasping, state: Touching, touch: Touch, up
     return Touched(up @ (state.x - problem.mesh.nodes), float(state.force @ touch.direction), state.area_m2)
 
 
-def points_touched(
-    mesh: Mesh, order: int, young_pa: float, touches: Sequence[Touch], poses: Sequence[Pose]
-) -> ContactPoints:
-    """Return the contact points of ``mesh`` that any of ``touches`` may touch; poses : of each at first touch."""
-    deepest = [pose.moved(touch.depth_m * touch.direction) for pose, touch in zip(poses, touches, strict=True)]
-
-    def near(at: np.ndarray) -> np.ndarray:
-        ends = zip(deepest, touches, strict=True)
-        return np.min([pose.gaps(at)[0] / touch.depth_m for pose, touch in ends], axis=0) < TOUCHED_WITHIN
-
-    return contact_points(mesh, order, young_pa, near)
-
-
 def problem_of(body: Body, level: int, order: int, touches: Sequence[Touch], shape: Body) -> Indentation | Grasping:
     """Return the contact or grasp problem of the first of ``touches`` on a level of ``body``, by elements of ``order``.
 
@@ -97,7 +84,13 @@ def problem_of(body: Body, level: int, order: int, touches: Sequence[Touch], sha
     if first.grasps:
         return Grasping(body, level, order, first.patch(shape))
     poses = [touch.pose(shape) for touch in touches]
-    points = points_touched(body.levels[level], order, body.material.young_pa, touches, poses)
+    deepest = [pose.moved(touch.depth_m * touch.direction) for pose, touch in zip(poses, touches, strict=True)]
+
+    def near(at: np.ndarray) -> np.ndarray:
+        ends = zip(deepest, touches, strict=True)
+        return np.min([pose.gaps(at)[0] / touch.depth_m for pose, touch in ends], axis=0) < TOUCHED_WITHIN
+
+    points = contact_points(body.levels[level], order, body.material.young_pa, near)
     return Indentation(body, level, order, points, poses[:1], first.instrument.sticks)
 
 

@@ -225,6 +225,7 @@ class _File:
         return self._named(name, found, "is empty" if not str(found).strip() else "is no name")
 
     def names(self, name: str) -> list[str]:
+        """Return a list of texts that all differ."""
         found = self.get(name)
         if found.dtype.kind != "U" or found.ndim != 1 or not len(found):
             raise self.wrong(name, f"is {_kind(found)}", "give a list of texts, a name for each setting")
@@ -307,6 +308,7 @@ def _allowed(name: str, shape: tuple[int, ...], kind: np.dtype) -> None:
 
 
 def _hdf5(path: Path) -> dict[str, np.ndarray]:
+    """Read all arrays of an HDF5 file, those in groups by their path; ValueError for one that is too large."""
     import h5py
 
     found: dict[str, np.ndarray] = {}

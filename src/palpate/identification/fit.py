@@ -435,6 +435,7 @@ def best_fit(model: MixedModel, sure: bool = False) -> tuple[dict[str, float], f
     ends = [least]
 
     def search(start: Mapping[str, float], better: float) -> None:
+        """Fit from ``start``; keep the result if its value is below the least one by more than ``better``."""
         nonlocal best, least
         try:
             other, value = fitted(model, start)

@@ -42,7 +42,7 @@ from palpate.files import write_whole
 from palpate.identification.export.numbers import Numbers
 from palpate.identification.export.write import export
 from palpate.identification.forward import SlabForward
-from palpate.identification.on_body import MARGIN, OrganForward, rest, touch_of
+from palpate.identification.on_body import MARGIN, OrganForward, far_compliance, touch_of
 from palpate.identification.presses import Press
 
 PLACES, SEED = 16, 5
@@ -97,7 +97,7 @@ def missed(body: Body, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return what a body of 1 Pa gives way more than on HELD at each node (k,) [m/N], and what of it is a limit's."""
     meshes = TouchedMeshes(body)
     patches = [Patch(body.fine.nodes[node], body.fine.normals[node], 0.012) for node in nodes]
-    rims = [rest(*meshes.at_rim(held), patches) for held in (1, 2, 3)]
+    rims = [far_compliance(*meshes.at_rim(held), patches) for held in (1, 2, 3)]
     first, last = rims[1] - rims[0], rims[2] - rims[1]
     more = last / (np.clip(first / last, 2.0, 3.0) - 1.0)
     return rims[2] + more - rims[0], np.abs(more)

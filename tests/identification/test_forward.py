@@ -13,7 +13,7 @@ from palpate.identification.forward import Parameter, SlabForward
 def test_the_sparse_grid_reproduces_what_its_polynomials_can():
     rng = np.random.default_rng(0)
     for dimensions, level, whole in ((1, 2, 2), (2, 3, 3), (3, 2, 6)):
-        places, degrees = curves._sparse(dimensions, level, whole)
+        places, degrees = curves._sparse_grid(dimensions, level, whole)
         assert len(places) == len(degrees) == len(np.unique(places, axis=0)) == len(np.unique(degrees, axis=0))
         weights, at = rng.standard_normal(len(degrees)), rng.uniform(-1.0, 1.0, (5, dimensions))
         found = np.linalg.solve(curves._basis(places, degrees), curves._basis(places, degrees) @ weights)

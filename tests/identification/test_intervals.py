@@ -10,7 +10,7 @@ from scipy.stats import chi2
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, NotConverged
 from palpate.identification import fit
-from palpate.identification.fit import POINTS, Data, MixedModel, Options, best_fit, fitted, loading, rounded
+from palpate.identification.fit import POINTS, Data, MixedModel, Options, best_fit, fitted, loading, scaling_near
 from palpate.identification.forward import Parameter
 from palpate.identification.identify import identify, line_of
 from palpate.identification.intervals import Profiler, bootstrap, threshold
@@ -155,10 +155,10 @@ def test_round_coordinates_end_where_others_do():
     """With a modulus far from the best, so that parameters reach the ends of their ranges."""
     model, best, least = fit_of(Layer(0.004, (NU, THICKNESS)), {"poisson": 0.45, "thickness_m": 0.01})
     young = np.log(model.values(best)["young_pa"])
-    around = rounded(model, best, young=True)
+    scaling = scaling_near(model, best, young=True)
     for away in (-0.3, 0.05, 0.2):
         expected = fitted(model, best, young=young + away)[1]
-        unknown, value = fitted(model, best, young=young + away, around=around)
+        unknown, value = fitted(model, best, young=young + away, scaling=scaling)
         assert value == pytest.approx(expected, abs=0.05) and value > least - 0.01
         assert np.log(model.values(unknown)["young_pa"]) == pytest.approx(young + away)
         assert all(low <= unknown[name] <= high for name in model.parameters for low, high in [model.bounds(name)])

@@ -1,9 +1,9 @@
-"""Find what a cut body truly does when hooks pull its lips apart: quadratic elements on meshes that conform to the cut.
+"""Find the truth of cut bodies whose lips are pulled by hooks: quadratic elements on meshes that conform to the cut.
 
-Elements are halved at the front of the cut, where stresses are infinite, and, apart from that, at the rim of what is
-held or grasped, on three meshes each; each is carried to its limit as for a touch (``touch_truth``). What halving one
-changes of the other, and what the same meshes say that are made of the body's level before, count as errors, too. The
-lips are free: a pull that closes them has no truth here.
+Elements are halved along two axes, on three meshes each: at the front of the cut, where stresses are infinite, and at
+the rim of what is held or grasped. The limit is that of both axes, as for a touch (``touch_truth``). Its own error is
+the sum of those of both axes, of their mixture, and of all elements, by a mesh of the body's level before. The lips are
+free: a pull that closes them has no truth here.
 """
 
 from collections.abc import Sequence
@@ -36,24 +36,24 @@ CLOSED = 1e-3
 MOST_SURFACE, MOST_OPENING = 0.005, 0.03
 """Own errors over the surface and in the opening above which a cut judges no model."""
 BESIDE = 0.5
-"""Size of a triangle over which a place of the mouth may be off the lips."""
+"""Largest distance of a place of the mouth from the lips, over the size of a triangle."""
 PLACES = 9
-"""Places along a path where the opening is told."""
+"""Number of places along a path where the opening is measured."""
 
 
 class Hook(NamedTuple):
-    """A patch of the skin that is grasped, and the way that it is moved (3,) [m]."""
+    """A patch of the skin that is grasped, and the displacement (3,) [m] that it is given."""
 
     patch: Patch
     shift_m: np.ndarray
 
 
 class Pulled(NamedTuple):
-    """What hooks do to a cut body: an answer of a model or of one mesh.
+    """The answer of a model or a mesh to a cut and a pull by h hooks.
 
-    displacement : (n, 3) [m] of the fine surface nodes of the whole body; of two lips' at one place, the positive one's
-    opening : (k, 3) [m], how far the positive lip has moved from the negative one at the places along the cut
-    force : (h,) [N] of each hook on the body, along its way
+    displacement : (n, 3) [m] of the whole body's fine surface nodes, of the positive lip where both are at one place
+    opening : (k, 3) [m], displacement of the positive lip from the negative one at places along the cut
+    force : (h,) [N] of each hook on the body, along its displacement
     """
 
     displacement: np.ndarray
@@ -65,9 +65,9 @@ class Pulled(NamedTuple):
 class CutTruth:
     """The truth of one cut and pull.
 
-    pulled : the limit; own : (3,) what it may be off, as ``pull_errors`` measures it
-    front_ratio, rim_ratio : by how much the second halving, at the front or at the rims, has changed the surface less
-        than the first; NaN where nothing changes
+    pulled : the limit; own : (3,) its own errors, those of ``pull_errors``
+    front_ratio, rim_ratio : of the last two changes of the surface, by halving at the front and at the rims; NaN where
+        nothing changes
     least_opening_m : [m] of the lips anywhere, along the normal of the cut, on the finest mesh; negative: they overlap
     least_det : smallest det F there; least_angle : smallest of the elements that are halved [°]
     nodes : of the largest mesh; seconds : of all [s]
@@ -97,91 +97,98 @@ def pull_errors(answer: Pulled, truth: Pulled) -> tuple[float, float, float]:
 
 
 def mouth(mesh: Mesh, cut: Cut) -> np.ndarray:
-    """Return PLACES points (k, 3) [m] of the skin along a blade's path, evenly between its ends; none of another cut.
+    """Return the points of the skin along a blade's path where the opening is measured, (k, 3) [m], at most PLACES.
 
-    mesh : of the whole body. Each is where a line along the blade meets the skin nearest to the path, if cut there
+    mesh : of the whole body
+    Places are even between the ends of the path. Each point is where the line through its place along the blade meets
+    the skin nearest to the path, if the skin is cut there. A cut of another kind than a blade's has none.
     """
     if not isinstance(cut, Blade):
         return np.empty((0, 3))
     along = np.linspace(0.0, min(cut.length_m, cut.reached_m), PLACES + 2)[1:-1]
     a, b, c = (mesh.nodes[mesh.triangles[:, i]] for i in range(3))
-    normals, found = area_normals(mesh.nodes, mesh.triangles), []
-    for point in cut.at(along, np.zeros(PLACES)):
-        steep = normals @ cut.direction
-        away = np.divide(((a - point) * normals).sum(axis=1), steep, out=np.full(len(a), np.inf), where=steep != 0.0)
-        at = point + np.where(np.isfinite(away), away, 0.0)[:, None] * cut.direction
+    normals, points = area_normals(mesh.nodes, mesh.triangles), []
+    facing = normals @ cut.direction
+    for place in cut.at(along, np.zeros(PLACES)):
+        # where the line meets the plane of each triangle, and whether that is inside of it
+        away = np.divide(((a - place) * normals).sum(axis=1), facing, out=np.full(len(a), np.inf), where=facing != 0.0)
+        at = place + np.where(np.isfinite(away), away, 0.0)[:, None] * cut.direction
         sides = [(np.cross(q - p, at - p) * normals).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]
         hit = (np.min(sides, axis=0) >= -1e-9 * (normals**2).sum(axis=1)) & (cut.within(at) > 0.0)
         if hit.any():
-            found.append(at[hit][np.abs(away[hit]).argmin()])
-    return np.array(found).reshape(-1, 3)
+            points.append(at[hit][np.abs(away[hit]).argmin()])
+    return np.array(points).reshape(-1, 3)
 
 
 def skin_map(
     mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float | np.ndarray, degree: int = 2, beside: float = 0.0
 ) -> sparse.csr_array:
-    """Return the interpolation (k, n) to ``points`` (k, 3) [m] of the skin; quadratic, n counts nodes and edges.
+    """Return the interpolation matrix (k, n) from a cut mesh to ``points`` (k, 3) [m] of its skin.
 
-    side : (t,) of each triangle of ``mesh``: its sign says on which side of the cut it lies, NaN that it is no skin
-    sign : of the side that is taken where a point lies on both, or one for each point
-    beside : how far from a triangle of that side, over its size, a point may lie to be taken as one of it
+    side : (t,) of each triangle of ``mesh``, whose sign says on which side of the cut it lies; NaN if it is no skin
+    sign : the side that is taken where a point is on both, one or (k,)
+    degree : 2 for quadratic elements, whose n counts nodes and edges
+    beside : distance from a triangle of that side, over its size, up to which a point is taken as one of it
+    InputError for a point that is not on the skin.
     """
     skin = np.flatnonzero(~np.isnan(side))
     corners = mesh.nodes[mesh.triangles[skin]]
     middles = corners.mean(axis=1)
     reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
-    tree, chosen, places = cKDTree(middles), [], []
-    for point, own in zip(points, np.broadcast_to(sign, len(points)), strict=True):
+    tree, chosen, weights = cKDTree(middles), [], []
+    for point, wanted in zip(points, np.broadcast_to(sign, len(points)), strict=True):
         near = np.array(tree.query_ball_point(point, reach.max()))
         near = near[np.linalg.norm(middles[near] - point, axis=1) <= reach[near] * (1.0 + 1e-9 + beside)]
+        # barycentric coordinates of the nearest point in the plane of each triangle
         first, sides = corners[near, 0], np.swapaxes(corners[near, 1:] - corners[near, :1], 1, 2)
-        share = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - first)
-        off = np.linalg.norm(point - first - np.einsum("tab,tb->ta", sides, share), axis=1)
-        outside = -np.minimum(share.min(axis=1), 1.0 - share.sum(axis=1))
-        away, other = np.maximum(outside, off / reach[near]), np.sign(side[skin[near]]) != own
-        fits = away <= 1e-6
-        if not fits.any():
+        along = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - first)
+        off_plane = np.linalg.norm(point - first - np.einsum("tab,tb->ta", sides, along), axis=1)
+        outside = -np.minimum(along.min(axis=1), 1.0 - along.sum(axis=1))
+        away, on_other_side = np.maximum(outside, off_plane / reach[near]), np.sign(side[skin[near]]) != wanted
+        holds = away <= 1e-6
+        if not holds.any():
             raise InputError("a point is not on the skin of the cut mesh; give the body that was cut.")
-        order = np.lexsort((away, other, ~(fits | (away <= beside) & ~other)))
-        chosen.append(skin[near[order[0]]])
-        places.append([1.0 - share[order[0]].sum(), *share[order[0]]])
-    return surface_interpolation(mesh, np.array(chosen, dtype=int), np.array(places).reshape(-1, 3), degree)
+        best = np.lexsort((away, on_other_side, ~(holds | (away <= beside) & ~on_other_side)))[0]
+        chosen.append(skin[near[best]])
+        weights.append([1.0 - along[best].sum(), *along[best]])
+    return surface_interpolation(mesh, np.array(chosen, dtype=int), np.array(weights).reshape(-1, 3), degree)
 
 
 def halved(cut: CutBody, front: int, rim: int = 0) -> Body:
     """Return a cut body with levels on which elements are halved at its front and at the rim of what is held.
 
-    front, rim : how often. The last level has the nodes of quadratic elements on the one before
+    front, rim : how often
+    The last level has the nodes of quadratic elements on the one before.
     """
     depth, ends = max(front, rim), cut.coarse.nodes[cut.front]
     if not depth:
         return with_midpoints(cut, 0)
     longest = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0)
     radii = np.where(np.arange(depth) < front, AROUND * longest / 2.0 ** np.arange(depth), -1.0)
-    share = np.linspace(0.0, 1.0, 1 + 2**front)[:, None]
+    along = np.linspace(0.0, 1.0, 1 + 2**front)[:, None]
     # without a front no place is halved, and any point will do
-    near = (ends[:, :1] + share * (ends[:, 1:] - ends[:, :1])).reshape(-1, 3) if len(ends) else cut.coarse.nodes[:1]
+    near = (ends[:, :1] + along * (ends[:, 1:] - ends[:, :1])).reshape(-1, 3) if len(ends) else cut.coarse.nodes[:1]
     radii = radii if len(ends) else np.full(depth, -1.0)
     return with_midpoints(LocalRefinement(cut, depth).around(near, radii.tolist(), rim), depth)
 
 
 def lips_of(cut: CutBody, body: Body, side: int) -> np.ndarray:
-    """Return the triangles (t, 3) that a lip consists of on the last level of ``body``, which ``halved`` has made."""
+    """Return the triangles (t, 3) of one lip, side 0 or 1, on the last level of ``body``, as ``halved`` returns it."""
     triangles = body.fine.triangles
     return triangles[_among(coarse_triangles(body.prolongation, triangles), cut.lips[:, side])]
 
 
 def pulled(problem: Grasping, hooks: Sequence[Hook]) -> np.ndarray:
-    """Return the positions (n, 3) [m] when hooks are where they go; errors as ``Grasping.push``."""
-    ways, largest = np.zeros_like(problem.mesh.nodes), max(float(np.linalg.norm(h.shift_m)) for h in hooks)
+    """Return the positions (n, 3) [m] with all hooks at their displacements; errors as ``Grasping.push``."""
+    directions, largest = np.zeros_like(problem.mesh.nodes), max(float(np.linalg.norm(h.shift_m)) for h in hooks)
     for hook in hooks:
-        ways[hook.patch.nodes_of(problem.mesh)] = hook.shift_m / largest
-    (state,) = problem.push(ways[problem.grasped], [largest], TOLERANCE)
+        directions[hook.patch.nodes_of(problem.mesh)] = hook.shift_m / largest
+    (state,) = problem.push(directions[problem.grasped], [largest], TOLERANCE)
     return state.x
 
 
 def forces_on(problem: Grasping, hooks: Sequence[Hook], x: np.ndarray) -> np.ndarray:
-    """Return the force [N] of each hook on the body at ``x`` (n, 3) [m], along its way."""
+    """Return the force [N] of each hook on the body at ``x`` (n, 3) [m], along its displacement."""
     force = problem.free_force(x)
     return np.array([-force[h.patch.nodes_of(problem.mesh)].sum(axis=0) @ unit(h.shift_m) for h in hooks])
 
@@ -203,39 +210,45 @@ class CutMesh:
         self._mesh, self._body = body.levels[depth], body
 
     def pull(self) -> np.ndarray:
-        """Return the positions (n, 3) [m] of nodes and edge midpoints when the hooks are where they go.
+        """Return the positions (n, 3) [m] of nodes and edge midpoints with all hooks at their displacements.
 
         Raises NotConverged where no stable equilibrium is found, or an element is inverted.
         """
         return pulled(self.problem, self._hooks)
 
     def answer(self, x: np.ndarray, surface: np.ndarray, places: np.ndarray) -> Pulled:
-        """Return the answer at positions ``x``; surface, places : points (n, 3), (k, 3) [m] of skin and mouth."""
+        """Return the answer at positions ``x`` for points at rest, ``surface`` (n, 3) and ``places`` (k, 3) [m].
+
+        surface : of the skin; places : of the mouth, where the opening is measured
+        """
         moved, side = x - self.problem.mesh.nodes, self._side_of_skin()
         assert self._cut.cut is not None
         # the mesh may have bent the cut to a place beside it, which is then on both lips
-        own = np.where(self._cut.cut.across(surface) >= 0.0, 1.0, -1.0)
-        displacement = skin_map(self._mesh, side, surface, own) @ moved
+        signs = np.where(self._cut.cut.across(surface) >= 0.0, 1.0, -1.0)
+        displacement = skin_map(self._mesh, side, surface, signs) @ moved
         # where the cut crosses an edge of the skin the lips end beside it, and the place is on one of them
         first, second = (skin_map(self._mesh, side, places, sign, beside=BESIDE) @ moved for sign in (1.0, -1.0))
         return Pulled(displacement, first - second, forces_on(self.problem, self._hooks, x))
 
     def least_opening(self, x: np.ndarray) -> tuple[float, float]:
-        """Return the least and the largest distance [m] of the lips' nodes along the normal of the cut."""
-        sides, rest = [lips_of(self._cut, self._body, side) for side in (0, 1)], self.problem.mesh.nodes
-        # the lips are halved apart, so that a node of one may have none opposite
-        first, second = map(np.unique, sides)
+        """Return the least and the largest opening [m] between nodes of both lips, along the normal of the cut.
+
+        x : positions (n, 3) [m]. Lips are halved independently, so that nodes without one opposite are left out.
+        """
+        lips, rest = [lips_of(self._cut, self._body, side) for side in (0, 1)], self.problem.mesh.nodes
+        first, second = map(np.unique, lips)
+        # bytes of coordinates, by which nodes at the same place are paired
         keys, others = (np.ascontiguousarray(rest[each] + 0.0).view("V24").ravel() for each in (first, second))
         _, one, other = np.intersect1d(keys, others, return_indices=True)
         first, second = first[one], second[other]
         normals = np.zeros_like(rest)
         for corner in range(3):
-            np.add.at(normals, sides[0][:, corner], area_normals(rest, sides[0]))
-        wide = -((x[first] - x[second]) * unit(normals[first])).sum(axis=1)
-        return float(wide.min(initial=0.0)), float(wide.max(initial=0.0))
+            np.add.at(normals, lips[0][:, corner], area_normals(rest, lips[0]))
+        opening = -((x[first] - x[second]) * unit(normals[first])).sum(axis=1)
+        return float(opening.min(initial=0.0)), float(opening.max(initial=0.0))
 
     def _side_of_skin(self) -> np.ndarray:
-        """Return how far across the cut each triangle of the mesh lies (t,) [m], NaN on the lips."""
+        """Return the distance of each triangle of the mesh across the cut, (t,) [m], with a sign; NaN on the lips."""
         triangles = self._mesh.triangles
         coarse = coarse_triangles(self._body.up_to(len(self._body.levels) - 2).prolongation, triangles)
         assert self._cut.cut is not None
@@ -245,24 +258,24 @@ class CutMesh:
 
 
 def _grasped(cut: CutBody, patch: Patch) -> np.ndarray:
-    """Return the nodes of a cut mesh that a hook grasps, increasing; InputError where it may not."""
+    """Return the nodes of a cut mesh that a hook grasps, increasing; InputError if any is at the cut or is held."""
     mesh, nodes = cut.coarse, patch.nodes_of(cut.coarse)
-    held = Patch(mesh.nodes[mesh.triangles[np.isin(mesh.triangles, nodes).all(axis=1)]])
-    if np.isin(nodes, cut.lips).any() or abs(held.area_m2 - patch.area_m2) > 1e-6 * patch.area_m2:
+    on_mesh = Patch(mesh.nodes[mesh.triangles[np.isin(mesh.triangles, nodes).all(axis=1)]])
+    if np.isin(nodes, cut.lips).any() or abs(on_mesh.area_m2 - patch.area_m2) > 1e-6 * patch.area_m2:
         raise InputError(f"{cut.name}: a hook is so near the cut that the mesh there is not the body's; move it away.")
     if np.isin(nodes, cut.anchors[0]).any():
         raise InputError(f"{cut.name}: a hook grasps what is held; move it away.")
     return nodes
 
 
-def _among(triangles: np.ndarray, of: np.ndarray) -> np.ndarray:
-    """Return which of ``triangles`` (t, 3) have the nodes of any of another list (k, 3), (t,) bool."""
-    known = set(map(tuple, np.sort(of, axis=1).tolist()))
+def _among(triangles: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return which of ``triangles`` (t, 3) are among others (k, 3), in whatever order of nodes, (t,) bool."""
+    known = set(map(tuple, np.sort(others, axis=1).tolist()))
     return np.array([tuple(each) in known for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
 
 
 def with_patches(body: Body, hooks: Sequence[Hook], level: int) -> Body:
-    """Return a ``level`` of the body as the last one, with the finest one's triangles where hooks grasp."""
+    """Return the body up to ``level``, refined where hooks grasp so that its triangles there are the finest level's."""
     if not (depth := len(body.levels) - 1 - level):
         return body
     corners = np.concatenate([hook.patch.corners for hook in hooks])
@@ -274,10 +287,10 @@ def with_patches(body: Body, hooks: Sequence[Hook], level: int) -> Body:
 def truth_of_cut(
     body: Body, cut: Cut, hooks: Sequence[Hook], edge_m: float, front_m: float, places: np.ndarray | None = None
 ) -> CutTruth:
-    """Find the truth of a cut body whose lips are pulled.
+    """Find the truth of a cut body whose lips are pulled by hooks.
 
-    edge_m, front_m : as of ``cut_body``, on the mesh that is halved
-    places : (k, 3) [m] of the mouth where the opening is asked, by default ``mouth``
+    edge_m, front_m : as ``cut_body`` takes them, for the mesh that is halved
+    places : (k, 3) [m] of the mouth where the opening is measured, by default those of ``mouth``
     """
     begin, surface = perf_counter(), body.fine.nodes[body.fine.surface]
     places = mouth(body.fine, cut) if places is None else places
@@ -315,4 +328,4 @@ def truth_of_cut(
 
 
 WHOLE = 1.0 / 3.0
-"""Part of the change from the level before that all elements together may be off by: of order 2, their errors are."""
+"""Own error by the size of all elements, over the change from the level before: their error is of order 2."""

@@ -86,7 +86,7 @@ class Database:
 
 
 def write(db: Database, path: Path | str) -> None:
-    """Write ``db`` with checksums under a temporary name and rename it; InputError if a field is wrong."""
+    """Check a database, and write it with checksums, whole or not at all; InputError if a field is wrong."""
     import h5py
 
     check(vars(db), str(path))
@@ -114,6 +114,7 @@ def read(path: Path | str) -> Database:
 
 
 def _store(group: "h5py.Group", name: str, value: np.ndarray | sparse.csr_array, unit: str) -> None:
+    """Write an array or a sparse matrix with its unit into a group."""
     if sparse.issparse(value):
         inner = group.create_group(name)
         inner.attrs.update({"shape": value.shape, "unit": unit})
@@ -130,6 +131,7 @@ def _attribute(path: Path | str, file: "h5py.File", name: str) -> Any:
 
 
 def _load(path: Path | str, file: "h5py.File", name: str) -> np.ndarray | sparse.csr_array:
+    """Read a field; InputError if it is missing, damaged or in another unit."""
     field = FIELDS[name]
     place = file.get(f"{field.group}/{name}")
     if place is None:
@@ -154,7 +156,11 @@ FIELDS: dict[str, Field] = {
 
 
 def check(values: dict[str, Any], where: str) -> None:
-    """Raise InputError naming ``where`` and the first field with a wrong shape, number or node."""
+    """Check the fields of a database; InputError naming the file ``where`` and the first with a wrong value.
+
+    Shapes have to go together, numbers to be finite, and nodes to exist. Contacts have to be on the coarse surface,
+    times to be positive, and samples to move.
+    """
     lengths: dict[str, int] = {}
     for name, field in FIELDS.items():
         _check_shape(where, name, values[name].shape, lengths)
@@ -179,6 +185,7 @@ def check(values: dict[str, Any], where: str) -> None:
 
 
 def _check_shape(where: str, name: str, shape: tuple[int, ...], lengths: dict[str, int]) -> None:
+    """Raise InputError for a field whose shape is not that of its ``Field``; lengths : of earlier fields, by name."""
     wanted = FIELDS[name].shape
     if len(shape) != len(wanted):
         refuse(where, name, f"has {len(shape)} dimensions instead of {len(wanted)}")
@@ -196,8 +203,9 @@ def refuse(where: str, name: str, what: str) -> None:
 
 
 def database_of(body: Body, contacts: np.ndarray, forces: np.ndarray, coarse: np.ndarray, fine: np.ndarray) -> Database:
-    """Return the samples of k ``contacts`` under ``forces`` (k, 3) [N], by responses (k, n, 3) [m] of both meshes.
+    """Return the database of k ``contacts`` (k,) under ``forces`` (k, 3) [N], from the responses of both meshes.
 
+    coarse, fine : (k, n, 3) [m] of all nodes of the coarsest and the finest level
     Levels are nested and coarse nodes come first, so that the paper's coarse samples are the first nodes of the fine.
     """
     surface = body.fine.surface

@@ -1,6 +1,6 @@
-"""Put the scores of engines that ran elsewhere beside palpate's own models: their table, and what they are tied with.
+"""Tabulate the scores of engines that ran elsewhere beside those of palpate's own models, and which are tied.
 
-They are in no other table, so that times of other machines enter no advice for this one.
+Scores of engines are in no other table, so that times of other machines enter no advice for this one.
 """
 
 from collections.abc import Mapping
@@ -37,9 +37,10 @@ OWN = "palpate"
 
 
 def score_table(settings: pd.DataFrame, truth: Mapping[str, float], beside: pd.DataFrame | None) -> pd.DataFrame:
-    """Return the rows of score.csv: those of the engine, then palpate's own of the same scene.
+    """Return the table of ANSWERS: rows of the engine's ``settings``, then those of palpate's own of the same scene.
 
-    truth : mean own errors of the truth, by column; beside : rows of accuracy_vs_time.csv, or None
+    truth : mean own errors of the truth, by column
+    beside : rows of palpate's own, of accuracy_vs_time.csv or the table of that kind of questions, or None
     """
     own = settings.assign(**{f"truth_{name}": value for name, value in truth.items()})
     parts = [own.assign(tied_with=[_ties(row, truth, beside) for _, row in own.iterrows()])]
@@ -52,7 +53,10 @@ def score_table(settings: pd.DataFrame, truth: Mapping[str, float], beside: pd.D
 
 
 def _ties(row: pd.Series, truth: Mapping[str, float], beside: pd.DataFrame | None) -> str:
-    """Name the models whose best setting of that error is within EQUAL of the row's, floors counted."""
+    """Return the models and settings of ``beside`` whose RMSE is within a factor of EQUAL of the row's, as a list.
+
+    Errors below the truth's own count as equal to that.
+    """
     if beside is None or not np.isfinite(row["rmse_of_peak"]):
         return ""
     floor = max(EXACT, np.nan_to_num(truth["rmse_of_peak"]))

@@ -1,4 +1,4 @@
-"""Describe what a model is asked: presses on the surface, one or several at once, each by a force or to a place."""
+"""Loads that models are asked about: presses on the surface, one or several at once, by a force or to a depth."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,12 +28,12 @@ class Refused(NotConverged):
 
 @dataclass(frozen=True, eq=False)
 class Press:
-    """A disc of the case's radius around a node of the fine surface, which a force pushes, or which is pushed so far.
+    """A press on a disc of the case's radius around a node of the fine surface, by a force or to a displacement.
 
-    node : its number on the finest level; those that are coarse nodes too are the contacts
+    node : its number on the finest level; contacts are those that are nodes of the coarse mesh, too
     force : (3,) [N], or None where ``moved`` is given and the force is to be found
-    moved : (3,) [m], the displacement of the disc, averaged with the weights of its pressure; or None
-    InputError if both are given or none, and for a number that is not finite.
+    moved : (3,) [m], mean displacement of the disc with the weights of its pressure; or None
+    InputError unless one of both is given, and for a number that is not finite.
     """
 
     node: int
@@ -87,17 +87,17 @@ class Load:
         return given, [(p.node, p.moved) for p in self.presses if p.force is None and p.moved is not None]
 
     def with_found(self, found: np.ndarray) -> np.ndarray:
-        """Return the force (presses, 3) [N] of every press: the given ones, and those ``found`` for the others."""
+        """Return the force of every press, (presses, 3) [N]; found : those of the presses to a depth, in order."""
         rest = iter(found)
         return np.array([next(rest) if press.force is None else press.force for press in self.presses])
 
     def times(self, factor: float) -> "Load":
-        """Return the same load with every force or displacement times ``factor``."""
+        """Return the load with every force or displacement times ``factor``."""
         return Load(tuple(Press(p.node, _times(factor, p.force), _times(factor, p.moved)) for p in self.presses))
 
     @property
     def key(self) -> tuple[bytes | int, ...]:
-        """Return what tells loads apart."""
+        """Nodes, forces and displacements as a hashable key, which is equal for equal loads."""
         parts: list[bytes | int] = []
         for press in self.presses:
             parts += [press.node, *(b"" if given is None else given.tobytes() for given in (press.force, press.moved))]
@@ -113,14 +113,16 @@ class SurfacePress(Block):
     direction: Vector | None = key("Direction of the force, of any length; null: the inward normal", None)
 
     def load_of(self, body: "Body") -> Load:
-        """Return the press as models are asked; InputError without direction or off the surface."""
+        """Return the press as a load; InputError for a node off the surface, a disc too large, and no direction."""
         if not hasattr(body, "fine"):
             raise InputError(f"{type(body).__name__} is no body; give what its make() returns, once for all presses.")
         if self.node not in body.fine.surface:
             raise InputError(f"node {self.node} is not on the surface of {body.name}; give one of its fine.surface.")
         if self.radius_m > body.fine.size:
-            told = f"radius_m of the press is {self.radius_m:g} m, and {body.name} is {body.fine.size:.3g} m long"
-            raise InputError(f"{told}; give the radius of what presses it, in metres.")
+            raise InputError(
+                f"radius_m of the press is {self.radius_m:g} m, and {body.name} is {body.fine.size:.3g} m long; "
+                "give the radius of what presses it, in metres."
+            )
         way = -body.fine.normals[self.node] if self.direction is None else np.array(self.direction, dtype=float)
         if not np.linalg.norm(way) > 0.0:
             raise InputError(f"the press at node {self.node} has no direction; give one with a length.")
@@ -129,11 +131,11 @@ class SurfacePress(Block):
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What a model answers about a ``body``.
+    """A model's answer about a ``body``.
 
     displacement_m : (n_surface, 3) [m] of the fine surface nodes, ``body.fine.surface``
     estimated_error : the model's own estimate of its error, as RMSE over peak; or None
-    doubt : why the model does not believe it, or ""
+    doubt : why the model does not believe its answer, or ""
     """
 
     body: "Body"
@@ -174,10 +176,10 @@ class Response:
 
 
 class Answer(NamedTuple):
-    """More than displacements, from a model that knows more.
+    """The answer of a model that returns more than displacements.
 
     displacement : (n_surface, 3) [m] of the fine surface
-    forces : (presses, 3) [N], those found where a disc was pushed to a depth, else those given; or None
+    forces : (presses, 3) [N], found for discs that are pushed to a depth, given for others; or None
     error : the model's own estimate of its error, as RMSE over peak; or None
     """
 
@@ -187,7 +189,7 @@ class Answer(NamedTuple):
 
 
 class Doubted(NotConverged):
-    """An answer that its model does not believe; it is kept so that doubts can be judged, and not to be used."""
+    """Raised with an answer that its model does not believe, by which doubts can be judged; it is not to be used."""
 
     def __init__(self, message: str, residuals: list[float], answer: Answer):
         super().__init__(message, residuals)
@@ -195,7 +197,7 @@ class Doubted(NotConverged):
 
 
 def displacement_of(answer: np.ndarray | Answer) -> np.ndarray:
-    """Return the displacement (n_surface, 3) [m] of what a model has returned."""
+    """Return the displacement (n_surface, 3) [m] of a model's answer of either kind."""
     return answer.displacement if isinstance(answer, Answer) else answer
 
 

@@ -1,11 +1,10 @@
-"""Find how a body moves: the limit of quadratic elements on ever finer levels, at ever shorter steps.
+"""Find the truth of motions: the limit of quadratic elements on ever finer levels, at ever shorter steps.
 
-All levels take the same steps, and what remains is their limit as ``benchmark.truth`` finds it. What shorter steps
-change of it is taken from a coarser level, where they cost little: steps of half the length on the second one show it,
-as the error of the midpoint rule falls with the square of the step. The truth's own error has three parts: what the
-levels leave unexplained, what the next such extrapolation differs by on the first level, and by how much the effect of
-the step differs between the first and the second level. Where instruments touch the body, levels are meshes that are
-refined there, and the force on it is found as the displacement is.
+All levels take the same steps, and their limit is found as that of presses. The effect of shorter steps is taken from
+the second level, where they cost little, with steps of half the length: the error of the midpoint rule falls with the
+square of the step. The truth's own error has three parts: that of the levels, the change by the next halving of steps
+on the first level, and the difference between the effects of steps on the first and the second level. Where instruments
+touch the body, levels are meshes that are refined there, and the limit of the force is found, too.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,11 +18,10 @@ from scipy.spatial import cKDTree
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.richardson import limit_over
-from palpate.benchmark.touch_mesh import COARSER
+from palpate.benchmark.touch_mesh import refined
 from palpate.benchmark.truth import objection
 from palpate.bodies.body import Body
 from palpate.bodies.fine_surface_map import FineSurfaceMap
-from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.collision.contact.instrument_contact import instruments_of
 from palpate.effects.settings import Loads, Rayleigh
@@ -39,14 +37,14 @@ peak, which is a thirtieth of what the truth is known to."""
 
 @dataclass(frozen=True, eq=False)
 class MotionRun:
-    """A motion on one level in so many ``steps``.
+    """A simulated motion on one level in a number of ``steps``.
 
     surface : (f, n, 3) [m] at the ends of frames; force : (f, k, 3) [N] of k instruments on the body, mean over each
-    begun_s, own_s : time of the motions on coarser levels that it began with, and its own [s]
-    step_p95_s, step_max_s : the 95th percentile and the largest of its steps [s]
-    least_det, convex : the least determinant of the deformation gradient at the ends of frames, and whether no Hessian
-        had to be clamped
-    balance : how much of the work of the loads is neither kept nor damped
+    begun_s, own_s : time of the motions on coarser levels from which its steps start, and its own [s]
+    step_p95_s, step_max_s : time of a step, 95th percentile and largest [s]
+    least_det : the least determinant of the deformation gradient at the ends of frames
+    convex : whether no Hessian had to be made positive definite
+    balance : error of the energy balance over the work of the loads
     """
 
     level: int
@@ -64,7 +62,7 @@ class MotionRun:
 
     @property
     def seconds(self) -> float:
-        """The time that it takes with all that it begins with [s]."""
+        """The time of the motion, with those of coarser levels from which its steps start [s]."""
         return self.begun_s + self.own_s
 
 
@@ -73,12 +71,12 @@ class MotionTruth:
     """A truth of f frames on the n surface nodes of a body's finest level.
 
     displacement : (f, n, 3) [m], the limit
-    own : (4, k), the k TruthErrors that it may have itself: of space, of time, of their mixture, and together
-    ratio : by how much the last halving of the elements reduced the change
+    own : (4, k) its own k TruthErrors: of space, of time, of their mixture, and the root of their sum of squares
+    ratio : of the last two changes by halving the elements
     rejected : why the limit is not believed, or ""
-    tried : the motions that it is made of, by level and then by steps
+    tried : the simulated motions, by level and then by steps
     force : (f, k, 3) [N] of k instruments on the body, mean over each frame
-    own_force : what the force may be wrong by, RMS over all frames over its peak; NaN where nothing touches
+    own_force : own error of the force, RMS over all frames over its peak; NaN where nothing touches
     """
 
     displacement: np.ndarray
@@ -101,7 +99,7 @@ class MotionTruth:
 
     @property
     def own_error(self) -> float:
-        """The RMS of what it may be wrong by, over all frames and nodes, over the peak."""
+        """The own RMS error over all frames and nodes, over the peak."""
         return float(self.own[3, TruthErrors._fields.index("rmse_of_peak")])
 
     def described(self, duration_s: float) -> dict[str, Any]:
@@ -131,19 +129,21 @@ def motion_truth(
 ) -> MotionTruth:
     """Find the truth of a body's motion from rest.
 
-    loads, rayleigh : as ``QuadraticMotion`` takes them; frames : equal parts of ``duration_s`` [s]
-    steps : of all levels, a multiple of ``frames``
-    count : of levels, at least 3, of which the first is the coarsest of the shape of the finest
+    loads, rayleigh : as ``QuadraticMotion`` takes them
+    frames : number of equal parts of ``duration_s`` [s], at whose ends the surface is taken
+    steps : number of time steps on all levels, a multiple of ``frames``
+    count : number of levels, at least 3, of which the first is the coarsest of the shape of the finest
     progress : wraps the sequence of motions, as ``tqdm`` does
-    like : the truth of a motion of the same body in the same steps; two levels then find another at a fifth of the
-        cost, with the ratio of that one, and its own errors of time
-    Raises InputError as ``QuadraticMotion`` does, and NotConverged for a step that is not found.
+    like : the truth of another motion of the same body in the same steps, whose ratio and own errors are taken, so
+        that two levels suffice, at a fifth of the time
+    Raises InputError as ``QuadraticMotion`` does, and NotConverged for a step without a solution.
     """
-    meshes: _Levels | _Refined = (
-        _Refined(body, loads, rayleigh, duration_s, steps)
+    meshes: _Levels | _TouchedLevels = (
+        _TouchedLevels(body, loads, rayleigh, duration_s, steps)
         if loads.contact
         else _Levels(body, count if like is None else 2, loads, rayleigh)
     )
+    # how often elements and steps are halved
     if like is None:
         halvings = [(0, 0), (0, 1), (0, 2), (1, 1), *((finer, 0) for finer in range(1, count))]
     else:
@@ -156,21 +156,22 @@ def motion_truth(
         if motion is None or meshes.first + finer != level:
             motion, level = None, meshes.first + finer  # before the next one is made, which is eight times as large
             motion, up = meshes.motion(level)
-        before = (finer - 1, halved) if meshes.nested and (finer - 1, halved) in runs else None
+        coarser = (finer - 1, halved) if meshes.nested and (finer - 1, halved) in runs else None
         number = steps * 2**halved
         h = duration_s / number
         if meshes.nested and not runs:  # what the first step compiles is no part of a time
             next(meshes.steps(motion, level, h, number, []))
-        reached = meshes.steps(motion, level, h, number, middles[before] if before else [])
-        begun_s = runs[before].seconds if before else 0.0
-        runs[finer, halved], middles[finer, halved] = _run(motion, up, reached, level, number, frames, begun_s)
-    return _judged(meshes.patch, runs, like)
+        simulation = meshes.steps(motion, level, h, number, middles[coarser] if coarser else [])
+        begun_s = runs[coarser].seconds if coarser else 0.0
+        runs[finer, halved], middles[finer, halved] = _simulate(motion, up, simulation, level, number, frames, begun_s)
+    return _truth_of_runs(meshes.patch, runs, like)
 
 
 class _Levels:
-    """The levels of a body, each of which begins with what the level before has found.
+    """The levels of a body; the steps of a motion on each start from those on the level before.
 
-    first : the coarsest of the shape of the finest
+    first : the coarsest level of the shape of the finest
+    patch : (n_surface,) the nodes that are pressed
     """
 
     nested = True
@@ -194,7 +195,10 @@ class _Levels:
     def steps(
         self, motion: QuadraticMotion, level: int, h: float, count: int, before: list[np.ndarray]
     ) -> Iterator[Reached]:
-        """Yield the ends of ``count`` steps of ``h`` [s]; before : middles (n, 3) [m] of the steps a level before."""
+        """Yield the states at the ends of ``count`` steps of ``h`` [s].
+
+        before : positions (n, 3) [m] at the middle of each step on the level before, from which steps start
+        """
         begun = {}
         if before:
             up = quadratic_prolongation(*self._whole.levels[level - 1 : level + 1])
@@ -205,16 +209,17 @@ class _Levels:
 TOUCHED_TOLERANCE = 1e-3
 """Of the forces in a stage that do not balance, over the largest of contact."""
 MARGIN = 1.0
-"""A mesh is refined within so many of its own edges from what is touched."""
+"""Distance from what is touched within which a mesh is refined, over its own edges."""
 
 
-class _Refined:
-    """Meshes of a body that instruments touch, refined where they do, and the motions on them.
+class _TouchedLevels:
+    """Meshes of a body that are refined where instruments touch it, and the motions on them.
 
-    A coarse motion shows which points of the surface bear pressure at any time. Each further mesh halves the elements
-    around these and at the rim of what is held once more.
+    A coarse motion shows which points of the surface are touched at any time. Each further mesh halves the elements
+    around these, and at the rim of what is held, once more. Meshes are not nested.
 
-    steps : in which the coarse motion looks for what is touched
+    steps : number of time steps of the coarse motion
+    patch : (n_surface,) the nodes within a radius of the instrument from what is touched
     InputError for instruments that are neither spheres nor capsules; NotConverged where nothing is touched.
     """
 
@@ -233,16 +238,12 @@ class _Refined:
         self._touched = self._find_touched(duration_s / steps, steps)
         near = cKDTree(self._touched).query(body.fine.nodes[body.fine.surface])[0]
         self.patch = near <= self._radius
-        """Surface nodes (n_surface,) within a radius of the instrument from what is touched."""
 
     def motion(self, number: int) -> tuple[TouchedMotion, sparse.csr_array]:
-        """Return the motion on the mesh of that number, and the map of its nodes to the fine surface of the body."""
+        """Return the motion on mesh ``number``, 0 the coarsest, and the map of its nodes to the body's fine surface."""
         if not number:
             return self._moved(self._base.up_to(0), 0, lambda at: np.ones(len(at), dtype=bool))
-        levels, everywhere = np.arange(number), max(0, number - COARSER)
-        whole = 2.0 * np.linalg.norm(np.ptp(self._base.coarse.nodes, axis=0))
-        radii = np.where(levels < everywhere, whole, MARGIN * self._edge / 2.0**levels)
-        body = LocalRefinement(self._base, number).around(self._touched, radii.tolist(), number)
+        body = refined(self._base, self._touched, MARGIN * self._edge / 2.0 ** np.arange(number), number)
         touched, reach = cKDTree(self._touched), self._edge + self._radius
         return self._moved(body, number, lambda at: touched.query(at)[0] <= reach)
 
@@ -257,23 +258,26 @@ class _Refined:
     def steps(
         self, motion: QuadraticMotion, number: int, h: float, count: int, before: list[np.ndarray]
     ) -> Iterator[Reached]:
-        """Yield the ends of the steps of a ``motion``; ``before`` is of no use, as meshes are not nested."""
+        """Yield the states at the ends of steps as ``_Levels`` does; ``before`` is unused, as meshes are not nested."""
         assert isinstance(motion, TouchedMotion)  # as ``motion`` makes it
         return motion.touched_steps(h, count, TOUCHED_TOLERANCE)
 
     def _find_touched(self, h: float, count: int) -> np.ndarray:
-        """Return the places at rest (k, 3) [m] of points that bear pressure after any step of the first mesh."""
+        """Return the places at rest (k, 3) [m] of points that are touched after any of ``count`` steps of ``h`` [s].
+
+        The motion is that on the coarsest mesh. NotConverged where nothing is touched.
+        """
         motion, _ = self.motion(0)
         rest = motion.points.interpolation @ motion.mesh.nodes
-        bore = np.any([motion.bearing for _ in motion.touched_steps(h, count, TOUCHED_TOLERANCE)], axis=0)
-        if not bore.any():
+        touched = np.any([motion.bearing for _ in motion.touched_steps(h, count, TOUCHED_TOLERANCE)], axis=0)
+        if not touched.any():
             raise NotConverged(
                 f"{self._base.name}: no instrument touches it, or elements are too large to see it", [0.0]
             )
-        return rest[bore]
+        return rest[touched]
 
 
-def _run(
+def _simulate(
     motion: QuadraticMotion,
     up: sparse.csr_array,
     steps: Iterator[Reached],
@@ -282,39 +286,49 @@ def _run(
     frames: int,
     begun_s: float,
 ) -> tuple[MotionRun, list[np.ndarray]]:
-    """Follow a motion on one mesh in ``count`` steps; return also the middles (n, 3) [m] of the steps."""
+    """Simulate a motion in ``count`` steps; return it, and the positions (n, 3) [m] at the middle of each step.
+
+    up : map of the mesh's nodes to the fine surface; steps : yields the states at their ends
+    frames, begun_s : as of ``motion_truth`` and ``MotionRun``
+    """
     rest, least_det, convex, work, lost = motion.mesh.nodes, np.inf, True, 0.0, 0.0
     surface, middles, forces, seconds, last = [], [], [], [], perf_counter()
-    for number, reached in enumerate(steps, start=1):
+    for number, state in enumerate(steps, start=1):
         seconds.append(perf_counter() - last)
-        work, lost = work + reached.work_j, lost + reached.lost_j
-        middles.append(reached.middle)
-        forces.append(reached.forces)
-        convex &= reached.convex
+        work, lost = work + state.work_j, lost + state.lost_j
+        middles.append(state.middle)
+        forces.append(state.forces)
+        convex &= state.convex
         if number % (count // frames) == 0:
-            surface.append(up @ (reached.x - rest))
-            least_det = min(least_det, motion.least_det(reached.x))
+            surface.append(up @ (state.x - rest))
+            least_det = min(least_det, motion.least_det(state.x))
         last = perf_counter()
-    balance = abs(motion.total_energy(reached.x, reached.v) + lost - work) / abs(work)
+    balance = abs(motion.total_energy(state.x, state.v) + lost - work) / abs(work)
     force = np.array(forces).reshape(frames, count // frames, -1, 3).mean(axis=1)
     times = begun_s, sum(seconds), float(np.percentile(seconds, 95)), max(seconds)
-    tried = MotionRun(level, len(rest), count, np.array(surface), force, *times, least_det, convex, balance)
-    return tried, middles
+    run = MotionRun(level, len(rest), count, np.array(surface), force, *times, least_det, convex, balance)
+    return run, middles
 
 
 class _Moved(NamedTuple):
-    """Displacements (f, n, 3) [m] at the ends of frames, and forces (f, k, 3) [N] of instruments over them."""
+    """The answer of one run: displacements (f, n, 3) [m] at the ends of frames, mean forces (f, k, 3) [N] over them."""
 
     displacement: np.ndarray
     force: np.ndarray
 
 
 BY_STEP = 4.0
-"""By how much steps of half the length reduce the error: they are of order 2."""
+"""Ratio of errors by steps of half the length, which are of order 2."""
 
 
-def _judged(pressed: np.ndarray, runs: dict[tuple[int, int], MotionRun], like: MotionTruth | None) -> MotionTruth:
-    """Extrapolate ``runs``, by how often elements and steps are halved; ``pressed`` (n,) bool."""
+def _truth_of_runs(
+    pressed: np.ndarray, runs: dict[tuple[int, int], MotionRun], like: MotionTruth | None
+) -> MotionTruth:
+    """Extrapolate ``runs`` to their limit, and judge it.
+
+    pressed : (n_surface,) nodes of the patch; runs : by how often elements and steps are halved
+    like : as ``motion_truth`` takes it
+    """
     moved = {key: _Moved(run.surface, run.force) for key, run in runs.items()}
     by_element, centre = (None, (1, 0)) if like is None else (like.ratio, (0, 0))
     limit = limit_over(moved, centre, (by_element, BY_STEP))
@@ -328,7 +342,7 @@ def _judged(pressed: np.ndarray, runs: dict[tuple[int, int], MotionRun], like: M
 
     parts = limit.own(errors)
     own, of_force = parts[:, :-1], parts[:, -1]
-    if like is not None:  # what its three levels leave unexplained is by the ratio larger a level before
+    if like is not None:  # two levels lack the last, without which the other's own error is larger by the ratio
         own = np.array([np.maximum(own[0], like.ratio * like.own[0]), *like.own[1:3]])
     own = np.vstack([own, np.sqrt(np.sum(own**2, axis=0))])
     last = max(key for key in runs if not key[1])
@@ -348,7 +362,7 @@ def _judged(pressed: np.ndarray, runs: dict[tuple[int, int], MotionRun], like: M
 
 
 def pressed_nodes(body: Body, loads: Loads) -> np.ndarray:
-    """Mark the surface nodes (n,) that a push presses; all of them where there is none."""
+    """Mark the surface nodes that a push presses, (n,) bool; all of them where there is none."""
     fine, marked = body.fine, np.zeros(len(body.fine.surface), dtype=bool)
     for push in loads.pushes:
         near = np.linalg.norm(fine.nodes[fine.surface] - push.at_m, axis=1).argmin()
@@ -357,10 +371,10 @@ def pressed_nodes(body: Body, loads: Loads) -> np.ndarray:
 
 
 class ForceErrors(NamedTuple):
-    """How wrong the force of instruments is over time, NaN where nothing touches or a model tells none.
+    """Errors of the force of instruments over time, NaN where nothing touches or a model gives no force.
 
     force_rms_of_peak : RMS over frames and instruments of the error vector, over the largest true force
-    force_peak_error : of the largest force, over the true one; positive where it is too large
+    force_peak_error : relative error of the largest force; positive where it is too large
     """
 
     force_rms_of_peak: float = np.nan

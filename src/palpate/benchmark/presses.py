@@ -1,4 +1,4 @@
-"""Choose which contacts are pressed and how hard, and spread what presses them over the nodes of a level."""
+"""Choose which contacts are pressed and by what forces, and convert presses to nodal forces of a level."""
 
 import warnings
 from collections import Counter
@@ -25,7 +25,7 @@ LOAD_COLUMNS = ["sample", "contact", *FORCES, "radius_m"]
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A load that is simulated, a row of loads.csv: its ``number``, and the radius of its discs [m]."""
+    """A load that is simulated, a row of loads.csv, with its ``number`` and the radius of its discs [m]."""
 
     number: int
     load: Load
@@ -42,7 +42,7 @@ class Sample:
     def nodal(self, body: Body, level: int, order: int = 1, whole: Body | None = None) -> np.ndarray:
         """Return nodal forces (n, 3) [N] on one level of ``body``, for elements of ``order``, as ``nodal_load`` does.
 
-        whole : ``body`` with more levels, one of which is meant; the discs are those of ``body``, the same for all
+        whole : ``body`` with further levels, if ``level`` is one of these; discs are on the surface of ``body``
         """
         mesh = (body if whole is None else whole).levels[level]
         pressed = zip(self.patches(body), self.load.forces(), strict=True)
@@ -73,20 +73,21 @@ SOUND = 0.5
 FIRST = 0.7
 """Share of a hard press that the search tries first."""
 TRIES, BRACKET = 12, 0.02
-"""Solves that a press may take, and how near two forces on either side of a jump are when the search ends."""
+"""Most solves of a search, and the relative distance of two forces on either side of a jump at which it ends."""
 LOWER, CLEAR = 0.85, 0.6
-"""Factors by which a press that fails is lowered, then the one that holds: finer meshes are softer and fail earlier.
+"""Factors by which a force that fails is lowered, and then the one that does not: finer meshes are softer and fail
+earlier.
 
 The thin lobe of the liver snaps at 0.19 of Young's modulus on level 1, and below 0.154 on level 2.
 """
 UNCAPPED = "no"
 FAILED = ("inverted", "squeezed", "unstable")
-"""Why a press is lowered at a force at which the body itself gives way, whatever was asked for."""
+"""Reasons why a press is lowered that are limits of the body, rather than of the regime."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A trial press: its force [N], the displacements (n, 3) [m], their peak [m], the smallest det F, what is wrong."""
+    """A trial press: force [N], displacements (n, 3) [m], their peak [m], smallest det F, and why it fails, or ""."""
 
     newtons: float
     moved: np.ndarray
@@ -96,9 +97,9 @@ class Trial:
 
 
 class PressSearch:
-    """Forces on one body, found with quadratic elements on the last level but one.
+    """Search for the force of presses on one body, by quadratic elements on the last level but one.
 
-    regime, radius_m : as of ``choose_presses``
+    regime, radius_m : as ``choose_presses`` takes them
     """
 
     def __init__(self, body: Body, regime: Mapping, radius_m: float):
@@ -123,9 +124,12 @@ class PressSearch:
     def find(
         self, contact: int, direction: np.ndarray, magnitude: float, bound: float = np.inf, why: str = ""
     ) -> tuple[Trial, str]:
-        """Find the press along ``direction`` (3,) that is as deep as asked, or the deepest one below and why.
+        """Return the press along ``direction`` (3,) at a contact with the peak of the regime times ``magnitude``.
 
         bound : force [N] that it may not exceed, because of ``why``
+        Where that peak is not reached, it is the deepest press below. The second result is why, or UNCAPPED.
+        NotConverged where no press was found. Forces are searched by secants of force over peak, and by bisection
+        where one fails.
         """
         unit = nodal_load(self._body, self._level, contact, direction, self._radius, order=2)
         target_peak, max_newtons = magnitude * self._peak, self._most * (magnitude if self._free else 1.0)
@@ -151,7 +155,7 @@ class PressSearch:
                 high = trial
             if high is not None and low.newtons > (0.99 * LOWER if high.wrong else 1.0 - BRACKET) * high.newtons:
                 break
-            newtons = _next(low, high, target_peak, stiffness, max_newtons)
+            newtons = _next_force(low, high, target_peak, stiffness, max_newtons)
         if not low.newtons:
             raise NotConverged(
                 f"{self._body.name}, contact {contact}: no press was found at which all elements keep their shape; "
@@ -163,7 +167,7 @@ class PressSearch:
         return low, (high.wrong if high is not None else "") or "unstable"
 
     def _press(self, load: np.ndarray, newtons: float, below: Trial) -> Trial:
-        """Solve, starting from the press ``below`` as if displacements grew with the force."""
+        """Solve for a ``load`` of so many newtons, from the displacements of the press ``below`` in proportion."""
         rest = self._solver.mesh.nodes
         start = rest + below.moved * (newtons / below.newtons) if below.newtons > 0.0 else None
         try:
@@ -175,10 +179,10 @@ class PressSearch:
         return Trial(newtons, x - rest, _peak(x - rest), least, wrong)
 
 
-def _next(low: Trial, high: Trial | None, target_peak: float, stiffness: float, max_newtons: float) -> float:
-    """Return the next force to try [N], between ``low`` and ``high``.
+def _next_force(low: Trial, high: Trial | None, target_peak: float, stiffness: float, max_newtons: float) -> float:
+    """Return the next force to try [N], between those of ``low`` and ``high``, by a secant through known presses.
 
-    Force over peak changes nearly in proportion to the peak, from ``stiffness`` [N/m] at rest.
+    Force over peak is nearly a linear function of the peak, from ``stiffness`` [N/m] at rest.
     """
     sound = [press for press in (low, high) if press is not None and press.peak > 0.0 and not press.wrong]
     secants = [(0.0, stiffness), *((press.peak, press.newtons / press.peak) for press in sound)]
@@ -213,19 +217,18 @@ def choose_presses(
     progress: Callable = iter,
     also: Sequence[int] = (),
 ) -> pd.DataFrame:
-    """Choose every one of ``presses`` at each of ``contacts_count`` contacts, as ``sampled_contacts`` chooses them.
+    """Return the table of all ``presses`` at each of ``contacts_count`` contacts, which ``sampled_contacts`` chooses.
 
-    also : coarse nodes that are pressed beside these
+    also : coarse nodes that are pressed besides
     presses : each with ``magnitude``, and ``tilt_degrees`` from the inward normal, towards a seeded random side
-    regime : ``peak_of_size``, by whose share of the body's size a press of magnitude 1 moves it at most;
-        ``pressure_of_young``, the peak pressure 2 F / (π radius²) as a share of Young's modulus that no press exceeds,
-        by default PRESSURE. Without peak_of_size a press of magnitude 1 has that pressure, or a peak of DEEPEST.
+    regime : ``peak_of_size``, the peak of a press of magnitude 1 over the body's size; ``pressure_of_young``, the
+        largest peak pressure 2 F / (π radius²) of any press over Young's modulus, by default PRESSURE. Without
+        peak_of_size a press of magnitude 1 has that pressure, or a peak of DEEPEST.
 
     Forces are found to PEAK_TOLERANCE with quadratic elements on the last level but one, whose nodes are those of the
-    finest. A press at which an element is inverted, or squeezed below SOUND, or beyond which the body collapses, is
-    lowered, and at the same contact no press of a smaller magnitude has more than its share of that force. The column
-    ``capped`` is "no", or where a press is lower than asked "pressure", "peak", "inverted", "squeezed" or "unstable";
-    a warning says how many are.
+    finest. A press is lowered where an element is inverted, or squeezed below SOUND, or the body collapses; presses of
+    smaller magnitude at that contact are then lowered in proportion. The column ``capped`` is "no", or for a lowered
+    press "pressure", "peak", "inverted", "squeezed" or "unstable"; a warning says how many are.
 
     Raises InputError for a radius that ``check_radius`` refuses, and where fewer contacts can be pressed; NotConverged
     if a force is not found.
@@ -252,7 +255,7 @@ def choose_presses(
 
 
 def _contacts(body: Body, count: int | None, also: Sequence[int], seed: int) -> np.ndarray:
-    """Return ``count`` contacts and those of ``also``; InputError if there are fewer."""
+    """Return ``count`` contacts, None for all, and those of ``also``; InputError if fewer can be pressed."""
     contacts = sampled_contacts(body, count, seed) if count != 0 else np.empty(0, dtype=np.int64)
     if count is not None and len(contacts) < count:
         raise InputError(
@@ -263,7 +266,7 @@ def _contacts(body: Body, count: int | None, also: Sequence[int], seed: int) -> 
 
 
 def check_radius(body: Body, radius_m: float) -> None:
-    """Raise InputError for a disc of no size, or of more than half the body's, which may be given in another unit."""
+    """Raise InputError for a disc without a radius, or with one above half the body's size, as by another unit."""
     size = body.fine.size
     if not 0.0 < radius_m <= MOST_OF_SIZE * size:
         remedy = "a press needs a disc" if radius_m <= 0.0 else f"the body's longest side is {size:.3g} m"
@@ -277,9 +280,9 @@ def check_radius(body: Body, radius_m: float) -> None:
 def _in_order(
     search: PressSearch, contact: int, directions: Sequence[np.ndarray], magnitudes: Sequence[float]
 ) -> list[tuple[Trial, str]]:
-    """Find the presses of one contact, the hardest first, so that one that has to be lowered lowers gentler ones.
+    """Find the presses of one contact, the hardest first: one that is lowered bounds the gentler ones in proportion.
 
-    Beyond a snap the peak that is asked for may be found again, at a force at which a harder press has failed.
+    Trap: without a bound a gentler press may be found at a force at which a harder one has failed, beyond a snap.
     """
     trials: dict[int, tuple[Trial, str]] = {}
     for i in sorted(range(len(magnitudes)), key=lambda i: -magnitudes[i]):
@@ -293,7 +296,7 @@ def _in_order(
 
 
 def oblique(normal: np.ndarray, tilt_degrees: float, side: float) -> np.ndarray:
-    """Return the unit vector (3,) against the outward ``normal`` (3,), tilted towards the angle ``side`` [rad]."""
+    """Return the unit vector (3,) against the outward ``normal`` (3,), tilted towards the side at an angle [rad]."""
     first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     first /= np.linalg.norm(first)
     tangent = np.cos(side) * first + np.sin(side) * np.cross(normal, first)
@@ -302,7 +305,7 @@ def oblique(normal: np.ndarray, tilt_degrees: float, side: float) -> np.ndarray:
 
 
 def _warn(name: str, capped: pd.Series, pressure: float) -> None:
-    """Warn of presses that are lower than asked."""
+    """Warn of presses that are lowered; capped : the reason of each; pressure : the regime's over Young's modulus."""
     counts = Counter(capped)
     remedy = "lower the regime's peak_of_size or pressure_of_young, or give a larger radius_m, to have all as asked"
     reasons = {
@@ -314,5 +317,6 @@ def _warn(name: str, capped: pd.Series, pressure: float) -> None:
     }
     for reason, words in reasons.items():
         if counts[reason]:
-            told = f"bodies.{name}: {counts[reason]} of {len(capped)} presses are lowered, as they {words}."
-            warnings.warn(told, stacklevel=3)
+            warnings.warn(
+                f"bodies.{name}: {counts[reason]} of {len(capped)} presses are lowered, as they {words}.", stacklevel=3
+            )

@@ -1,9 +1,9 @@
-"""Carry the answers of ever finer members to their limit, with what that limit may be off by (Richardson 1911).
+"""Extrapolate answers on ever finer meshes or shorter steps to their limit, with its own error (Richardson 1911).
 
-Members are refined along one axis or more: all elements, those at a place, steps. Each halving along an axis divides
-its error by about the same ratio, which three members show: one number for all nodes, never changed. The lower it is,
-the less sure is the limit. Axes are carried to their limits one by one, on lines that cross in one member; what that
-leaves out is how the effect of one axis changes with another.
+Answers are refined along one axis or more: all elements, those at a place, time steps. Each halving along an axis
+divides the error by about the same ratio, which three answers show; a field has one ratio for all its nodes. The lower
+the ratio, the larger is the limit's own error. Along each axis answers form a line; all lines cross in one answer, and
+each is extrapolated by itself. That leaves out how the effect of one axis changes with another.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,7 +20,7 @@ SLOWEST = 1.3
 """The lowest ratio with which there is a limit to be seen. At the rim of held nodes the error falls by the order of 1,
 a ratio of two, as displacements there grow with the root of the distance."""
 RATIO_DOUBT = 0.25
-"""By how much the ratio of all finer levels may be below the one that was found: on nailed organs it is 1.9 to 2.1."""
+"""By how much the ratio of all finer levels may be below the observed one: on nailed organs it is 1.9 to 2.1."""
 NUMBER_RATIOS = (1.8, 18.0)
 """Ratios of the changes of a number between which its limit is believed."""
 CROSS = (0, 0), (1, 0), (0, 1), (1, 1), (1, 2), (2, 1)
@@ -28,10 +28,10 @@ CROSS = (0, 0), (1, 0), (0, 1), (1, 1), (1, 2), (2, 1)
 
 
 def ratio(levels: np.ndarray) -> Any:
-    """Return by how much the last halving has reduced the change, from the last three of ``levels``.
+    """Return the ratio of the last two changes between ``levels``, coarse first, of which there are three at least.
 
-    Vectors (m, ..., 3) have one ratio, NaN where nothing changes. Numbers (m, k) or (m,) have one each, negative where
-    they turn and infinite where they change no more.
+    Vector fields (m, ..., 3) have one ratio of their norms, NaN where nothing changes. Numbers (m, k) or (m,) have one
+    each, negative where the change has turned and infinite where the last change is 0.
     """
     before, last = np.asarray(levels[-2] - levels[-3]), np.asarray(levels[-1] - levels[-2])
     if last.ndim < 2:
@@ -41,20 +41,20 @@ def ratio(levels: np.ndarray) -> Any:
 
 
 def limit(levels: np.ndarray, rate: float | None = None) -> np.ndarray:
-    """Extrapolate ``levels`` (m, n, 3) [m] to their limit (n, 3) [m]; the last where none changes.
+    """Extrapolate displacements ``levels`` (m, n, 3) [m] to their limit (n, 3) [m]; the last where none changes.
 
-    rate : the ratio, if it is known, which two levels are enough for; else it is that of the last three
+    rate : the ratio of changes if it is known, for which two levels are enough; else that of the last three is taken
     """
     rate = ratio(levels) if rate is None else rate
     return levels[-1] if np.isnan(rate) else levels[-1] + (levels[-1] - levels[-2]) / (rate - 1.0)
 
 
 def doubt(levels: np.ndarray) -> np.ndarray:
-    """Return the vector (n, 3) [m] whose length says how far ``limit`` may be from the truth, from (m, n, 3) [m].
+    """Return vectors (n, 3) [m] as long as the own error of ``limit``, from displacements (m, n, 3) [m].
 
-    With four levels it is the change of the limit from the first three to the last three, of which the last limit has
-    a part only. With three it is the change from the limit of the first two to that of the last two, with the one ratio
-    there is: what the scalar ratio leaves unexplained.
+    With four levels they are the change from the limit of the first three to that of the last three. With three they
+    are the change from the limit of the first two to that of the last two by one ratio, which is what that ratio leaves
+    unexplained.
     """
     if len(levels) > 3:
         return limit(levels) - limit(levels[:-1])
@@ -64,43 +64,44 @@ def doubt(levels: np.ndarray) -> np.ndarray:
 
 
 def estimate(levels: np.ndarray, rate: float | None = None) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-    """Return the best answer (n, 3) [m] that ``levels`` (m, n, 3) [m] show, and vectors as long as its own errors.
+    """Return the best estimate (n, 3) [m] from ``levels`` (m, n, 3) [m], and vectors (n, 3) as long as its own errors.
 
-    The limit may be off by ``doubt``, and by what a ratio that is lower by RATIO_DOUBT would change of it, which grows
-    as the ratio falls. Where no limit is to be seen, the finest level is the answer: it may be off by its last change
-    if levels close in quickly, and by what is left at the ratio SLOWEST if they hardly do.
-
-    rate : the ratio, if it is known; then the limit may be off by its last change, or of two levels by RATIO_DOUBT
-    Numbers (m, k) or (m,) have ``number_limits``.
+    rate : the ratio of changes if it is known, else None
+    With a ratio between SLOWEST and the largest of RATIOS the estimate is the limit. Its own errors are ``doubt``, and
+    the change by a ratio that is lower by RATIO_DOUBT. With another ratio it is the finest level, whose own error is
+    the last change, or all further ones at the ratio SLOWEST if the levels converge more slowly.
+    With a known ratio the own error is the limit's last change, or that by RATIO_DOUBT if there are two levels.
+    Numbers (m, k) or (m,) are estimated by ``number_limits``.
     """
     last = np.asarray(levels[-1] - levels[-2])
     if last.ndim < 2:
         numbers, off = number_limits(levels)
         return numbers, (off,)
     if rate is not None:
-        found = limit(levels, rate)
-        return found, (found - limit(levels[:-1], rate) if len(levels) > 2 else _of_lower(rate, last),)
+        known = limit(levels, rate)
+        return known, (known - limit(levels[:-1], rate) if len(levels) > 2 else _change_by_lower_ratio(rate, last),)
     rate = ratio(levels)
     if SLOWEST <= rate <= RATIOS[1]:
-        return limit(levels), (doubt(levels), _of_lower(rate, last))
+        return limit(levels), (doubt(levels), _change_by_lower_ratio(rate, last))
     return levels[-1], (last / (SLOWEST - 1.0) if rate < SLOWEST else last,)
 
 
-def _of_lower(rate: float, last: np.ndarray) -> np.ndarray:
+def _change_by_lower_ratio(rate: float, last: np.ndarray) -> np.ndarray:
     return RATIO_DOUBT / (rate - 1.0) ** 2 * last
 
 
 def number_limits(levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the limits (...) of numbers on three meshes (3, ...), and how far each may be off.
+    """Return the limits (...) of numbers on three meshes (3, ...), and the own error of each.
 
-    Where the changes of one shrink as they do for an order of 1 to 4, it is extrapolated and may be off by as much as
-    that has changed it. Elsewhere it is that of the finest mesh, and may be off by the larger of the last change and a
-    third of the one before.
+    A number whose ratio of changes is within NUMBER_RATIOS, as for an order of 1 to 4, is extrapolated, and its own
+    error is the change by that. Another one stays as on the finest mesh, with the larger of the last change and a third
+    of the one before as its own error.
     """
     rates, before, last = ratio(levels), levels[1] - levels[0], levels[2] - levels[1]
-    seen = (NUMBER_RATIOS[0] <= rates) & (rates <= NUMBER_RATIOS[1])
-    more = np.where(seen, last / (np.where(seen, rates, 2.0) - 1.0), 0.0)
-    return levels[2] + more, np.where(seen, np.abs(more), np.maximum(np.abs(last), np.abs(before) / 3.0))
+    converges = (NUMBER_RATIOS[0] <= rates) & (rates <= NUMBER_RATIOS[1])
+    further = np.where(converges, last / (np.where(converges, rates, 2.0) - 1.0), 0.0)
+    own_error = np.where(converges, np.abs(further), np.maximum(np.abs(last), np.abs(before) / 3.0))
+    return levels[2] + further, own_error
 
 
 Answer = TypeVar("Answer", bound=tuple)
@@ -108,7 +109,7 @@ Answer = TypeVar("Answer", bound=tuple)
 
 
 def combined(factors: Sequence[float], answers: Sequence[Answer]) -> Answer:
-    """Return the sum of answers, each times its factor."""
+    """Return the linear combination of answers with ``factors``."""
     kind: Any = type(answers[0])
     parts = zip(*answers, strict=True)
     return kind(*(sum(factor * each for factor, each in zip(factors, part, strict=True)) for part in parts))
@@ -118,9 +119,9 @@ def combined(factors: Sequence[float], answers: Sequence[Answer]) -> Answer:
 class Limit(Generic[Answer]):
     """The limit of answers over several axes.
 
-    answer : the best that they show
-    ratios : for each axis, by how much the last halving has reduced the change of each part of the answer
-    off : for each axis, and then for each two, the vectors and numbers that the answer may be off by
+    answer : the best estimate
+    ratios : for each axis an answer with the ratio of changes of each of its parts
+    off : for each axis, and then for each pair, the own errors of ``answer`` as differences from it
     """
 
     answer: Answer
@@ -128,7 +129,7 @@ class Limit(Generic[Answer]):
     off: list[list[Answer]]
 
     def own(self, errors: Callable[[Answer, Answer], Sequence[float]]) -> np.ndarray:
-        """Return the k errors that the answer may have itself, without signs: (axes and then pairs of them, k).
+        """Return the answer's own errors without signs, (axes and then pairs, k), as k ``errors`` of an answer.
 
         errors : measures an answer against a true one
         """
@@ -137,46 +138,47 @@ class Limit(Generic[Answer]):
 
 
 def limit_over(answers: Mapping[Any, Answer], centre: tuple[int, ...], rates: Sequence[float | None]) -> Limit[Answer]:
-    """Carry answers to their limit over all axes that they were refined along.
+    """Extrapolate answers to their limit over all axes: the answer at ``centre``, and the change along each axis.
 
-    answers : by how often each axis was halved, as ``centre`` is
-    centre : where the lines cross along which each axis is carried to its limit
-    rates : the ratio of each axis if it is known, else None
-    What an axis may be off by is that of the longest line along it, which may lie beside the centre. What two may be
-    off by together is how the effect of the second is changed by halving the first until the centre.
+    answers : by how often each axis was halved
+    centre : of the answer in which the lines along all axes cross
+    rates : the ratio of changes along each axis if it is known, else None
+    The own error of an axis is that of the longest line along it, which may lie beside the centre. That of two axes
+    together is the difference that the last halving of the first, up to the centre, makes to the effect of the second.
     """
     kind: Any = type(answers[centre])
     limits, ratios, off = [], [], []
     for axis, rate in enumerate(rates):
-        through = _line(answers, centre, axis)
-        limits.append(_along(through, rate)[0])
-        off.append(_along(max((_line(answers, key, axis) for key in answers), key=len), rate)[1])
-        parts = zip(*through, strict=True)
+        through_centre = _line(answers, centre, axis)
+        longest = max((_line(answers, key, axis) for key in answers), key=len)
+        limits.append(_estimate_answers(through_centre, rate)[0])
+        off.append(_estimate_answers(longest, rate)[1])
+        parts = zip(*through_centre, strict=True)
         ratios.append(kind(*(ratio(np.array(part)) if rate is None else rate for part in parts)))
     for first, second in combinations(range(len(rates)), 2):
         before = tuple(halved - (axis == first) for axis, halved in enumerate(centre))
         if before in answers:
             here, there = (_line(answers, key, second)[:2] for key in (centre, before))
             if rates[second] is not None:
-                here[1], there[1] = (_along(line, rates[second])[0] for line in (here, there))
+                here[1], there[1] = (_estimate_answers(line, rates[second])[0] for line in (here, there))
             off.append([combined((1.0, -1.0, -1.0, 1.0), (here[1], here[0], there[1], there[0]))])
     summed = combined([1.0] * len(limits) + [1.0 - len(limits)], [*limits, answers[centre]])
     return Limit(summed, ratios, off)
 
 
 def _line(answers: Mapping[Any, Answer], key: tuple[int, ...], axis: int) -> list[Answer]:
-    """Return the answers through that of ``key`` along an axis, coarse first."""
+    """Return the answers, coarse first, that differ from that of ``key`` along an axis only, and that one."""
     beside = key[:axis], key[axis + 1 :]
     return [answers[each] for each in sorted(answers) if (each[:axis], each[axis + 1 :]) == beside]
 
 
-def _along(line: Sequence[Answer], rate: float | None) -> tuple[Answer, list[Answer]]:
-    """Return the limit of a line, and what it may be off by: nothing where a part has less to say than others."""
+def _estimate_answers(line: Sequence[Answer], rate: float | None) -> tuple[Answer, list[Answer]]:
+    """Return the ``estimate`` of each part of the answers along a line, and own errors, 0 where a part has fewer."""
     kind: Any = type(line[0])
     limits, off = zip(*(estimate(np.array(part), rate) for part in zip(*line, strict=True)), strict=True)
     return kind(*limits), [kind(*each) for each in zip_longest(*off, fillvalue=0.0)]
 
 
 def rejection(*checks: tuple[bool, str]) -> str:
-    """Return why a limit is not believed: what each of ``checks`` says that is not passed, or "" if all are."""
+    """Return the reasons, of pairs of a truth value and a reason, whose value is false; "" if all are true."""
     return "; ".join(reason for passed, reason in checks if not passed)

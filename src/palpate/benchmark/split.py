@@ -1,4 +1,4 @@
-"""Divide samples into those to train on, to choose settings by and to test: paper 1's splits, and folds of contacts."""
+"""Split samples into those for training, choosing settings and testing: as paper 1 does, and by folds of contacts."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,12 +12,11 @@ from palpate.files import read_table
 
 
 def split(contact: np.ndarray, train: int, test: int, kind: str, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Divide the samples into ``train`` and ``test`` ones; return both as increasing sample numbers.
+    """Split k samples at random into ``train`` and ``test`` ones; return the increasing sample numbers of both.
 
     contact : (k,) contact node of each sample, k = train + test
-    kind : "samples" holds out random samples (the paper's), "contacts" whole contact nodes
-    Raises InputError for an empty side, counts that do not add up to k, and, with "contacts", counts that no
-    set of whole contacts has.
+    kind : "samples" tests random samples, as the paper; "contacts" all samples of random contacts
+    Raises InputError for an empty side, counts that do not add up to k, and counts that no set of whole contacts has.
     """
     k = len(contact)
     if train < 1 or test < 1:
@@ -35,7 +34,7 @@ def split(contact: np.ndarray, train: int, test: int, kind: str, seed: int) -> t
 
 
 def _contacts_with(contact: np.ndarray, wanted_count: int, random: np.random.Generator) -> np.ndarray:
-    """Choose a random set of contacts with exactly ``wanted_count`` samples, by dynamic programming over sums."""
+    """Choose random contacts with exactly ``wanted_count`` samples in all, by dynamic programming over sums."""
     nodes, counts = np.unique(contact, return_counts=True)
     reached: dict[int, list[int]] = {0: []}
     for i in random.permutation(len(nodes)):
@@ -56,10 +55,10 @@ FOLD_COLUMNS = ["sample", "contact", "peak_m", "fold"]
 
 
 def deal(contact: np.ndarray, seed: int) -> np.ndarray:
-    """Divide the contacts at random into FOLDS equal folds; return the fold of each sample, (k,), from 1 on.
+    """Deal the contacts at random into FOLDS equal folds; return the fold of each sample, (k,), from 1 on.
 
     contact : (k,) contact node of each sample; all samples of a contact are in one fold
-    Raises InputError for fewer than three contacts: one to train on, one to choose settings by, and one to test on.
+    Raises InputError for fewer than three contacts: one for training, one for choosing settings, and one for testing.
     """
     nodes, which = np.unique(contact, return_inverse=True)
     if len(nodes) < 3:
@@ -81,9 +80,9 @@ def read_folds(path: Path | str) -> pd.DataFrame:
 
 
 def fold_sides(samples: pd.DataFrame, split: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the sample numbers that train, that choose settings (validation), and that test in a ``split`` from 1 on.
+    """Return the sample numbers for training, for choosing settings (validation), and for testing in a ``split``.
 
-    Split s tests on fold s, chooses on the next one (after the last the first), and trains on the others.
+    split : from 1 on; s tests on fold s, chooses on the next fold (after the last the first), trains on the others
     InputError for a split that the samples do not have.
     """
     folds = int(samples["fold"].max())
@@ -94,9 +93,9 @@ def fold_sides(samples: pd.DataFrame, split: int) -> tuple[np.ndarray, np.ndarra
 
 
 def training_presses(samples: pd.DataFrame, split: int) -> np.ndarray:
-    """Return one sample number for each contact that trains in a ``split``, increasing, of all presses in turn.
+    """Return one sample number for each training contact of a ``split``, increasing, of each of its presses in turn.
 
-    A model that learns nothing errs there as at contacts that nobody has seen.
+    For a model without training the errors there are those at unseen contacts.
     """
     train, *_ = fold_sides(samples, split)
     rows = samples.set_index("sample").loc[train].reset_index()
@@ -105,9 +104,9 @@ def training_presses(samples: pd.DataFrame, split: int) -> np.ndarray:
 
 
 def asked_samples(samples: pd.DataFrame, splits: Iterable[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the sample numbers that choose or test in any of ``splits``, and those that test, both increasing.
+    """Return the sample numbers for choosing or testing in any of ``splits``, and those for testing, both increasing.
 
-    The truth is needed of the first, and on its finest level of the second.
+    The first need a truth, the second one on its finest level.
     """
     sides = [fold_sides(samples, split) for split in splits]
     tested = np.unique(np.concatenate([test for _, _, test in sides]))

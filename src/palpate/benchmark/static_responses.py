@@ -1,4 +1,4 @@
-"""Simulate the static response to each load of a table, and assemble the database from those of both meshes."""
+"""Simulate the static response of a body to each load of a table, and assemble the database from both meshes'."""
 
 import hashlib
 import json
@@ -39,9 +39,9 @@ class Responses:
 
     sample : (k,) numbers from the load table
     displacement : (k, n_nodes, 3) [m], of quadratic elements at the nodes of their level only
-    newton_iterations, linear_solves, residual, seconds : (k,) what each solution took and reached; the first counts
-        iterations of L-BFGS, too, which solve nothing
-    least_det, inverted : (k,) the smallest det F, and how many elements have one that is not positive
+    newton_iterations : (k,) of L-BFGS and Newton's method; linear_solves : (k,) of the latter
+    residual : (k,) relative, of each solution; seconds : (k,) that it took [s]
+    least_det, inverted : (k,) the smallest det F, and the number of elements in which it is not positive
     """
 
     sample: np.ndarray
@@ -64,17 +64,16 @@ def press(
 ) -> Responses:
     """Solve for every row of ``loads`` on one level, to the relative residual ``tolerance``.
 
-    order : 1 for linear elements, 2 for quadratic ones on the level, each solution of which starts from that on the
-        level before it
-    ``progress`` wraps the sequence of rows, as ``tqdm`` does. Warns of samples with inverted quadratic elements, while
-    linear ones, as under the paper's point forces, are counted only. Raises InputError for a contact that cannot be
-    pressed, NotConverged naming the sample.
+    order : 1 for linear elements, 2 for quadratic ones, whose solutions start from those on the level before
+    progress : wraps the sequence of rows, as ``tqdm`` does
+    Warns of samples with inverted quadratic elements; linear ones, as under the paper's point forces, are counted only.
+    Raises InputError for a contact that cannot be pressed, NotConverged naming the sample.
     """
     able = contacts_of(body)
     for contact in loads["contact"]:
         row_of(able, int(contact), f"{body.name}, ")
     level %= len(body.levels)
-    solver = Operator(body, level, order)
+    solver = StaticSolver(body, level, order)
     solved = []
     for sample in progress(samples_in(loads)):
         try:
@@ -101,10 +100,10 @@ def press(
     return responses
 
 
-class Operator:
-    """The static problem on one level, and for quadratic elements on the level before it, too, from which they start.
+class StaticSolver:
+    """Solves static problems of one body on one level, with quadratic elements by way of the level before.
 
-    It answers samples; on the finest level, with quadratic elements, it is what models are to reproduce.
+    On the finest level, with quadratic elements, its solutions are the reference for models.
     """
 
     def __init__(self, body: Body, level: int, order: int):
@@ -124,7 +123,7 @@ class Operator:
             self._up = quadratic_prolongation(body.levels[level - 1], body.levels[level])
 
     def solve(self, sample: Sample, tolerance: float) -> tuple[Solution, tuple[float, int]]:
-        """Return the equilibrium of one sample; the smallest det F in it, and the number of inverted elements."""
+        """Return the equilibrium of one sample, with the smallest det F and the number of inverted elements in it."""
         solution, start, seconds, firm = None, None, 0.0, False
         for each, problem in zip(self._levels, self._problems, strict=True):
             if solution is not None:
@@ -143,7 +142,7 @@ class Operator:
 
 
 def inverted(mesh: Mesh, x: np.ndarray, order: int = 1) -> int:
-    """Count the elements on ``mesh`` with a point at which det F is not positive; ``x`` (n, 3) [m] are the nodes."""
+    """Count the elements of ``mesh`` with a point at which det F is not positive, at positions ``x`` (n, 3) [m]."""
     gradients, _ = shape_gradients(mesh)
     linear = mesh.tetrahedra, np.eye(4)[None]
     elements, slopes = linear if order == 1 else (ten_nodes(mesh), quadratic_gradients(QUADRATURE_POINTS))
@@ -161,16 +160,18 @@ def _warn_of_inverted(name: str, responses: Responses) -> None:
 
 
 def load_responses(paths: Iterable[Path]) -> Responses:
-    """Read and join responses that are stored, in the order of the paths."""
+    """Read stored responses, and join them in the order of the paths."""
     parts = [vars(stored(Responses, path)).values() for path in paths]
     return Responses(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def assemble(body: Body, loads: pd.DataFrame, fine: Responses, live: Responses, digest: str) -> Database:
-    """Put the k samples of both protocols together; the paper's coarse ones are the fine ones at the coarse nodes.
+    """Return the database of k loads from the responses of both meshes.
 
     fine, live : responses of the fine and of the coarse mesh to ``loads``, in the same order
-    Raises InputError where they are not of the same samples, or of other meshes.
+    digest : of the settings that they were made with
+    The paper's coarse displacements are the fine ones at the coarse nodes. InputError for responses to other loads, or
+    of other meshes.
     """
     for name, found, mesh in (("fine", fine, body.fine), ("coarse", live, body.coarse)):
         if not np.array_equal(found.sample, loads["sample"]) or found.displacement.shape[1:] != mesh.nodes.shape:
@@ -180,5 +181,5 @@ def assemble(body: Body, loads: pd.DataFrame, fine: Responses, live: Responses, 
 
 
 def digest(settings: dict) -> str:
-    """Name ``settings`` briefly; the name changes with any of them."""
+    """Return a short hash of ``settings``, which changes with any of them."""
     return hashlib.sha256(json.dumps(settings, sort_keys=True, default=str).encode()).hexdigest()[:16]

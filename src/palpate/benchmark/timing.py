@@ -1,4 +1,4 @@
-"""Time online calls, in the same way for everything."""
+"""Time online calls of all models by the same rules."""
 
 import time
 import timeit
@@ -44,13 +44,13 @@ def time_calls(
     receive: Callable[[int, Any], None] = lambda i, answer: None,
     warm_up: int = WARM_UP,
 ) -> Timed:
-    """Make every one of ``calls`` once, and again in turn until ``repeats`` calls are timed or ``budget_s`` is over.
+    """Time every one of ``calls`` once, and all in turn until ``repeats`` calls are made or ``budget_s`` [s] is over.
 
-    calls : each is looked up anew before it is made, off the clock
-    receive(i, answer) : sees every answer of call i, off the clock
-    On one BLAS thread. ``warm_up`` calls are dropped; where the first of them is slower than SLOW_S, there are
-    SLOW_CALLS at most, or each once. A call that raises NotConverged, or whose answer ``receive`` refuses with it, has
-    failed and is made no more.
+    calls : each is looked up anew before it is made, which is not timed
+    receive : takes the number and the answer of every call, which is not timed
+    warm_up : number of calls that are dropped before; where the first is slower than SLOW_S, each call is made once,
+        and all together SLOW_CALLS times at most
+    All run on one BLAS thread. A call for which it or ``receive`` raises NotConverged has failed and is not repeated.
     """
     from threadpoolctl import threadpool_limits
 
@@ -74,7 +74,7 @@ def time_calls(
 
 
 def _once(calls: Sequence[Call], i: int, receive: Callable[[int, Any], None]) -> tuple[float, NotConverged | None]:
-    """Return the seconds of one call, and why it failed."""
+    """Return the seconds that call ``i`` takes, and the NotConverged that it or ``receive`` raises, or None."""
     start = time.perf_counter()
     try:
         call = calls[i]
@@ -88,14 +88,14 @@ def _once(calls: Sequence[Call], i: int, receive: Callable[[int, Any], None]) ->
 
 
 def said(failure: Exception) -> str:
-    """Return what a failure says in one line, which is never empty."""
+    """Return the message of a failure in one line, which is never empty."""
     return str(failure).replace("\n", " ") or "not converged"
 
 
 def measure(calls: Sequence[Call], repeats: int) -> Timing:
     """Time ``repeats`` calls of ``calls`` in turn; NotConverged if one fails.
 
-    Median and 95th percentile, not mean and minimum: a surgeon's hand feels the frames that come late.
+    The results are median and 95th percentile, not mean and minimum: a surgeon's hand feels the frames that come late.
     """
     timed = time_calls(calls, repeats)
     if failed := next(filter(None, timed.failures), None):
@@ -105,7 +105,10 @@ def measure(calls: Sequence[Call], repeats: int) -> Timing:
 
 
 def online(seconds: Sequence[Sequence[float]], name: str = "online") -> dict[str, float]:
-    """Return the columns <name>_median_s … of answers [s] from the calls of each; none where nothing was timed."""
+    """Return median, 95th percentile and maximum of times as columns ``<name>_median_s`` …; none without times.
+
+    seconds : of the calls of each question [s]; the maximum is that of the questions' medians
+    """
     timed = [each for each in seconds if len(each)]
     if not timed:
         return {}
@@ -116,7 +119,7 @@ def online(seconds: Sequence[Sequence[float]], name: str = "online") -> dict[str
 
 
 def processor_seconds(call: Call, least_s: float) -> float:
-    """Take the mean processor time of this thread [s] over as many calls as take about ``least_s``."""
+    """Return the mean processor time of this thread [s] for a call, over as many calls as take about ``least_s``."""
     timer = timeit.Timer(call, timer=time.thread_time)
     number = max(1, int(least_s / timer.timeit(number=1)))
     return timer.timeit(number=number) / number
@@ -125,9 +128,9 @@ def processor_seconds(call: Call, least_s: float) -> float:
 def timing_rows(
     body: str, calls: Mapping[str, Sequence[Call]], repeats: int, means: Mapping[str, float]
 ) -> pd.DataFrame:
-    """Tabulate enrichment_timing.csv: median seconds of each deformation's call, and the paper's mean.
+    """Return the rows of enrichment_timing.csv for a body: median time of each deformation, and the paper's mean.
 
-    calls : by method, one call a deformation, d1, d2, …; means : the paper's, by method [s]
+    calls : by method, one for each deformation d1, d2, …; means : the paper's, by method [s]
     """
     rows = []
     for method, deformations in calls.items():

@@ -10,18 +10,18 @@ from palpate.benchmark.touch import Touch, Touched
 from palpate.bodies.body import Body
 from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalBody, LocalRefinement
-from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import with_midpoints
-from palpate.effects.instrument import GRASP, PUNCH, Instrument, Pose
+from palpate.effects.instrument import GRASP, PUNCH, Instrument
 from palpate.errors import NotConverged
 from palpate.solvers.grasping import Grasping
-from palpate.solvers.indentation import ContactPoints, Indentation, Touching, contact_points
+from palpate.solvers.indentation import Indentation, Touching, contact_points
 
 REACH, MARGIN = 1.3, 1.5
-"""A level is refined within so many contact radii and so many of its own edges from the place."""
+"""Distance from the place within which a level is refined: so many contact radii plus so many of its own edges."""
 COARSER = 2
-"""By how many levels elements are coarser than at the rim of what is held, whose error is many times theirs: organs are
-then as exact as with four times the nodes everywhere."""
+"""Number of levels by which all other elements are coarser than those at the rim of what is held, whose error is many
+times theirs: organs are then as exact as with four times the nodes everywhere."""
 RIMMED = (PUNCH, GRASP)
 """Kinds whose pressure is greatest at the rim."""
 SHARPEST = 0.1
@@ -29,21 +29,21 @@ SHARPEST = 0.1
 TOLERANCE = 1e-4
 """Residual over the forces of contact."""
 TOUCHED_WITHIN = 0.7
-"""Share of the depth within which of the instrument's last position the surface may come to touch it."""
+"""Distance from the instrument's last position within which the surface may come to touch it, over the depth."""
 
 
 def contact_radius(instrument: Instrument, depth_m: float) -> float:
-    """Estimate the radius [m] of what touches at a depth; of a capsule half the width."""
+    """Estimate the radius [m] of the contact of an instrument at a depth [m]; of a capsule half the width."""
     round_one = min(float(np.sqrt(depth_m * instrument.radius_m)), instrument.radius_m)
     return instrument.radius_m if instrument.kind in RIMMED else round_one
 
 
 @dataclass(frozen=True, eq=False)
 class TouchedMesh:
-    """Quadratic elements on a mesh that is refined around one place.
+    """Quadratic elements on a mesh that is refined where a touch is.
 
-    body : with this mesh, and the nodes of the elements, as its last two levels; problem : of the contact or the grasp
-    up : the map (n_surface, n) from its nodes to the fine surface of the whole body
+    body : whose last two levels are this mesh and the nodes of its quadratic elements
+    problem : of the contact or the grasp; up : the map (n_surface, n) from its nodes to the body's fine surface
     edge_m : length of the surface's edges where it is touched [m]
     """
 
@@ -55,49 +55,42 @@ class TouchedMesh:
 
     @property
     def level(self) -> int:
-        """The level of ``body`` that the mesh is."""
+        """The number of the mesh among the levels of ``body``."""
         return len(self.body.levels) - 2
 
     @property
     def contact(self) -> Indentation:
-        """The problem of an instrument that does not grasp."""
+        """``problem``, of an instrument that does not grasp."""
         assert isinstance(self.problem, Indentation)
         return self.problem
 
     def answer(self, tolerance: float) -> tuple[Touched, Touching]:
-        """Return the answer to the touch, and the last state of the elements; NotConverged where there is none."""
+        """Solve to the depth of the touch; return the answer, and the state of the elements. May raise NotConverged."""
         *_, state = self.problem.push(self.touch.direction, [self.touch.depth_m], tolerance)
         return answer_of(self.problem, state, self.touch, self.up), state
 
 
 def answer_of(problem: Indentation | Grasping, state: Touching, touch: Touch, up: sparse.csr_array) -> Touched:
-    """Return the answer that a ``state`` of ``problem`` is; up : its nodes' map to the fine surface."""
+    """Return the answer to a touch by a ``state`` of ``problem``; up : map of its nodes to the fine surface."""
     return Touched(up @ (state.x - problem.mesh.nodes), float(state.force @ touch.direction), state.area_m2)
 
 
-def points_touched(
-    mesh: Mesh, order: int, young_pa: float, touches: Sequence[Touch], poses: Sequence[Pose]
-) -> ContactPoints:
-    """Return the points of ``mesh`` that any of ``touches`` may touch; poses : where each begins."""
-    last = [pose.moved(touch.depth_m * touch.direction) for pose, touch in zip(poses, touches, strict=True)]
-
-    def near(at: np.ndarray) -> np.ndarray:
-        ends = zip(last, touches, strict=True)
-        return np.min([pose.gaps(at)[0] / touch.depth_m for pose, touch in ends], axis=0) < TOUCHED_WITHIN
-
-    return contact_points(mesh, order, young_pa, near)
-
-
 def problem_of(body: Body, level: int, order: int, touches: Sequence[Touch], shape: Body) -> Indentation | Grasping:
-    """Return the problem of the first of ``touches`` on a level of ``body``, with elements of ``order``.
+    """Return the contact or grasp problem of the first of ``touches`` on a level of ``body``, by elements of ``order``.
 
-    Its points are those that any of the touches may touch; shape : the body that they are described on
+    touches : of one place, any of which may touch its contact points; shape : the body that they are defined on
     """
     first = touches[0]
     if first.grasps:
         return Grasping(body, level, order, first.patch(shape))
     poses = [touch.pose(shape) for touch in touches]
-    points = points_touched(body.levels[level], order, body.material.young_pa, touches, poses)
+    deepest = [pose.moved(touch.depth_m * touch.direction) for pose, touch in zip(poses, touches, strict=True)]
+
+    def near(at: np.ndarray) -> np.ndarray:
+        ends = zip(deepest, touches, strict=True)
+        return np.min([pose.gaps(at)[0] / touch.depth_m for pose, touch in ends], axis=0) < TOUCHED_WITHIN
+
+    points = contact_points(body.levels[level], order, body.material.young_pa, near)
     return Indentation(body, level, order, points, poses[:1], first.instrument.sticks)
 
 
@@ -109,28 +102,40 @@ def _reach(touch: Touch) -> float:
 FINEST = 9
 """Level beyond which no mesh is refined: its elements are 500 times smaller than the body's."""
 LEAST_DET = 0.4
-"""Smallest det F of elements that are four times as long as the truth's, at which a body is said to bear a touch."""
+"""Smallest det F of elements four times as long as the truth's, above which a touch is expected to have a truth."""
 
 
-def bearing(body: Body, along_radius: float) -> Callable[[Touch], bool]:
-    """Return what says of a touch whether ``body`` bears it: elements four times as long as asked for, in a second.
+def check_by_coarse_elements(body: Body, along_radius: float) -> Callable[[Touch], bool]:
+    """Return a function that solves a touch of ``body`` in a second, and tells whether it is likely to have a truth.
 
-    along_radius : as of the truth
+    along_radius : elements along the contact's radius in the truth; those here are four times as long
     """
     meshes = TouchedMeshes(body)
 
-    def bears(touch: Touch) -> bool:
+    def has_answer(touch: Touch) -> bool:
         try:
             mesh = meshes.around(touch, 0, max(0, meshes.level_for(touch, along_radius) - 2))
             return mesh.problem.least_det(mesh.answer(TOLERANCE)[1].x) > LEAST_DET
         except NotConverged:
             return False
 
-    return bears
+    return has_answer
+
+
+def refined(base: Body, places: np.ndarray, reach_m: np.ndarray, held: int) -> Body:
+    """Return ``base`` with elements halved near ``places``, at the rim of what is held, and elsewhere less often.
+
+    places : (3,) or (k, 3) [m]; reach_m : (level,) [m] distances from them within which each halving is made
+    held : number of halvings at the rim; all other elements are halved COARSER times less
+    """
+    radii = np.full(max(len(reach_m), held), -1.0)
+    radii[: len(reach_m)] = reach_m
+    radii[: max(0, held - COARSER)] = 2.0 * np.linalg.norm(np.ptp(base.coarse.nodes, axis=0))  # all of it
+    return LocalRefinement(base, len(radii)).around(places, radii.tolist(), held) if len(radii) else base.up_to(0)
 
 
 class TouchedMeshes:
-    """Makes such meshes of one body: from its first level on that has the shape of its finest."""
+    """Meshes of one body that are refined for touches, from its first level with the shape of the finest on."""
 
     def __init__(self, body: Body):
         self._body = body
@@ -138,9 +143,10 @@ class TouchedMeshes:
         self._surface = FineSurfaceMap(self._base)
 
     def level_for(self, touch: Touch, along_radius: float) -> int:
-        """Return the level on which so many elements at least lie along the radius of what touches.
+        """Return the level with at least ``along_radius`` elements along the radius of the contact.
 
-        Where that has a rim, the radius is the geometric mean of its own and the edge's. NotConverged beyond FINEST.
+        For a punch or a grasp, whose pressure is greatest at the rim, the radius is the geometric mean of its own and
+        the edge's. NotConverged beyond FINEST.
         """
         size = contact_radius(touch.instrument, touch.depth_m)
         if touch.instrument.kind in RIMMED:
@@ -153,52 +159,50 @@ class TouchedMeshes:
     def around(self, touch: Touch, held: int, level: int) -> TouchedMesh:
         """Return the mesh refined to ``level`` where it is touched, and to ``held`` at the rim of what is held.
 
-        Elsewhere it is COARSER levels coarser than at the rim. Levels count from the first of the shape. InputError
-        where the instrument does not touch.
+        Levels count from the first with the shape of the finest; other elements are as of ``refined``. InputError where
+        the instrument does not touch.
         """
         return self.around_all([touch], held, level)
 
     def around_all(self, touches: Sequence[Touch], held: int, level: int) -> TouchedMesh:
-        """Return the mesh for the first of several touches of one place, with the points that any of them may touch."""
+        """Return the mesh for the first of several touches of one place, with contact points for all of them."""
         first, local, depth = touches[0], self._refined(touches, held, level), max(level, held)
         up, whole = self._surface.of(local, 2), with_midpoints(local, depth)
         edge = float(self._edge(first.node) / 2**level)
         return TouchedMesh(first, whole, problem_of(whole, depth, 2, touches, self._body), up, edge)
 
     def _refined(self, touches: Sequence[Touch], held: int, level: int) -> Body:
-        """Return the body, each of whose levels is as fine as the touches want it."""
-        body, depth, everywhere = self._base, max(level, held), max(0, held - COARSER)
-        levels = np.arange(depth)
-        all_of_it = 2.0 * np.linalg.norm(np.ptp(body.coarse.nodes, axis=0))
-        radii = np.where(levels < everywhere, all_of_it, np.where(levels < level, self._reach(touches, levels), -1.0))
+        """Return the body refined to ``level`` for the touches, and to ``held`` at the rim of what is held."""
         place = self._body.fine.nodes[touches[0].node]
-        return LocalRefinement(body, depth).around(place, radii.tolist(), held) if depth else body.up_to(0)
+        return refined(self._base, place, self._reach(touches, np.arange(level)), held)
 
     def _reach(self, touches: Sequence[Touch], levels: np.ndarray) -> np.ndarray:
-        """Return within which radius [m] elements of ``levels`` are split."""
+        """Return the distance [m] from the place within which elements of each of ``levels`` are halved."""
         return max(map(_reach, touches)) + MARGIN * self._edge(touches[0].node) / 2.0**levels
 
     def size(self, touch: Touch, held: int, level: int) -> tuple[int, int]:
-        """Estimate the nodes and tetrahedra of ``around`` of the same, ``level`` at least 1, from coarser elements.
+        """Estimate how many nodes and tetrahedra the mesh of ``around`` has, from one level less; ``level`` at least 1.
 
-        It is 1 to 9 % too small for truths of pads and the liver: elements beside those split in eight are split, too.
+        The estimate is 1 to 9 % too small for truths of pads and the liver: it leaves out the elements that are halved
+        because those beside them are.
         """
         local = self._refined([touch], max(held - 1, 0), level - 1)
         whole, mesh, cells = self._base.coarse, local.fine, local.fine.tetrahedra
         assert isinstance(whole, TetMesh) and isinstance(mesh, TetMesh)  # sheets are not touched
         roots = local.roots[-1] if isinstance(local, LocalBody) else np.arange(len(cells))
-        wanted = np.full(len(cells), 8.0 ** max(0, held - COARSER))  # parts of each element of the body's first level
+        # parts of an element of the first level that is halved as often as each element here
+        parts = np.full(len(cells), 8.0 ** max(0, held - COARSER))
         away = np.linalg.norm(mesh.nodes - self._body.fine.nodes[touch.node], axis=1)
         near = away <= self._reach([touch], np.array([level - 1]))
-        wanted[near[cells].any(axis=1)] = 8.0 ** max(level, held - COARSER)
+        parts[near[cells].any(axis=1)] = 8.0 ** max(level, held - COARSER)
         fixed = np.isin(cells, local.anchors[-1])
         rim = np.isin(cells, cells[fixed & ~fixed.all(axis=1, keepdims=True)]).any(axis=1)
-        wanted[rim] = np.maximum(wanted[rim], 8.0**held)
-        parts = np.maximum(wanted * mesh.volumes / whole.volumes[roots], 1.0).sum()
-        return round(parts * (len(mesh.nodes) + len(mesh.edges)) / len(cells)), round(parts)
+        parts[rim] = np.maximum(parts[rim], 8.0**held)
+        tetrahedra = np.maximum(parts * mesh.volumes / whole.volumes[roots], 1.0).sum()
+        return round(tetrahedra * (len(mesh.nodes) + len(mesh.edges)) / len(cells)), round(tetrahedra)
 
     def at_rim(self, held: int) -> tuple[Body, int]:
-        """Return the body refined to ``held`` at the rim of what is held only, with a level more, and ``held``."""
+        """Return the body refined to ``held`` at the rim of what is held only, with quadratic nodes, and ``held``."""
         body, middle = self._base, self._base.coarse.nodes[0]
         local = LocalRefinement(body, held).around(middle, -1.0, held) if held else body.up_to(0)
         return with_midpoints(local, held), held

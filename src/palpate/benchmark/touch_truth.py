@@ -1,9 +1,9 @@
-"""Find what an instrument truly does to a body: quadratic elements, refined where it touches, with an error of its own.
+"""Find the truth of touches by instruments: the limit of quadratic elements that are refined at the contact.
 
-Elements are halved where they are touched, and, apart from that, at the rim of what is held and everywhere, on three
-meshes each, since the two errors shrink at rates of their own. Each is carried to its limit (Richardson 1911), the
-displacement and each number by itself; the truth may be off by the sum of what both limits may be, and of what halving
-one changes of the other. The truth is read by evaluation only.
+Elements are halved along two axes, on three meshes each: where they are touched, and at the rim of what is held with
+all others, since the two errors shrink at different rates. The limit is that of both axes (richardson.py), the
+displacement and each number by itself. Its own error is the sum of those of both axes and of their mixture. Models are
+evaluated against the truth, and never see it.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,12 +29,12 @@ LEAST_DET = 0.1
 
 
 class TouchErrors(NamedTuple):
-    """Errors of one answer to a touch against the truth; signed ones are positive where the answer is too large.
+    """Errors of one answer to a touch against the truth.
 
     rmse_of_peak, patch_rms_of_peak, patch_max_of_peak, max_of_peak : as in ``TruthErrors``; the patch is the surface
         within a radius of the instrument from where it first touches
-    force_error, contact_area_error, stiffness_error : over the truth's own, NaN where a model does not tell it; the
-        stiffness is the slope of the force over the last part of the depth
+    force_error, contact_area_error, stiffness_error : relative, positive where the answer is too large, NaN where a
+        model does not give it; the stiffness is the slope of the force over the last part of the depth
     """
 
     rmse_of_peak: float
@@ -47,7 +47,7 @@ class TouchErrors(NamedTuple):
 
 
 def touch_errors(answer: Touched, truth: Touched, patch: np.ndarray, stiffness_error: float = np.nan) -> TouchErrors:
-    """Measure an answer; patch : (n_surface,) bool, the nodes that are pressed."""
+    """Measure an answer against the truth; patch : (n_surface,) bool, the nodes that are pressed."""
     moved = truth_errors(answer.displacement, truth.displacement, patch)
     force, area = answer.force_n / truth.force_n - 1.0, answer.area_m2 / truth.area_m2 - 1.0
     surface = moved.rmse_of_peak, moved.patch_rms_of_peak, moved.patch_max_of_peak, moved.max_of_peak
@@ -57,7 +57,7 @@ def touch_errors(answer: Touched, truth: Touched, patch: np.ndarray, stiffness_e
 def patch_of(body: Body, touch: Touch) -> np.ndarray:
     """Mark the fine surface nodes within a radius of the instrument from where it first touches, (n_surface,) bool.
 
-    Of a grasp they are those within two radii that it does not hold, as all models move what it holds alike.
+    For a grasp they are those within two radii that it does not hold, as all models move what it holds alike.
     """
     if touch.grasps:
         beside = patch_nodes(body.fine, touch.node, 2.0 * touch.instrument.radius_m)
@@ -72,9 +72,11 @@ class TouchTruth:
     sample : (k,); displacement : (k, n, 3) [m]; area : (k,) [m²]
     force : (k, 2) [N], at the share BEFORE of the depth and at all of it
     pressure : (k,) [Pa], the greatest, on the finest mesh
-    own : (k, len(TouchErrors)) the errors that it may have itself
-    order : (k,) observed of the displacement, at what is held; force_order : (k,) of the force, where it is touched
-    overlap, least_det : (k,) of the mesh that is finest where it is touched; edge_m : (k,) its edges there [m]
+    own : (k, len(TouchErrors)) the truth's own errors
+    order : (k,) observed order of convergence of the displacement, by halving at what is held
+    force_order : (k,) observed order of convergence of the force, by halving where it is touched
+    overlap : (k,) mean overlap over the depth, and least_det : (k,) least det F, on the mesh that is finest where it is
+        touched; edge_m : (k,) the length of its edges there [m]
     nodes : (k,) of the largest mesh
     rejected : (k,) why a touch judges no model, or ""
     seconds : (k,) [s]
@@ -121,9 +123,11 @@ def truth_of_touches(
     say: Callable[[str], None] | None = None,
     free_mb: float = np.inf,
 ) -> TouchTruth:
-    """Find the truth of each touch; ``progress`` wraps their sequence, as ``tqdm`` does. Warns of those rejected.
+    """Find the truth of each touch; warns of those that are rejected.
 
-    say : told of the size of the largest mesh, before any is made; InputError if that needs more than ``free_mb`` [MB]
+    progress : wraps their sequence, as ``tqdm`` does
+    say : receives a sentence on the size of the largest mesh, before any is made
+    free_mb : free memory [MB]; InputError if the largest mesh needs more
     """
     meshes, rows = TouchedMeshes(body), []
     nodes, tetrahedra = max(_largest(meshes, touch, asked) for touch in touches)
@@ -145,7 +149,10 @@ def truth_of_touches(
 
 
 class _Answer(NamedTuple):
-    """What one mesh says: the displacement (n, 3) [m]; slope: what the last part of the depth adds to the force [N]."""
+    """The answer of one mesh: displacement (n, 3) [m], force [N], its ``slope``, area [m²].
+
+    slope : increase of the force over the last part of the depth [N]
+    """
 
     displacement: np.ndarray
     force: float
@@ -158,7 +165,7 @@ class _Answer(NamedTuple):
 
 
 def _levels(meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> tuple[list[int], list[int]]:
-    """Return the levels of three meshes at the rim of what is held, and where it is touched; NotConverged as there."""
+    """Return three levels at the rim of what is held, and three where it is touched; NotConverged beyond the finest."""
     level = max(meshes.level_for(touch, asked.along_radius), 2)
     return [max(0, asked.finest - back) for back in (2, 1, 0)], [level - back for back in (2, 1, 0)]
 
@@ -173,7 +180,7 @@ def _largest(meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> 
 
 
 def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> dict[str, Any]:
-    """Return a row of the truth, all but its sample and seconds."""
+    """Find the truth of one touch; return the values of the fields of ``TouchTruth`` but sample and seconds."""
     answers: dict[tuple[int, int], _Answer] = {}
     nodes = 0
     try:
@@ -224,5 +231,5 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSet
 
 
 def _order(rate: float) -> float:
-    """Return the order of convergence that a ratio of changes shows, NaN where they do not shrink as they would."""
+    """Return the order of convergence by a ratio of changes, NaN where the change has turned."""
     return float(np.log2(rate)) if rate > 0.0 else np.nan

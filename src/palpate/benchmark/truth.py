@@ -1,8 +1,8 @@
-"""Find the truth: the limit of quadratic elements on ever finer levels of a body, with an error of its own.
+"""Find the truth of presses: the limit of quadratic elements on ever finer levels of a body, with its own error.
 
-Levels are extrapolated by the ratio of their changes (richardson.py). The lower it is, the larger is the limit's own
-error; where that or the change between levels is too large, the sample judges no model. The truth is read by evaluation
-only; no model ever sees it.
+Levels are extrapolated by the ratio of their changes (richardson.py). The lower that is, the larger is the limit's own
+error; a sample whose own error or change between levels is too large judges no model. Models are evaluated against
+the truth, and never see it.
 """
 
 import warnings
@@ -31,7 +31,7 @@ larger (RMS over the surface) is rejected."""
 
 
 FIRST = 1e-4
-"""Tolerance of the level that starts from rest; what it leaves is smaller than what the next level changes."""
+"""Tolerance of the level that starts from rest; its residual error is smaller than the change to the next level."""
 MOST_ITERATIONS = 8
 """Newton iterations of a level that starts from the one before; 2 to 4 do where the levels converge, and where the body
 snaps to another shape, 20 are too few."""
@@ -42,16 +42,17 @@ LBFGS_TOLERANCE = 0.1
 
 @dataclass(eq=False)
 class Ascent:
-    """The answers to one sample, level by level.
+    """Solutions for one sample on one level after another.
 
-    levels : those it is to be answered on, coarse first
-    surface : for each level answered so far the displacements (n_surface, 3) [m] of the body's fine surface
-    least_det : the least determinant of the deformation gradient at any point of integration of any of them
-    volume_change : of the whole body, over its volume at rest, on the last level answered
+    levels : on which it is solved, coarse first
+    surface : of each solved level the displacements (n_surface, 3) [m] of the body's fine surface
+    least_det : the least determinant of the deformation gradient at any point of integration of any level
+    volume_change : of the whole body, over its volume at rest, on the last solved level
     iterations, products : iterations of L-BFGS and Newton's method, and multigrid cycles, of all levels together
     clamped : whether a level that started from the one before still met an indefinite Hessian
-    softest : value of the tangent over that at rest, on the last level on which that was looked at
-    failure : why a level has no answer, or ""; then there are no answers of finer ones either
+    softest : softest value of the tangent over that at rest, on the last level where it was computed
+    failure : why a level has no solution, or ""; finer ones are then not tried
+    seconds : of all solutions [s]
     start : displacements (n, 3) [m] that the next level starts from
     """
 
@@ -70,11 +71,11 @@ class Ascent:
 
 
 def truth_levels(body: Body) -> range:
-    """Return the levels that the truth of ``body`` is found on: three or four, up to one beyond its finest.
+    """Return the levels of ``body`` on which its truth is found: three or four, up to one beyond its finest.
 
     Only levels of the shape of the finest are taken: where a level was moved to the dense surface of a file or a CT,
-    those before it are another body's. On a smooth surface with a formula every level lies, finer ones too: facets come
-    nearer to it by the order of 2, which Richardson's limit takes up.
+    those before it have another shape. With a smooth surface by a formula all levels are taken: their facets converge
+    to it with the order of 2, which the limit includes.
     """
     fine = len(body.levels) - 1
     first = max(0 if body.smooth is not None else body.shape_level, fine - 2)
@@ -84,11 +85,11 @@ def truth_levels(body: Body) -> range:
 def ascend(
     body: Body, samples: Sequence[Sample], levels: Sequence[range], tolerance: float, progress: Callable = iter
 ) -> tuple[list[Ascent], Body]:
-    """Solve for every sample on its own ``levels``; return also the body with all levels that were needed.
+    """Solve for every sample on its ``levels``, each from the level before; return also the body with all these levels.
 
     tolerance : relative residual of the solutions that start from another level's
     progress : wraps the sequence of all solutions, as ``tqdm`` does
-    One level is held in memory at a time. A solution that fails leaves a failure behind and does not raise.
+    One level is in memory at a time. A solution that fails is recorded as a ``failure`` and does not raise.
     """
     last = max(own[-1] for own in levels)
     whole = with_midpoints(body, last)
@@ -105,7 +106,7 @@ def ascend(
 
 
 class _Level(FastEquilibrium):
-    """The problem of quadratic elements on one level, and the interpolation to the next if there is one."""
+    """The static problem of quadratic elements on one level, and the interpolation to the next if there is one."""
 
     clamped = False
 
@@ -115,12 +116,12 @@ class _Level(FastEquilibrium):
         self._up = quadratic_prolongation(*whole.levels[level : level + 2]) if is_prolonged else None
 
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple:
-        """Linearise, and note it if that has to be ``definite``."""
+        """Linearise as ``FastEquilibrium``, and record whether the Hessian had to be made ``definite``."""
         self.clamped |= definite
         return super().linearise(x, definite)
 
     def answer(self, each: Ascent, tolerance: float) -> None:
-        """Solve for one load, and leave behind what the next level starts from."""
+        """Solve for the sample of an ascent from its ``start``; add the solution, or the failure, to the ascent."""
         began, self.clamped, rest = perf_counter(), False, self.mesh.nodes
         start = None if each.start is None else rest + each.start
         try:
@@ -154,8 +155,8 @@ class _Level(FastEquilibrium):
     def _follow(self, load: np.ndarray, tolerance: float, start: np.ndarray) -> Solution:
         """Find the equilibrium under ``load`` (n, 3) [N] near ``start`` (n, 3) [m], stable or not.
 
-        NotConverged if it is not near: on this level the body has another shape. To search for that, in steps of the
-        load from rest, would take minutes and show no limit.
+        NotConverged if there is none near, as the body buckles on one of the levels. A search for it in steps of the
+        load from rest would take minutes, and the levels would have no limit.
         """
 
         def newton(begin: np.ndarray) -> Solution:
@@ -167,8 +168,9 @@ class _Level(FastEquilibrium):
 NEXT = 1e-4
 """Tolerance of a solution that starts from the level before: with 1e-7 the limit is the same to 0.001 % of the peak."""
 SQUEEZED = 0.5
-"""Determinants of the deformation gradient below this are counted, and not objected to: at the edge of an anchor or of
-a facet they fall with every halving, to 0.01 on the liver, where ratios are 2.3 to 2.5 and limits agree to 0.2 %."""
+"""Determinants of the deformation gradient below this are counted, and are no reason to reject: at the edge of an
+anchor or a facet they fall with every halving, to 0.01 on the liver, whose ratios are 2.3 to 2.5 and limits agree to
+0.2 %."""
 OWN = TruthErrors._fields
 
 
@@ -178,8 +180,8 @@ class Truth:
 
     sample : (k,) sample numbers
     displacement : (k, n, 3) [m], the limit, or the finest level where there is none; NaN where a level had no answer
-    levels : (k, n_levels, n, 3) [m], the answer of each level, coarse first; NaN where a sample goes without it
-    ratio : (k,) by how much the last halving reduced the change, as it is
+    levels : (k, n_levels, n, 3) [m], the answer of each level, coarse first; NaN where a sample was not solved on it
+    ratio : (k,) of the last two changes between levels
     least_det : (k,) the least determinant of the deformation gradient at any point of integration of any level
     volume_change : (k,) of the body on the finest level of each sample, over its volume at rest
     iterations, products : (k,) iterations of L-BFGS and Newton's method, and multigrid cycles, of all levels together
@@ -212,29 +214,29 @@ class Truth:
         return self.rejected == ""
 
     def spread(self, count: int) -> np.ndarray:
-        """Return the numbers of ``count`` samples whose limit is believed, or of all, spread over their order."""
+        """Return the numbers of ``count`` samples whose limit is believed, evenly over their order, or of all these."""
         believed = self.sample[self.believed]
         return believed[np.linspace(0, len(believed) - 1, min(count, len(believed))).round().astype(int)]
 
     def rows(self, numbers: np.ndarray) -> np.ndarray:
-        """Return the rows of those of the samples ``numbers`` whose limit is believed; InputError for one not here.
+        """Return the rows of the samples ``numbers`` whose limit is believed; InputError for a sample that is not here.
 
-        Where none of them is, those that have an answer on the finest level, from which distances can be measured.
+        If none is believed, return the rows with an answer on the finest level, by which distances can be measured.
         """
         if missing := sorted(set(numbers) - set(self.sample)):
             raise InputError(f"truth.h5: sample {missing[0]} has no truth; delete the file and type make.")
-        found = np.array([int(np.flatnonzero(self.sample == number)[0]) for number in numbers], dtype=int)
-        believed = found[self.believed[found]]
-        return believed if len(believed) else found[np.isfinite(self.displacement[found]).all(axis=(1, 2))]
+        rows = np.array([int(np.flatnonzero(self.sample == number)[0]) for number in numbers], dtype=int)
+        believed = rows[self.believed[rows]]
+        return believed if len(believed) else rows[np.isfinite(self.displacement[rows]).all(axis=(1, 2))]
 
 
 def truth_of(
     body: Body, samples: Sequence[Sample], finest: Collection[int], progress: Callable = iter, tolerance: float = NEXT
 ) -> Truth:
-    """Find the truth of presses at one contact each.
+    """Find the truth of presses; warns of those that are rejected.
 
-    finest : the sample numbers that get the finest level; the others do without it where three levels are left
-    progress, tolerance : as in ``ascend``
+    finest : the numbers of samples that are solved on the finest level; others are not where three levels remain
+    progress, tolerance : as ``ascend`` takes them
     """
     levels = truth_levels(body)
     wanted = [levels if len(levels) < 4 or each.number in finest else levels[:-1] for each in samples]
@@ -262,7 +264,7 @@ class _Pressed(NamedTuple):
 
 
 def _row(body: Body, each: Ascent, count: int) -> dict[str, Any]:
-    """Return what is known of one sample, with NaN for those of ``count`` levels that it has gone without."""
+    """Return one sample's values of the fields of ``Truth``; of ``count`` levels those without an answer are NaN."""
     surface = np.full((count, len(body.fine.surface), 3), np.nan)
     surface[: len(each.surface)] = each.surface if each.surface else np.nan
     patch = each.sample.pressed(body)
@@ -283,20 +285,21 @@ def _row(body: Body, each: Ascent, count: int) -> dict[str, Any]:
 
 
 def columns_of(rows: Sequence[dict[str, Any]]) -> dict[str, np.ndarray]:
-    """Return the columns (k, ...) of k rows; text, such as why a truth is rejected, as objects."""
+    """Return the columns (k, ...) of k rows by name; text, such as why a truth is rejected, as objects."""
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     return {name: each.astype(object) if each.dtype.kind == "U" else each for name, each in columns.items()}
 
 
 NO_ANSWER, INVERTED, CLAMPED = "no answer on a level", "an element is inverted", "the Hessian had to be clamped"
 APART = "the levels are too far apart"
-"""Reasons to reject a sample; what is behind one stands in brackets."""
+"""Reasons to reject a sample; numbers follow in brackets."""
 
 
 def objection(rate: float, own: float, change: float, least_det: float, clamped: bool) -> str:
-    """Return why an answer is not believed, or nothing; own, change : as MOST_OWN and MOST_CHANGE limit them.
+    """Return why the limit of levels is not believed, or "".
 
-    rate : of the levels; least_det, clamped : as an ``Ascent`` has them
+    rate : ratio of the last two changes; own, change : own error and last change, limited by MOST_OWN and MOST_CHANGE
+    least_det, clamped : as of ``Ascent``
     """
     close = RATIOS[0] <= rate <= RATIOS[1] or (own <= MOST_OWN and change <= MOST_CHANGE)
     return rejection(
@@ -307,19 +310,22 @@ def objection(rate: float, own: float, change: float, least_det: float, clamped:
 
 
 def over(function: Callable[[np.ndarray], Any], values: np.ndarray) -> float:
-    """Return a figure such as the mean of the finite ``values``, NaN if there are none."""
+    """Apply ``function``, such as the mean, to the finite ones of ``values``; NaN if there are none."""
     values = values[np.isfinite(values)]
     return float(function(values)) if len(values) else np.nan
 
 
 def reasons(rejected: np.ndarray) -> dict[str, int]:
-    """Count the reasons of ``rejected`` (k,), each sample by its first, the most frequent first."""
+    """Count the first reason of each of ``rejected`` (k,), by which samples have no truth; the most frequent first."""
     first = [str(why).partition(" (")[0].partition(";")[0] for why in rejected if why]
     return dict(Counter(first).most_common())
 
 
 def warn_of_rejected(place: str, questions: str, rejected: np.ndarray, then: str) -> None:
-    """Warn of ``questions`` of a body without a truth, and say what ``then``; rejected : (k,) why, or ""."""
+    """Warn of ``questions``, presses or touches of a body at ``place``, that have no truth.
+
+    rejected : (k,) why each has none, or ""; then : the end of the sentence, what follows from it
+    """
     if counts := reasons(rejected):
         why = "; ".join(f"{count} times {reason}" for reason, count in counts.items())
         lost = f"{sum(counts.values())} of {len(rejected)} {questions}"

@@ -1,4 +1,4 @@
-"""Read a file of answers, .npz or HDF5, and refuse what cannot be scored with one sentence that says why."""
+"""Read a file of an engine's answers, .npz or HDF5; what cannot be scored is an InputError of one sentence."""
 
 import math
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ LONGEST = 200
 
 
 class Wanted(NamedTuple):
-    """Further numbers of each question: whether they are needed, and their shape."""
+    """Further numbers that answers have for each question: whether they are needed, and the shape of one."""
 
     needed: bool
     shape: tuple[int, ...] = ()
@@ -35,10 +35,10 @@ class Wanted(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What one setting of an engine has answered; k questions.
+    """The answers of one setting of an engine to k questions.
 
-    displacement : (k, p, 3) [m] at the asked points, or (k, n, 3) at ``nodes``; NaN where it failed; of motions
-        (k, f, p, 3), at f instants
+    displacement : (k, p, 3) [m] at the asked points, or (k, n, 3) at ``nodes``; of motions (k, f, p, 3), at f
+        instants; NaN where the engine failed
     failed : (k,) truth values; seconds : (k, r) [s] of r calls each
     nodes, triangles : (n, 3) [m], (t, 3) of a mesh of the engine's own, or None
     memory_mb : [1e6 bytes], NaN where it is not known
@@ -59,7 +59,7 @@ class Setting:
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """A file of answers; warnings : what is odd about it, a sentence each."""
+    """The content of a file of answers; warnings : a sentence for each oddity of it."""
 
     engine: str
     version: str
@@ -70,10 +70,10 @@ class Answers:
 
 
 def read_answers(path: Path, questions: Questions, numbers: Mapping[str, Wanted]) -> Answers:
-    """Read a file of answers to ``questions``.
+    """Read and check a file of answers to ``questions``.
 
-    numbers : further answers of each question that this kind has, by name
-    InputError naming the file and the field for anything that is missing, not understood or not possible.
+    numbers : further answers to each question of this kind, by name
+    InputError naming the file and the field for anything that is missing, unknown or impossible.
     """
     file = _File(path, _load(Path(path)))
     texts = {name: file.text(name) for name in TEXTS}
@@ -110,6 +110,7 @@ def read_answers(path: Path, questions: Questions, numbers: Mapping[str, Wanted]
 def _setting(
     file: "_File", i: int, name: str, converged: bool, questions: Questions, numbers: Mapping[str, Wanted]
 ) -> Setting:
+    """Read and check the answers of setting number ``i``; InputError as of ``read_answers``."""
     place, k = f"setting_{i}/", questions.count
     field, moved, nodes, triangles = place + "displacement_m", file.floats(place + "displacement_m"), None, None
     points, what = len(questions.points), "the asked points"
@@ -141,6 +142,7 @@ def _setting(
 
 
 def _mesh(file: "_File", place: str, questions: Questions) -> tuple[np.ndarray, np.ndarray]:
+    """Read nodes and triangles of the engine's own mesh; InputError where they are none, or not around the body."""
     for name in ("nodes_m", "triangles"):
         if not file.has(place + name):
             raise file.wrong(place + name, "is missing", "a mesh of your own has nodes_m and triangles")
@@ -177,6 +179,7 @@ BOX_APART = 0.2
 
 
 def _numbers(file: "_File", name: str, failed: np.ndarray, wish: Wanted) -> np.ndarray:
+    """Read further numbers of each question, NaN if the file lacks them and they are not needed."""
     shape = (len(failed), *wish.shape)
     if not wish.needed and not file.has(name):
         return np.full(shape, np.nan)
@@ -187,7 +190,7 @@ def _numbers(file: "_File", name: str, failed: np.ndarray, wish: Wanted) -> np.n
 
 
 class _File:
-    """Arrays by name, each of which is asked for with the kind it must have."""
+    """The arrays of a file by name, with methods that return one of the right kind or raise an InputError."""
 
     def __init__(self, path: Path, arrays: Mapping[str, np.ndarray]):
         self.path, self.arrays = path, arrays
@@ -205,12 +208,12 @@ class _File:
         return self.arrays[name]
 
     def shaped(self, name: str, found: np.ndarray, wanted: tuple[int, ...], of: str) -> None:
-        """Raise the error of an array of another shape than ``wanted``, which is that ``of`` what."""
+        """Raise InputError for an array of another shape than ``wanted``; of : what its dimensions count."""
         if found.shape != wanted:
             raise self.wrong(name, f"has the shape {found.shape}", f"give {wanted}: {of}")
 
     def answered(self, name: str, found: np.ndarray, failed: np.ndarray, remedy: str) -> None:
-        """Raise the error of numbers (k, …) that are not finite in a question that has not ``failed`` (k,)."""
+        """Raise InputError for numbers (k, …) that are not finite in a question that has not ``failed`` (k,)."""
         lost = ~failed & ~np.isfinite(found).reshape(len(failed), -1).all(axis=1)
         if lost.any():
             raise self.wrong(name, f"is not finite in question {int(np.flatnonzero(lost)[0])}", remedy)
@@ -222,6 +225,7 @@ class _File:
         return self._named(name, found, "is empty" if not str(found).strip() else "is no name")
 
     def names(self, name: str) -> list[str]:
+        """Return a list of texts that all differ."""
         found = self.get(name)
         if found.dtype.kind != "U" or found.ndim != 1 or not len(found):
             raise self.wrong(name, f"is {_kind(found)}", "give a list of texts, a name for each setting")
@@ -290,7 +294,7 @@ def _load(path: Path) -> dict[str, np.ndarray]:
 
 
 def _claimed(member: IO[bytes]) -> tuple[tuple[int, ...], np.dtype]:
-    """Return the shape and the kind of an array that the head of its .npy file claims."""
+    """Return the shape and the type of an array by the head of its .npy file, without reading it."""
     version = np.lib.format.read_magic(member)
     head = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, _, kind = head(member)
@@ -304,6 +308,7 @@ def _allowed(name: str, shape: tuple[int, ...], kind: np.dtype) -> None:
 
 
 def _hdf5(path: Path) -> dict[str, np.ndarray]:
+    """Read all arrays of an HDF5 file, those in groups by their path; ValueError for one that is too large."""
     import h5py
 
     found: dict[str, np.ndarray] = {}

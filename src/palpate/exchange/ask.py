@@ -17,7 +17,7 @@ from palpate.benchmark.settings import Instrument as ToolSettings
 from palpate.benchmark.settings import instrument_name, pressed_bodies
 from palpate.benchmark.split import FOLDS
 from palpate.benchmark.touch import TOUCH_COLUMNS, choose_touches, touches_of
-from palpate.benchmark.touch_mesh import bearing
+from palpate.benchmark.touch_mesh import check_by_coarse_elements
 from palpate.benchmark.touch_truth import TouchTruth
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
@@ -37,7 +37,7 @@ from palpate.stores import stored
 
 
 def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: Path) -> str:
-    """Write the questions of ``scene`` to the folder ``out``, and return what they are.
+    """Write the questions of ``scene`` to the folder ``out``; return a sentence on them, which is printed.
 
     results : folder that make has filled; None is that beside ``config``
     seed : of a private set, without truths, drawn anew; None for the public set, the test presses of the results
@@ -57,9 +57,9 @@ def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: P
         with_law(body, questions.info["law"])  # whose truth whoever scores has to find
     pages = {"README.md": readme(questions, body.material.law), **pictures(body)}
     write(questions, out, pages)
-    told = "with the truth" if questions.truth is not None else "without a truth"
+    with_truth = "with the truth" if questions.truth is not None else "without a truth"
     return (
-        f"{out}: {questions.counted} of {scene}, {told}, at {len(questions.points)} points; README.md says how "
+        f"{out}: {questions.counted} of {scene}, {with_truth}, at {len(questions.points)} points; README.md says how "
         f"to answer them.\ndigest {questions.digest}"
     )
 
@@ -68,7 +68,7 @@ Asked = tuple[Body, Questions]
 
 
 def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
-    """Return what asks about each scene that can be asked, by its name."""
+    """Return the scenes of the settings, by name: functions that return a body and the questions about it."""
     found: dict[str, Callable[..., Asked]] = {}
     if settings.tradeoff is not None:
         for regime in settings.regimes:
@@ -85,7 +85,7 @@ def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
 
 
 def _presses(name: str, regime: str, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
-    """Ask the test presses of the first split of a run, or as many of contacts drawn by ``seed``."""
+    """Return the test presses of the first split of a run as questions, or as many at contacts drawn by ``seed``."""
     asked, rule = settings.tradeoff, settings.regimes[regime]
     radius_m = rule.radius_on(name)
     if seed is None:
@@ -103,7 +103,7 @@ def _presses(name: str, regime: str, settings: Any, config: Path, results: Path,
 
 
 def _touches(name: str, tool: ToolSettings, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
-    """Ask the touches of a run whose truth is believed, or as many drawn by ``seed``."""
+    """Return the touches of a run whose truth is believed as questions, or as many drawn by ``seed``."""
     instrument, asked = Instrument(**dict(tool)), settings.touch
     if seed is None:
         place = results / "data" / name / "touch" / instrument_name(tool)
@@ -117,13 +117,13 @@ def _touches(name: str, tool: ToolSettings, settings: Any, config: Path, results
         questions = touches.questions_of(body, truth.sample[rows], chosen)
         return body, replace(questions, truth=touches.truth_arrays(truth, rows))
     body = _body(settings, name, config)
-    bears = bearing(body, asked.truth.along_radius)
-    table = choose_touches(body, instrument, asked.samples, tuple(asked.depth_of_radius), seed, bears)
+    has_answer = check_by_coarse_elements(body, asked.truth.along_radius)
+    table = choose_touches(body, instrument, asked.samples, tuple(asked.depth_of_radius), seed, has_answer)
     return body, touches.questions_of(body, table["sample"].to_numpy(), touches_of(instrument, table))
 
 
 def _motions(name: str, own: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
-    """Ask the motion of a run, or one drawn by ``seed``."""
+    """Return the motion of a run as a question, or one drawn by ``seed``."""
     entry = settings.scenes[name].but(name=name)
     asked = own.duration_s or followed(entry), own.frames or settings.dynamic.frames, own.level
     found_by = {"levels": own.truth.levels, "steps_per_frame": own.truth.steps_per_frame}

@@ -21,7 +21,7 @@ from palpate.exchange.folder import Questions
 
 
 def body_arrays(body: Body) -> dict[str, dict[str, np.ndarray]]:
-    """Return the arrays of each level's file, and of ``asked``: the fine surface nodes at rest."""
+    """Return the arrays that describe a body, by file: one for each level, and ``asked``, the fine surface at rest."""
     found: dict[str, dict[str, np.ndarray]] = {}
     for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
         found[f"level_{i}"] = {
@@ -39,17 +39,18 @@ def body_arrays(body: Body) -> dict[str, dict[str, np.ndarray]]:
 def questions_on(
     body: Body, info: dict[str, Any], loads: list[dict[str, Any]], more: dict[str, np.ndarray]
 ) -> Questions:
-    """Return questions of ``loads``, whose numbers are arrays too, beside ``more`` arrays of (k, …); no truth yet.
+    """Return the questions of k ``loads`` on a body, without a truth.
 
-    info : kind and scene, and what else questions.json says of all; InputError for a sheet
+    info : kind and scene, and what else questions.json has of all loads; more : further arrays (k, …) of the loads,
+    beside their numbers. InputError for a sheet.
     """
     refuse_sheet(body)
-    told = {name: np.array([load[name] for load in loads]) for name in loads[0] if name != "name"}
-    return Questions(info | body_info(body) | {"loads": loads}, body_arrays(body) | {"loads": told | more})
+    numbers = {name: np.array([load[name] for load in loads]) for name in loads[0] if name != "name"}
+    return Questions(info | body_info(body) | {"loads": loads}, body_arrays(body) | {"loads": numbers | more})
 
 
 def body_info(body: Body) -> dict[str, Any]:
-    """Return what questions.json says of a body."""
+    """Return the description of a body in questions.json: name, law, size, materials, levels and supports."""
     info: dict[str, Any] = {"body": body.name, "law": law_name(body.material.law), "size_m": body.fine.size}
     info["materials"] = [
         {name: value for name, value in asdict(each).items() if name != "law"} for each in body.tissue(0).materials
@@ -65,7 +66,7 @@ def body_info(body: Body) -> dict[str, Any]:
 
 
 def body_of(questions: Questions) -> Body:
-    """Return the body of ``questions`` as it was asked about; a law of a file of one's own is a name only."""
+    """Rebuild the body of ``questions``; a law of a user's own file is a name only."""
     info, levels = questions.info, [questions.arrays[f"level_{i}"] for i in range(questions.info["levels"])]
     meshes = [TetMesh(each["nodes_m"], each["tetrahedra"]) for each in levels]
     materials = tuple(Material(**each, law=info["law"]) for each in info["materials"])
@@ -86,14 +87,14 @@ FURTHER = ("quadratic_neo_hookean",)
 
 
 def law_named(name: str) -> str:
-    """Return the law of palpate's with that name as a material takes it, or "" for one that palpate does not have."""
+    """Return palpate's law of that name as a material takes it, or "" where palpate has none."""
     if name in FURTHER:
         return str(files("palpate.effects.laws").joinpath(f"{name}.py"))
     return name if kind_of(name) else ""
 
 
 def with_law(body: Body, name: str) -> Body:
-    """Return ``body`` with the law of another name, all its moduli as they are; InputError for one of a user's file."""
+    """Return ``body`` with palpate's law of that name and the same moduli; InputError for a law of a user's file."""
     law, regions = law_named(name), body.regions
     if not law:
         raise InputError(
@@ -106,21 +107,21 @@ def with_law(body: Body, name: str) -> Body:
 
 
 def law_name(law: str) -> str:
-    """Return the name of a law, that of a file of one's own without its folder."""
+    """Return the name of a law, for one of a user's file that of the file."""
     return law if kind_of(law) else Path(law).stem
 
 
 def formula(law: str) -> str:
-    """Return what the file of a law says of it in its first lines, the energy density among it."""
+    """Return the first paragraph of a law's docstring, which has its energy density."""
     if kind := kind_of(law):
-        told = import_module(f"palpate.effects.laws.{kind}").__doc__
+        text = import_module(f"palpate.effects.laws.{kind}").__doc__
     else:
-        told = ast.get_docstring(ast.parse(Path(law).read_text(encoding="utf-8")))
-    return " ".join((told or f"the law of {law_name(law)}").split("\n\n")[0].split())
+        text = ast.get_docstring(ast.parse(Path(law).read_text(encoding="utf-8")))
+    return " ".join((text or f"the law of {law_name(law)}").split("\n\n")[0].split())
 
 
 def pictures(body: Body) -> dict[str, bytes]:
-    """Return the files of each level for other programs: VTU for ParaView, and MSH 2.2 for Gmsh."""
+    """Return mesh files of each level by name: VTU for ParaView, and MSH 2.2 for Gmsh."""
     import meshio
 
     found: dict[str, bytes] = {}

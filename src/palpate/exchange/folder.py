@@ -29,11 +29,11 @@ Arrays = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Questions:
-    """What is asked, whatever its kind.
+    """Questions of any kind.
 
-    info : what questions.json says, but files and digest: kind, scene, body, law, materials, loads …
+    info : content of questions.json without files and digest: kind, scene, body, law, materials, loads …
     arrays : by the stem of a file, the arrays in it
-    truth : the arrays of the truth, or None where whoever scores finds it
+    truth : the arrays of the truth, or None where it is to be found when answers are scored
     """
 
     info: Mapping[str, Any]
@@ -42,17 +42,17 @@ class Questions:
 
     @property
     def kind(self) -> str:
-        """What sort of questions these are."""
+        """The kind of questions: press, touch or motion."""
         return str(self.info["kind"])
 
     @property
     def count(self) -> int:
-        """How many questions there are."""
+        """The number of questions."""
         return len(self.info["loads"])
 
     @property
     def counted(self) -> str:
-        """How many questions there are, in words."""
+        """The number of questions in words."""
         return "1 question" if self.count == 1 else f"{self.count} questions"
 
     @property
@@ -62,12 +62,12 @@ class Questions:
 
     @property
     def frames(self) -> tuple[int, ...]:
-        """How many instants of each question are asked for, as a shape: () of what is static."""
+        """The shape of the instants of each question: (f,) of motions, () of static ones."""
         return (len(self.info["instants_s"]),) if "instants_s" in self.info else ()
 
     @property
     def digest(self) -> str:
-        """What tells these questions from all others, which answers quote."""
+        """A hash of all that is asked, which answers quote."""
         total = hashlib.sha256(json.dumps(self.info, sort_keys=True).encode())
         for stem in sorted(self.arrays):
             for name in sorted(self.arrays[stem]):
@@ -78,7 +78,7 @@ class Questions:
 
 
 def packed(arrays: Arrays) -> bytes:
-    """Return an .npz file of ``arrays``, the same bytes each time: numpy's own may carry the time."""
+    """Return an .npz file of ``arrays`` whose bytes repeat; numpy's own may have the time in them."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(arrays):
@@ -91,9 +91,9 @@ def packed(arrays: Arrays) -> bytes:
 
 
 def write(questions: Questions, folder: Path, pages: Mapping[str, bytes]) -> None:
-    """Write a folder of questions; ``pages`` are further files by name, such as README.md. The head is written last.
+    """Write a folder of questions; ``pages`` are further files by name, such as README.md.
 
-    InputError for a folder that has other things in it.
+    questions.json is written last, so that half a folder is none. InputError for a folder that has other files in it.
     """
     own = {f"{stem}.npz": packed(arrays) for stem, arrays in questions.arrays.items()} | dict(pages)
     if questions.truth is not None:
@@ -106,7 +106,7 @@ def write(questions: Questions, folder: Path, pages: Mapping[str, bytes]) -> Non
         raise InputError(f"{folder} has other files in it, such as {min(strange)}; give a new folder with --out.")
     if left := strange - set(own):
         raise InputError(f"{folder} has {min(left)}, which is not of these questions; give a new folder with --out.")
-    (folder / HEAD).unlink(missing_ok=True)  # half a folder is none
+    (folder / HEAD).unlink(missing_ok=True)
     for name, content in own.items():
         with write_whole(folder / name) as part:
             part.write_bytes(content)
@@ -122,13 +122,13 @@ def read(folder: Path) -> Questions:
     files, digest = head.pop("files"), head.pop("digest")
     del head["format"], head["version"]
     arrays: dict[str, dict[str, np.ndarray]] = {}
-    for name, told in files.items():
+    for name, checksum in files.items():
         path = Path(folder) / name
         try:
             content = path.read_bytes()
         except OSError as error:
             raise InputError(f"{path} cannot be read ({error.strerror}); have the questions written anew.") from error
-        if hashlib.sha256(content).hexdigest() != told:
+        if hashlib.sha256(content).hexdigest() != checksum:
             raise InputError(
                 f"{path} is not as it was written (its checksum differs); have the questions written anew."
             )
@@ -142,6 +142,7 @@ def read(folder: Path) -> Questions:
 
 
 def _head(folder: Path) -> dict[str, Any]:
+    """Read questions.json of a folder; InputError where it is missing, damaged or of another version."""
     path = folder / HEAD
     try:
         head = json.loads(path.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Score answers row by row, whatever the kind of questions is: a ``Judge`` is what a kind itself knows of them."""
+"""Score the answers of engines to questions of any kind; what differs between kinds is in a ``Judge`` of each."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,13 +24,15 @@ from palpate.exchange.suspects import oddities, out_of_order, slip
 
 NO_ANSWER = "the engine gave no answer"
 KINDS = {"press": "presses", "touch": "touches", "motion": "motions"}
-"""The module of each kind of questions, which finds the truth and has the ``Judge``."""
+"""The module of each kind of questions, with its ``Judge`` and the function that finds the truth."""
 
 
 class OwnMesh:
-    """The surface of an engine's own mesh beside the asked points and the triangles between these.
+    """Interpolation between the surface of an engine's own mesh and the asked points.
 
-    ``far_m`` is the largest distance of an asked point from it; ``used`` are its nodes on ``triangles`` between these.
+    nodes, triangles : of the engine's mesh; points, between : the asked points, and the triangles between them
+    Attributes: far_m, the largest distance of an asked point from the mesh; used, its nodes that triangles have;
+    triangles, between these.
     """
 
     def __init__(self, nodes: np.ndarray, triangles: np.ndarray, points: np.ndarray, between: np.ndarray):
@@ -51,7 +53,7 @@ class OwnMesh:
         return _each(self._up, displacement)
 
     def through(self, displacement: np.ndarray) -> np.ndarray:
-        """Return displacements (…, p, 3) [m] of the asked points after they were taken at the mesh's nodes only."""
+        """Interpolate displacements (…, p, 3) [m] of the asked points to the mesh's nodes, and back."""
         return _each(self._there_and_back, displacement)
 
 
@@ -62,7 +64,7 @@ def _each(matrix: sparse.csr_array, displacement: np.ndarray) -> np.ndarray:
 
 
 def _onto(nodes: np.ndarray, triangles: np.ndarray, points: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
-    """Return the linear interpolation (p, n) to what of a surface is nearest to ``points``, and distances (p,) [m]."""
+    """Return the interpolation (p, n) to the nearest points of a surface from ``points``, and distances (p,) [m]."""
     corners, weights, away = nearest_on_surface(Sheet(nodes, triangles, 0.0), points)
     rows = np.repeat(np.arange(len(points)), 3)
     return sparse.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), len(nodes))), away
@@ -70,10 +72,10 @@ def _onto(nodes: np.ndarray, triangles: np.ndarray, points: np.ndarray) -> tuple
 
 @dataclass(frozen=True, eq=False)
 class Scored:
-    """What was found of a file of answers.
+    """The scores of a file of answers.
 
-    settings : rows as ``benchmark.measuring`` has them, and where they were found, and errors of the engine's own mesh
-        and against the truth of its own law
+    settings : a row for each setting, as ``benchmark.measuring`` has it, with scene, engine and machine, and the errors
+        by the engine's own mesh and against the truth of its own law
     warnings : a sentence each
     """
 
@@ -83,12 +85,12 @@ class Scored:
 
 
 class Judge:
-    """What judges answers to those questions ``rows`` (q,) whose truth is believed.
+    """Judges answers to the questions whose truth is believed, ``rows`` (q,).
 
-    kind : the means that settings have; named : further columns of questions that these need
+    kind : computes the means of a setting; named : further columns that it needs of each question
     known : the true displacements (k, …, p, 3) [m]
-    place : the array of where each question acts, "" where questions have no order to mistake
-    answer_suffices : whether questions are judged by their distance from the finest answer where no truth is believed
+    place : name of the array of where each question acts, "" where questions have no order to mistake
+    answer_suffices : whether, if no truth is believed, all questions with a finest answer are judged by that
     InputError where there is nothing to judge by.
     """
 
@@ -108,30 +110,30 @@ class Judge:
         self.rows = np.flatnonzero(judged)
 
     def errors(self, row: int, moved: np.ndarray) -> Row:
-        """Return the errors of displacements (…, p, 3) [m] over the surface and in the dent."""
+        """Return the errors of displacements (…, p, 3) [m] of question ``row``, over the surface and in the dent."""
         found, true = moved.reshape(-1, 3), self.known[row].reshape(-1, 3)
         dent = self.loads["in_dent"][row]
         return truth_errors(found, true, np.tile(dent, len(found) // len(dent)))._asdict()
 
-    def felt(self, row: int, moved: np.ndarray, setting: Setting) -> Row:
-        """Return further errors, of what else a setting tells."""
+    def further_errors(self, row: int, moved: np.ndarray, setting: Setting) -> Row:
+        """Return errors of forces, and of what else a setting answers to question ``row``."""
         return {}
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
-        """Return which array of the questions ``there`` (m,) has a slip of the adapter, and which; or ""."""
+        """Return a phrase on a slip of the adapter, such as another unit, in the questions ``there`` (m,); or ""."""
         places, asked = self.loads[self.place][there] if self.place else None, self.asked
-        told = slip(moved[there], self.known[there], asked["points_m"], asked["triangles"], places)
-        return f"displacement_m {told}" if told else ""
+        mistake = slip(moved[there], self.known[there], asked["points_m"], asked["triangles"], places)
+        return f"displacement_m {mistake}" if mistake else ""
 
 
 def believed(truth: Arrays) -> np.ndarray:
-    """Return of which questions (k,) the truth is believed."""
+    """Return for each question whether its truth is believed, (k,) bool."""
     own = [truth[name] for name in truth if name.startswith("own_") and name != "own_force_rms_of_peak"]
     return np.all(np.isfinite(own), axis=0)
 
 
 def own_arrays(names: tuple[str, ...], own: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the own errors (k, names) of a truth, NaN where it is not believed, as truth.npz has them."""
+    """Return the arrays of truth.npz for a truth's own errors ``own`` (k, names), NaN where it is not believed."""
     return {f"own_{name}": np.ascontiguousarray(column) for name, column in zip(names, own.T, strict=True)}
 
 
@@ -145,9 +147,9 @@ def module_of(questions: Questions) -> ModuleType:
 def score_answers(
     path: Path, questions: Questions, truth: Arrays, own_law: Callable[[str], Arrays | None] | None = None
 ) -> Scored:
-    """Score a file of answers.
+    """Score a file of answers to ``questions`` against their ``truth``.
 
-    own_law : gives the truth of a law that is not the body's, or None where it has none
+    own_law : returns the truth of another law than the body's by its name, or None where there is none
     InputError for answers that cannot be used.
     """
     module = module_of(questions)
@@ -163,8 +165,8 @@ def score_answers(
     for i, setting in enumerate(answers.settings):
         moved, mesh = at_points(setting, questions)
         there = judge.rows[~setting.failed[judge.rows]]
-        if told := judge.slip(moved, setting, there):
-            raise InputError(f"{path}: setting_{i}/{told}.")
+        if mistake := judge.slip(moved, setting, there):
+            raise InputError(f"{path}: setting_{i}/{mistake}.")
         warned += _odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], judge.known[there], mesh, there)
         found = [_row(judge, row, moved[row], setting) for row in judge.rows]
         more = {"setting": setting.name, "converged": setting.converged}
@@ -177,12 +179,13 @@ def score_answers(
 
 
 def _row(judge: Judge, row: int, moved: np.ndarray, setting: Setting) -> Row:
+    """Return the errors and times of one question, or its failure."""
     found = judge.named | {"failure": ""}
     if setting.failed[row]:
         return found | {"failure": NO_ANSWER}
     seconds = setting.seconds[row]
     calls = seconds[np.isfinite(seconds)].tolist()
-    return found | judge.errors(row, moved) | judge.felt(row, moved, setting) | spent(calls)
+    return found | judge.errors(row, moved) | judge.further_errors(row, moved, setting) | spent(calls)
 
 
 def _means(where: str, errors: list[Row]) -> Row:
@@ -192,7 +195,7 @@ def _means(where: str, errors: list[Row]) -> Row:
 
 
 def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMesh | None]:
-    """Return displacements (k, …, p, 3) [m] at the asked points, and the mesh that they come from, if it is its own."""
+    """Return a setting's displacements (k, …, p, 3) [m] at the asked points, and the engine's own mesh, or None."""
     if setting.nodes is None or setting.triangles is None:
         return setting.displacement, None
     mesh = OwnMesh(setting.nodes, setting.triangles, questions.points, questions.arrays["asked"]["triangles"])
@@ -202,7 +205,7 @@ def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMe
 def _odd(
     place: str, setting: Setting, moved: np.ndarray, known: np.ndarray, mesh: OwnMesh | None, there: np.ndarray
 ) -> list[str]:
-    """Return a sentence for each thing that is odd about the answers to the questions ``there`` (m,), an error or not.
+    """Return a sentence for each oddity of the answers to the questions ``there`` (m,).
 
     moved, known : (m, …, p, 3) [m], answers and truth at the asked points
     InputError for nodes of the engine's own ``mesh`` that are in another order.
@@ -211,8 +214,8 @@ def _odd(
     if mesh is not None and len(true):
         at = setting.displacement[there][..., mesh.used, :]
         at = at.reshape(-1, *at.shape[-2:])
-        if told := out_of_order(at, mesh.at_nodes(true), mesh.triangles):
-            raise InputError(f"{place} {told}.")
+        if mistake := out_of_order(at, mesh.at_nodes(true), mesh.triangles):
+            raise InputError(f"{place} {mistake}.")
     return [f"{place} {each}." for each in oddities(moved.reshape(true.shape), true)]
 
 
@@ -223,8 +226,9 @@ def _own_law_truth(
     own_law: Callable[[str], Arrays | None] | None,
     warned: list[str],
 ) -> Arrays | None:
-    """Return the truth of the law of ``answers``, None where that is the body's or has none; add to what is warned.
+    """Return the truth of the engine's own law, or None where that is the body's, or its truth is not to be found.
 
+    warned : gets a sentence where errors have the difference of laws in them
     InputError for a law that palpate does not have, where its truth is asked for.
     """
     law, bodys = answers.law, questions.info["law"]

@@ -41,7 +41,7 @@ LARGEST_TILT, LARGEST_TURN = 30.0, 30.0
 
 
 def questions_of(scenes: Sequence[MovingScene], found_by: Mapping[str, int]) -> Questions:
-    """Return the questions of motions that differ in what acts, without a truth.
+    """Return the questions of motions of one scene that differ in their loads, without a truth.
 
     found_by : ``levels`` and ``steps_per_frame`` with which the truth is found
     """
@@ -50,7 +50,7 @@ def questions_of(scenes: Sequence[MovingScene], found_by: Mapping[str, int]) -> 
     if body.densities is not None:
         raise InputError(f"bodies.{body.name} has the masses of its CT, which questions do not tell; ask for another.")
     placed = [each.placed_loads() for each in scenes]
-    loads = [{"name": f"motion {number}", **_told(blocks)} for number, blocks in enumerate(placed)]
+    loads = [{"name": f"motion {number}", **_described(blocks)} for number, blocks in enumerate(placed)]
     instants = (scene.duration_s * np.arange(1, scene.frames + 1) / scene.frames).round(12)
     arrays = body_arrays(body)
     arrays["loads"] = {"in_dent": np.array([_pressed(body, each, scene.duration_s) for each in placed])}
@@ -67,41 +67,41 @@ def questions_of(scenes: Sequence[MovingScene], found_by: Mapping[str, int]) -> 
     return Questions(info, arrays)
 
 
-def _told(acts: Loads) -> dict[str, Any]:
-    """Return what questions.json says of what acts."""
-    told: dict[str, Any] = {}
+def _described(acts: Loads) -> dict[str, Any]:
+    """Return the description of loads in questions.json: weight, pushes and instruments."""
+    blocks: dict[str, Any] = {}
     if acts.gravity:
-        told["gravity_m_s2"] = acts.acceleration_m_s2
+        blocks["gravity_m_s2"] = acts.acceleration_m_s2
     if acts.push:
-        told["pushes"] = [
+        blocks["pushes"] = [
             {"place_m": each.at_m, "normal": each.normal, **{name: getattr(each, name) for name in COURSE}}
             for each in acts.pushes
         ]
     if contact := acts.contact:
-        told["instruments"] = [
+        blocks["instruments"] = [
             {name: value for name, value in plain(each).items() if name != "name"} for each in contact.instruments
         ]
-        told |= {"friction": contact.friction, "slip_m_s": contact.slip_m_s}
-    return told
+        blocks |= {"friction": contact.friction, "slip_m_s": contact.slip_m_s}
+    return blocks
 
 
-def _loads(told: Mapping[str, Any]) -> Loads:
-    """Return what acts, from what questions.json says."""
+def _loads(described: Mapping[str, Any]) -> Loads:
+    """Return the loads that ``_described`` describes."""
     blocks: dict[str, Any] = {}
-    if "gravity_m_s2" in told:
-        blocks["gravity"] = {"acceleration_m_s2": told["gravity_m_s2"]}
-    if "pushes" in told:
-        pushes = [{"at_m": each["place_m"], **each} for each in told["pushes"]]
+    if "gravity_m_s2" in described:
+        blocks["gravity"] = {"acceleration_m_s2": described["gravity_m_s2"]}
+    if "pushes" in described:
+        pushes = [{"at_m": each["place_m"], **each} for each in described["pushes"]]
         blocks["push"] = {"loads": [{name: each[name] for name in each if name != "place_m"} for each in pushes]}
-    if "instruments" in told:
-        blocks["contact"] = {name: told[name] for name in ("instruments", "friction", "slip_m_s")}
+    if "instruments" in described:
+        blocks["contact"] = {name: described[name] for name in ("instruments", "friction", "slip_m_s")}
     return Loads(**blocks)
 
 
 def _pressed(body: Body, acts: Loads, duration_s: float) -> np.ndarray:
-    """Mark the asked points (p,) that are pushed, or within a radius of what instruments sweep over at rest.
+    """Mark the asked points that are pushed, or near where instruments are at some time, (p,) bool; else all of them.
 
-    All of them where there is neither.
+    Near is within an instrument's radius of a point at rest that it covers.
     """
     if not acts.contact:
         return pressed_nodes(body, acts)
@@ -117,7 +117,7 @@ def _pressed(body: Body, acts: Loads, duration_s: float) -> np.ndarray:
 
 
 def drawn(scene: MovingScene, seed: int) -> MovingScene:
-    """Return another motion of a scene: its pushes elsewhere and oblique, or its weight turned.
+    """Return a scene with random loads: its pushes at other places and oblique, its weight turned.
 
     InputError for instruments, whose paths are made for the places that they touch.
     """
@@ -156,7 +156,7 @@ class Judge(judging.Judge):
             found |= dict.fromkeys(("patch_rms_of_peak", "patch_max_of_peak"), np.nan)
         return found
 
-    def felt(self, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
+    def further_errors(self, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
         found = {"real_time_factor": float(np.nanmedian(setting.seconds[row])) / self._duration_s}
         if FORCE in setting.numbers:
             found |= force_errors(setting.numbers[FORCE][row], self._force[row])._asdict()
@@ -164,14 +164,14 @@ class Judge(judging.Judge):
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
         for row in there:
-            told = slip(moved[row], self.known[row], self.asked["points_m"], self.asked["triangles"], None)
-            if told := told or over_time(moved[row], self.known[row], self._duration_s / self._frames):
-                return f"displacement_m {told}"
+            mistake = slip(moved[row], self.known[row], self.asked["points_m"], self.asked["triangles"], None)
+            if mistake := mistake or over_time(moved[row], self.known[row], self._duration_s / self._frames):
+                return f"displacement_m {mistake}"
         return ""
 
 
 def truth_arrays(truths: Sequence[MotionTruth]) -> Arrays:
-    """Return the arrays of truth.npz; its own errors are NaN where it is not believed."""
+    """Return the arrays of truth.npz; own errors are NaN where the truth is not believed."""
     own = np.array([np.full(len(OWN), np.nan) if each.rejected else each.own[3] for each in truths])
     found = {"own_force_rms_of_peak": np.array([each.own_force for each in truths])}
     found |= {"displacement_m": np.array([each.displacement for each in truths])}
@@ -188,13 +188,13 @@ def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arr
 
 
 def wanted(questions: Questions) -> dict[str, Wanted]:
-    """Return what is asked beside displacements: the force of instruments, if there are any."""
+    """Return what is asked besides displacements: the force of instruments, if there are any."""
     tools = len(questions.info["loads"][0].get("instruments", []))
     return {FORCE: Wanted(True, (len(questions.info["instants_s"]), tools, 3))} if tools else {}
 
 
 def asked_in(results: FilePath, questions: Questions) -> tuple[FilePath, bool]:
-    """Return the file of a run's motion, and whether it is this one."""
+    """Return the file of a run's motion, and whether its truth is that of these questions."""
     place = results / "data/dynamic" / questions.info["scene"] / "truth.h5"
     known = stored(MotionTruth, place).displacement if place.is_file() else np.empty(0)
     asked = None if questions.truth is None else questions.truth["displacement_m"][0]

@@ -33,8 +33,9 @@ def questions_of(body: Body, regime: str, samples: Sequence[Sample]) -> Question
     loads: list[dict[str, Any]] = []
     for sample in samples:
         [patch], (_, force) = sample.patches(body), sample.load.single()
-        told = {"name": f"press {sample.number}", "place_m": patch.center_m.tolist(), "normal": patch.normal.tolist()}
-        loads.append(told | {"radius_m": patch.radius_m, "force_n": force.tolist()})
+        place, normal = patch.center_m.tolist(), patch.normal.tolist()
+        load = {"name": f"press {sample.number}", "place_m": place, "normal": normal}
+        loads.append(load | {"radius_m": patch.radius_m, "force_n": force.tolist()})
     more = {"sample": np.array([sample.number for sample in samples])}
     # contacts are nodes of the coarse mesh, and of all finer ones
     more["node"] = np.array([sample.load.single()[0] for sample in samples])
@@ -81,12 +82,12 @@ def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arr
 
 
 def wanted(questions: Questions) -> dict[str, Wanted]:
-    """Return what is asked beside displacements: nothing."""
+    """Return what is asked besides displacements: nothing."""
     return {}
 
 
 def asked_in(results: Path, questions: Questions) -> tuple[Path, bool]:
-    """Return the file of a run's presses, and whether these are among them."""
+    """Return the file of a run's presses, and whether those of the questions are among them."""
     info, loads = questions.info, questions.arrays["loads"]
     place = results / "data" / info["body"] / info["regime"] / "loads.csv"
     known = read_table(place, ["sample", *ASKED]).set_index("sample").reindex(loads["sample"])

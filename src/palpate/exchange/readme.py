@@ -17,5 +17,5 @@ def readme(questions: Questions, law: str) -> bytes:
         loader=pages, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
     others = {name: formula(law_named(name)) for name in (*LAWS, *FURTHER) if name != questions.info["law"]}
-    told = {"questions": questions, "info": questions.info, "formula": formula(law), "others": others}
-    return environment.get_template(f"{questions.kind}.md").render(told | {"before": BEFORE}).encode()
+    names = {"questions": questions, "info": questions.info, "formula": formula(law), "others": others}
+    return environment.get_template(f"{questions.kind}.md").render(names | {"before": BEFORE}).encode()

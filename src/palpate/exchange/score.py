@@ -23,7 +23,7 @@ from palpate.run.job import steps
 
 
 def score(answers: Path, folder: Path, results: Path | None, out: Path | None, own_law: bool) -> str:
-    """Score a file of answers to the questions in ``folder``, and return what is printed.
+    """Score a file of answers to the questions in ``folder``, write the scores, and return what is printed.
 
     results : folder that make has filled, whose models stand beside it, or None
     out : folder for score.csv and score.png; None is that of ``answers``
@@ -35,11 +35,11 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
         read_answers(answers, questions, module_of(questions).wanted(questions))
     beside = None if results is None else _beside(results, questions)
 
-    def kept(law: str) -> Arrays:
+    def truth_with(law: str) -> Arrays:
         return truth_beside(questions, folder, law, lambda name: _find(questions, folder, name))
 
-    truth = kept(questions.info["law"]) if questions.truth is None else questions.truth
-    scored = score_answers(answers, questions, truth, kept if own_law else None)
+    truth = truth_with(questions.info["law"]) if questions.truth is None else questions.truth
+    scored = score_answers(answers, questions, truth, truth_with if own_law else None)
     floor = floor_of(truth)
     table = score_table(scored.settings, floor, beside)
     place = (answers.parent if out is None else out).resolve()
@@ -58,7 +58,7 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
 
 
 def _find(questions: Questions, folder: Path, law: str) -> Arrays:
-    """Find the truth of ``law``, and say where it is kept and how far it is."""
+    """Find the truth with another ``law``, and print its file and the progress."""
     place = kept_truth(folder, law)
     print(f"finding the truth of {questions.counted} with the law {law}, kept as {place}", file=sys.stderr, flush=True)
     from threadpoolctl import threadpool_limits
@@ -70,7 +70,7 @@ def _find(questions: Questions, folder: Path, law: str) -> Arrays:
 
 
 def _beside(results: Path, questions: Questions) -> pd.DataFrame:
-    """Return the rows of palpate's own models on the very same questions; InputError where results are of others."""
+    """Return the rows of palpate's own models for these questions; InputError for results of other questions."""
     module, scene = module_of(questions), questions.info["scene"]
     columns = ["scene", "model", "setting", "rmse_of_peak", *module.COLUMNS]
     table = read_table(results / f"tables/{module.TABLE}.csv", columns)
@@ -85,12 +85,12 @@ def _beside(results: Path, questions: Questions) -> pd.DataFrame:
 
 
 def kept_truth(folder: Path, law: str) -> Path:
-    """Return where the truth of ``law`` is kept, beside the folder of questions."""
+    """Return the file of the truth of ``law``, beside the folder of questions."""
     return folder.resolve().parent / f"{folder.resolve().name}.truth_{law}.npz"
 
 
 def truth_beside(questions: Questions, folder: Path, law: str, find: Callable[[str], Arrays]) -> Arrays:
-    """Return the truth of ``law`` that is kept beside the questions; ``find`` it where it is not yet, or damaged."""
+    """Read the truth of ``law`` beside the questions; ``find`` and write it where it is missing or damaged."""
     path = kept_truth(folder, law)
     with suppress(*DAMAGE), np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
         found = {name: file[name] for name in file.files}
@@ -126,7 +126,7 @@ SHOWN = (
 
 
 def _printed(table: pd.DataFrame) -> list[str]:
-    """Return the lines of a table for reading: the engine's settings, and those of palpate that are worth taking."""
+    """Return the table as lines of text: the engine's settings, and palpate's than which no faster one is better."""
     own, others = table[table["engine"] != OWN], table[table["engine"] == OWN]
     if len(others):
         sound = others[others["failures"] == 0]

@@ -1,6 +1,6 @@
-"""Recognise answers that are right but for a slip of the adapter: another unit, positions, other axes, another order.
+"""Detect mistakes of an engine's adapter in its answers: another unit, positions, other axes, another order.
 
-Each is told by what a slip alone can do, so that no answer near the truth is refused, nor one that is merely bad.
+Each test is passed by every answer near the truth, and by one that is merely inaccurate.
 """
 
 from itertools import permutations
@@ -22,9 +22,9 @@ SHIFTED = 0.2
 ROUGH = 0.5
 """Share of the roughness of a random order, above which an answer is out of order."""
 SMOOTH = 0.3
-"""The same share, below which the truth must be for that to be told."""
+"""Share of the roughness of a random order, below which the truth has to be for order to show."""
 LIKE, NEARER = 0.35, 0.5
-"""What is unlike the truth by less than LIKE, and by less than NEARER of what the answer is, is what was meant."""
+"""Answers were meant that are unlike the truth by less than LIKE, and by less than NEARER times the given ones."""
 HELD = 0.02
 """Share of the peak by which a point that the truth never moves may move unnoted."""
 
@@ -32,7 +32,7 @@ HELD = 0.02
 def slip(
     answers: np.ndarray, truth: np.ndarray, points: np.ndarray, triangles: np.ndarray, places: np.ndarray | None
 ) -> str:
-    """Return what an adapter seems to have done wrong, with its remedy, or "".
+    """Return a phrase on a mistake of the adapter in static answers, with its remedy, or "".
 
     answers, truth : (k, p, 3) [m] of questions that were answered
     points : (p, 3) [m] asked; triangles : (t, 3) between them
@@ -40,17 +40,14 @@ def slip(
     """
     if not len(answers):
         return ""
-    if told := _scaled(answers, truth):
-        return told
-    if told := _positions(answers, truth, points) or _turned(answers, truth):
-        return told
-    if places is not None and (told := _loads_permuted(answers, truth, places)):
-        return told
-    return out_of_order(answers, truth, triangles)
+    mistake = _scaled(answers, truth) or _positions(answers, truth, points) or _turned(answers, truth)
+    if not mistake and places is not None:
+        mistake = _loads_permuted(answers, truth, places)
+    return mistake or out_of_order(answers, truth, triangles)
 
 
 def oddities(answers: np.ndarray, truth: np.ndarray) -> list[str]:
-    """Return what is odd about answers (k, p, 3) [m] that may be no slip, each without its subject."""
+    """Return phrases on oddities of answers (k, p, 3) [m] that may be no mistakes."""
     if not answers.any():
         return ["is 0 everywhere" if len(answers) else "has no answer to any question with a truth"]
     sizes = np.linalg.norm(truth, axis=2)
@@ -60,7 +57,7 @@ def oddities(answers: np.ndarray, truth: np.ndarray) -> list[str]:
 
 
 def over_time(answers: np.ndarray, truth: np.ndarray, step_s: float) -> str:
-    """Return what a motion (f, p, 3) [m] at instants ``step_s`` apart is instead of the one asked, with its remedy."""
+    """Return a phrase on a mistake over time of a motion (f, p, 3) [m] at instants ``step_s`` apart, or ""."""
     # what moves by nothing at all while the truth does is at rest still
     if answers.any() and not answers[0].any() and np.abs(truth[0]).max() > 1e-3 * np.abs(truth).max():
         return "is at rest at the first instant; leave out what is at t = 0"
@@ -72,7 +69,7 @@ def over_time(answers: np.ndarray, truth: np.ndarray, step_s: float) -> str:
 
 
 def _shifted(answers: np.ndarray, truth: np.ndarray) -> str:
-    """Tell a motion that is at each instant that of the instant before or after."""
+    """Detect a motion whose instants are shifted by one; return a phrase with the remedy, or ""."""
     if len(truth) < 3:
         return ""
     here = _relative(answers[1:-1], truth[1:-1])
@@ -97,13 +94,13 @@ def _unlike(answers: np.ndarray, truth: np.ndarray) -> float:
 
 
 def _far_better(changed: np.ndarray, answers: np.ndarray, truth: np.ndarray) -> bool:
-    """Whether ``changed`` answers are the truth's, but for a stiffness, and the answers as they are far from it."""
+    """Whether ``changed`` answers fit the truth but for a common factor, and unchanged ones do not."""
     like = _unlike(changed, truth) < min(LIKE, NEARER * _unlike(answers, truth))
     return like and _relative(changed, truth) < _relative(answers, truth)
 
 
 def _turned(answers: np.ndarray, truth: np.ndarray) -> str:
-    """Tell axes in another order, or turned, by the best of all ways to name them."""
+    """Detect axes in another order or direction; return a phrase with the remedy, or ""."""
     along = np.einsum("kpi,kpj->ij", answers, truth)
     order = max(permutations(range(3)), key=lambda axes: sum(abs(along[axes, range(3)])))
     signs = np.where(along[order, range(3)] < 0.0, -1.0, 1.0)
@@ -114,7 +111,7 @@ def _turned(answers: np.ndarray, truth: np.ndarray) -> str:
 
 
 def _scaled(answers: np.ndarray, truth: np.ndarray) -> str:
-    """Tell another unit, or the other sign: one shape with the truth, and a factor that is no stiffness's."""
+    """Detect another unit or the opposite sign: the truth's shape, by a factor that no stiffness has."""
     alike, ratio = _cosine(answers, truth), float((answers * truth).sum() / (truth * truth).sum())
     if alike < -ALIKE:
         return "points against the force; give displacements from rest to the deformed state"
@@ -127,7 +124,7 @@ def _scaled(answers: np.ndarray, truth: np.ndarray) -> str:
 
 
 def _positions(answers: np.ndarray, truth: np.ndarray, points: np.ndarray) -> str:
-    """Tell deformed positions: without the rest they are like the truth, and as they are far from it."""
+    """Detect deformed positions: less the rest positions they are like the truth, and unchanged they are not."""
     moved = answers - points
     nearer = _relative(answers, truth) > 2.0 and _relative(moved, truth) < 0.5 * _relative(answers, truth)
     if nearer and _cosine(moved, truth) > ALIKE:
@@ -136,7 +133,7 @@ def _positions(answers: np.ndarray, truth: np.ndarray, points: np.ndarray) -> st
 
 
 def out_of_order(answers: np.ndarray, truth: np.ndarray, triangles: np.ndarray) -> str:
-    """Tell points in another order: the truth's lengths, but neighbours differ as strangers do."""
+    """Detect points in another order: the truth's lengths, but neighbours that differ as much as any two points."""
     if _relative(answers, truth) < APART:
         return ""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
@@ -155,9 +152,10 @@ def _roughness(moved: np.ndarray, edges: np.ndarray) -> float:
 
 
 def _loads_permuted(answers: np.ndarray, truth: np.ndarray, places: np.ndarray) -> str:
-    """Tell questions in another order: each answer fits the truth of another one far better.
+    """Detect questions in another order: answers that fit the truth of another question far better.
 
-    At one place a stiffness does so too, but not all around: it takes no smaller answer for a larger one.
+    places : (k, 3) [m] where each question acts. At one place another stiffness does the same, but not for a whole
+    cycle of answers, as it makes all of them larger or all smaller.
     """
     if len(answers) < 2:
         return ""
@@ -167,11 +165,11 @@ def _loads_permuted(answers: np.ndarray, truth: np.ndarray, places: np.ndarray) 
     _, to = linear_sum_assignment(errors)
     k = np.arange(len(to))
     elsewhere = np.linalg.norm(places - places[to], axis=1) > 0.0
-    told = elsewhere & (errors[k, to] < SAME) & (errors[k, k] > 3.0 * errors[k, to])
+    matches = elsewhere & (errors[k, to] < SAME) & (errors[k, k] > 3.0 * errors[k, to])
     around = (errors[k, to] < LIKE) & (errors[k, to] < NEARER * errors[k, k])
     for _ in k:
         around &= around[to]
-    if max(told.sum(), around.sum()) >= 2:
-        i = int(np.flatnonzero(told | around)[0])
+    if max(matches.sum(), around.sum()) >= 2:
+        i = int(np.flatnonzero(matches | around)[0])
         return f"has in question {i} the answer to question {to[i]}; keep the order of the loads"
     return ""

@@ -38,8 +38,8 @@ def questions_of(body: Body, samples: np.ndarray, touches: Sequence[Touch]) -> Q
     loads: list[dict[str, Any]] = []
     for number, touch in zip(samples, touches, strict=True):
         pose = touch.pose(body)
-        told = {"name": f"touch {int(number)}", "tip_m": pose.tip.tolist(), "axes": pose.axes.tolist()}
-        loads.append(told | {"direction": touch.direction.tolist(), "depth_m": touch.depth_m})
+        load = {"name": f"touch {int(number)}", "tip_m": pose.tip.tolist(), "axes": pose.axes.tolist()}
+        loads.append(load | {"direction": touch.direction.tolist(), "depth_m": touch.depth_m})
     more = {"sample": np.asarray(samples, dtype=np.int64), "node": np.array([touch.node for touch in touches])}
     more["in_dent"] = np.array([patch_of(body, touch) for touch in touches])
     scene = f"{body.name}_{instrument_name(instrument)}"
@@ -64,7 +64,7 @@ class Judge(judging.Judge):
         body, tool, self._truth = body_of(questions), Instrument(**questions.info["instrument"]), truth
         self._case, self._touches = TouchCase(body, tool, 0.0, 0), touches_in(questions, body)
 
-    def felt(self, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
+    def further_errors(self, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
         before, whole = self._truth["force_n"][row]
         true = Touched(self.known[row], whole, self._truth["area_m2"][row])
         force, force_before, area = (float(setting.numbers[name][row]) for name in NUMBERS)
@@ -74,14 +74,14 @@ class Judge(judging.Judge):
         return found | {"penetration_of_depth": penetration(self._case, self._touches[row], answer)}
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
-        if told := super().slip(moved, setting, there):
-            return told
-        told = _force_slip(setting.numbers["force_n"][there], self._truth["force_n"][there, 1])
-        return f"force_n {told}" if told else ""
+        if mistake := super().slip(moved, setting, there):
+            return mistake
+        mistake = _force_slip(setting.numbers["force_n"][there], self._truth["force_n"][there, 1])
+        return f"force_n {mistake}" if mistake else ""
 
 
 def _force_slip(forces: np.ndarray, truth: np.ndarray) -> str:
-    """Tell forces of the other sign or another unit: all of them, which no stiffness does."""
+    """Return a phrase on forces of the opposite sign or in another unit, if all are; another stiffness does neither."""
     if not len(forces):
         return ""
     if (forces < 0.0).all():
@@ -93,7 +93,7 @@ def _force_slip(forces: np.ndarray, truth: np.ndarray) -> str:
 
 
 def truth_arrays(truth: TouchTruth, rows: np.ndarray) -> Arrays:
-    """Return the arrays of truth.npz for the touches ``rows``; its own errors are NaN where it is not believed."""
+    """Return the arrays of truth.npz for touches ``rows``; own errors are NaN where the truth is not believed."""
     found = judging.own_arrays(OWN, np.where(truth.believed[:, None], truth.own, np.nan)[rows])
     names = {"displacement": "displacement_m", "force": "force_n", "area": "area_m2"}
     kept = {name: value for name, value in vars(truth).items() if name not in ("sample", "own", "rejected")}
@@ -108,7 +108,7 @@ def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arr
 
 
 def wanted(questions: Questions) -> dict[str, Wanted]:
-    """Return what is asked beside displacements: forces, and the area."""
+    """Return what is asked besides displacements: forces, and the area."""
     return NUMBERS
 
 

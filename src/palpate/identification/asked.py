@@ -1,4 +1,4 @@
-"""What is asked of presses: instrument, tissue and what is known of it; the forward models of it, and the table."""
+"""What a user knows of measured presses, the forward models of laws for it, and the table of what presses determine."""
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -44,10 +44,11 @@ IDENTIFIED = Table(
 
 @dataclass(frozen=True)
 class Asked:
-    """What the user has given besides presses; a range is (low, high).
+    """What the user has given besides presses: values, or ranges (low, high).
 
     body : the organ, or None; thickness_m : of a slab, or None; without both the tissue is a half-space
-    poisson, sticking : known or ranges; laws : that are compared; offset_m : of first touch
+    laws : that are compared; offset_m : range of the mean offset of first touch [m]
+    columns : the file's names of columns, as ``read_presses`` takes them
     """
 
     instrument: Instrument
@@ -61,7 +62,10 @@ class Asked:
 
 
 def thickness_of(records: PressRecords, asked: Asked) -> tuple[Range | None, np.ndarray | None]:
-    """Return what is known of the slab's thickness [m], and that of each press (presses,) where the file has it."""
+    """Return the slab's thickness [m] as a value or range, and that at each press (presses,) if all are measured.
+
+    None stands for what is not known; a thickness that the user has given comes before those of the presses.
+    """
     each = [press.thickness_m for press in records.presses if press.thickness_m is not None]
     if asked.body is not None:
         return None, None
@@ -73,16 +77,17 @@ def thickness_of(records: PressRecords, asked: Asked) -> tuple[Range | None, np.
 def forwards_for(
     records: PressRecords, asked: Asked, folder: Path | None = None, follow: Follow = unfollowed
 ) -> dict[str, Forward]:
-    """Return the forward model of each law that is asked for; folder : keeps their curves.
+    """Return the forward model of each law that is asked for.
 
-    Warns of a law that does not bear the deepest press, which is left out, and of a stiffening that is narrowed;
-    NotConverged where none is left.
+    folder : where computed curves are stored, or None
+    Warns of a law without an equilibrium at the deepest press, which is left out, and of a stiffening whose range is
+    narrowed; NotConverged where no law is left.
     """
     largest = max(float(press.depth_m.max()) for press in records.presses)
     deepest = largest - min((asked.offset_m or (OFFSETS[0] * largest, 0.0))[0], 0.0)
     found: dict[str, SlabForward] = {}
     thickness, each = thickness_of(records, asked)
-    curves = partial(
+    forward_of = partial(
         SlabForward, asked.instrument.radius_m, deepest, thickness_m=thickness, poisson=asked.poisson,
         sticking=asked.sticking, folder=folder, follow=follow, each_m=each,
     )  # fmt: skip
@@ -92,34 +97,38 @@ def forwards_for(
             found[law] = found[EXPONENTIAL].without_stiffening()
             continue
         try:
-            found[law] = _borne(curves, law)
+            found[law] = _with_least_narrowing(forward_of, law)
         except NotConverged as failure:
             if len(asked.laws) == 1:
                 raise
             warnings.warn(f"{records.source}: {failure}; the law is left out.", stacklevel=2)
     if not found:
         raise NotConverged("no law that is asked for bears the deepest press", [float("nan")])
-    kept = [(law, found[law]) for law in asked.laws if law in found]
+    in_order = {law: found[law] for law in asked.laws if law in found}
     if asked.body is None:
-        return dict(kept)
+        return dict(in_order)
     from palpate.identification.on_body import OrganForward
 
     known = asked.body, asked.instrument, records.presses
-    return {law: OrganForward(*known, local, law, local.known) for law, local in kept}
+    return {law: OrganForward(*known, local, law, local.known) for law, local in in_order.items()}
 
 
-def _borne(curves: Callable[..., SlabForward], law: str) -> SlabForward:
-    """Return the curves of a law, up to the largest stiffening that bears the presses and is met between them."""
+def _with_least_narrowing(forward_of: Callable[..., SlabForward], law: str) -> SlabForward:
+    """Return the forward model of a law; the range of stiffening is halved until it can be computed and interpolated.
+
+    Warns where it was halved; NotConverged where NARROWER times are too few.
+    """
     low, high = most = STIFFENING if law == EXPONENTIAL else (0.0, 0.0)
     why = "steeper laws do not bear the presses"
-    for narrower in range(NARROWER, -1, -1):
+    for further in range(NARROWER, -1, -1):
+        is_last = high == low or not further
         try:
-            found = curves(law=law, stiffening=(low, high))
-            if found.relative_error <= MOST_ERROR or high == low or not narrower:
+            found = forward_of(law=law, stiffening=(low, high))
+            if found.relative_error <= MOST_ERROR or is_last:
                 break
             why = f"with more, forces between curves have an error of {found.relative_error:.0%}"
         except NotConverged:
-            if high == low or not narrower:
+            if is_last:
                 raise
         high = max(low, 0.5 * high)
     if high < most[1]:
@@ -128,20 +137,22 @@ def _borne(curves: Callable[..., SlabForward], law: str) -> SlabForward:
 
 
 def table_rows(found: Identified, part: str) -> list[tuple]:
-    """Return the rows of IDENTIFIED of one part of the presses."""
-    named = {"young_pa": found.young_pa, "modulus_pa": found.modulus_pa, **found.parameters, "offset_m": found.offset_m}
+    """Return the rows of IDENTIFIED for one ``part`` of the presses, a specimen and session."""
+    intervals = {"young_pa": found.young_pa, "modulus_pa": found.modulus_pa}
+    intervals |= {**found.parameters, "offset_m": found.offset_m}
     units, rows = {"offset_scatter_m": "m", "noise_n": "N", "young_pa": "Pa", "modulus_pa": "Pa"}, []
-    for name, interval in named.items():
+    for name, interval in intervals.items():
         if interval is None:
             continue
         unit = units.get(name, "m" * name.endswith("_m"))
-        drawn = found.resampled.get(name)
-        ends = (drawn.low, drawn.high) if drawn else (None, None)
+        resampled = found.resampled.get(name)
+        ends = (resampled.low, resampled.high) if resampled else (None, None)
         rows.append((part, found.law, True, name, unit, *interval[:3], interval.known, *interval[3:5], *ends))
     for name, value in found.scatter.items():
         rows.append((part, found.law, True, name, units.get(name, "1"), None, value, *6 * [None]))
     for score in found.laws:
-        own = score.law == found.law
-        rows.append((part, score.law, own, "exponent_excess", "1", *score.excess[:3], True, False, False, None, None))
-        rows.append((part, score.law, own, "likelihood_above", "1", None, score.above, *6 * [None]))
+        reported = score.law == found.law
+        excess = *score.excess[:3], True, False, False, None, None
+        rows.append((part, score.law, reported, "exponent_excess", "1", *excess))
+        rows.append((part, score.law, reported, "likelihood_above", "1", None, score.above, *6 * [None]))
     return rows

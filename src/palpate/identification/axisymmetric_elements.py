@@ -1,9 +1,9 @@
 """Elasticity of axisymmetric quadrilaterals with nine nodes and linear dilatation, which do not lock.
 
-A deformation without twist has the principal stretches of its part (2, 2) in the half-plane of r and z, and the hoop
-stretch x_r / r. With W(s) + U(θ(s)) of a law, θ is replaced by its projection on linear functions of r and z over each
-element: the pair of Q2 and discontinuous P1 (Simo, Taylor, Pister 1985; Sussman and Bathe 1987). Integrals are over
-the whole ring, at 3 × 3 points.
+A deformation without twist has two principal stretches in the half-plane of r and z, those of its (2, 2) gradient, and
+the hoop stretch x_r / r. The energy density of a law is W(s) + U(θ(s)), θ being its measure of volume. In each element
+θ is replaced by its projection on linear functions of r and z: the pair of Q2 and discontinuous P1 (Simo, Taylor,
+Pister 1985; Sussman and Bathe 1987). Integrals are over the whole ring, at 3 × 3 points.
 """
 
 from typing import NamedTuple
@@ -20,12 +20,12 @@ _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 9.0
 
 
 class Rings(NamedTuple):
-    """What kernels need of m elements on n nodes.
+    """A mesh of m axisymmetric elements on n nodes, with its shape functions at the 9 points of integration of each.
 
     nodes : (n, 2) r and z at rest [m]; quads : (m, 9), nodes row by row of a 3 × 3 grid
     slopes : (m, 9, 9, 2) of each point the derivatives of shape functions by r and z [1/m]
-    hoop : (m, 9, 9) of each point the shape functions over r [1/m]; volumes : (m, 9) of the points [m³]
-    projections : (m, 9, 9), values at points to those of the nearest linear function at them
+    hoop : (m, 9, 9) of each point the shape functions over r [1/m]; volumes : (m, 9) of the points' rings [m³]
+    projections : (m, 9, 9), matrices from values at the points to those of the nearest linear function there
     """
 
     nodes: np.ndarray
@@ -43,72 +43,77 @@ def _lines(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rings(nodes: np.ndarray, quads: np.ndarray) -> Rings:
-    """Return the elements ``quads`` (m, 9) on ``nodes`` (n, 2) [m], of positive area at all points."""
+    """Evaluate the shape functions of elements ``quads`` (m, 9) on ``nodes`` (n, 2) [m], whose areas are positive."""
     line, rate = _lines(_GAUSS)
     shapes = np.einsum("pa,qb->pqab", line, line).reshape(POINTS, NODES)
     by_s = np.einsum("pa,qb->pqab", rate, line).reshape(POINTS, NODES)
     by_t = np.einsum("pa,qb->pqab", line, rate).reshape(POINTS, NODES)
-    corners = nodes[quads]
-    jacobian = np.stack([np.einsum("qa,mai->mqi", by_s, corners), np.einsum("qa,mai->mqi", by_t, corners)], axis=3)
+    at_nodes = nodes[quads]
+    jacobian = np.stack([np.einsum("qa,mai->mqi", by_s, at_nodes), np.einsum("qa,mai->mqi", by_t, at_nodes)], axis=3)
     areas = np.linalg.det(jacobian)
     assert (areas > 0.0).all()
     slopes = np.einsum("qak,mqki->mqai", np.stack([by_s, by_t], axis=2), np.linalg.inv(jacobian))
-    at = np.einsum("qa,mai->mqi", shapes, corners)
-    volumes = 2.0 * np.pi * at[..., 0] * areas * np.outer(_WEIGHTS, _WEIGHTS).ravel()
-    middle = at.mean(axis=1, keepdims=True)
-    scale = np.abs(at - middle).max(axis=1, keepdims=True)
-    linear = np.concatenate([np.ones((*at.shape[:2], 1)), (at - middle) / scale], axis=2)
+    points = np.einsum("qa,mai->mqi", shapes, at_nodes)
+    hoop = shapes[None] / points[..., :1]
+    volumes = 2.0 * np.pi * points[..., 0] * areas * np.outer(_WEIGHTS, _WEIGHTS).ravel()
+    # the nearest linear function, by least squares with the volumes as weights
+    middle = points.mean(axis=1, keepdims=True)
+    scale = np.abs(points - middle).max(axis=1, keepdims=True)
+    linear = np.concatenate([np.ones((*points.shape[:2], 1)), (points - middle) / scale], axis=2)
     weighted = linear * volumes[..., None]
     gram = np.einsum("mqi,mqj->mij", weighted, linear)
     projections = np.einsum("mqi,mij,mpj->mqp", linear, np.linalg.inv(gram), weighted)
-    hoop = shapes[None] / at[..., :1]
     arrays = (nodes, quads.astype(np.int64), slopes, hoop, volumes, projections)
     return Rings(*(np.ascontiguousarray(each) for each in arrays))
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _stretch(x, quads, slopes, hoop, e, q, f):
-    """Write the part (2, 2) of F at a point into ``f``, and return the hoop stretch."""
+def _write_gradient(x, quads, slopes, hoop, e, q, f):
+    """Write the deformation gradient (2, 2) in r and z of point q of element e into ``f``; return the hoop stretch."""
     f[:] = 0.0
-    around = 0.0
+    hoop_stretch = 0.0
     for a in range(NODES):
         n = quads[e, a]
         for i in range(2):
             f[i, 0] += x[n, i] * slopes[e, q, a, 0]
             f[i, 1] += x[n, i] * slopes[e, q, a, 1]
-        around += x[n, 0] * hoop[e, q, a]
-    return around
+        hoop_stretch += x[n, 0] * hoop[e, q, a]
+    return hoop_stretch
 
 
 @numba.njit(cache=True, error_model="numpy")
 def least_volume(x, quads, slopes, hoop):
-    """Return the smallest of det F and the hoop stretch at all points for positions ``x`` (n, 2)."""
+    """Return the smallest of det F and of the hoop stretch over all points, for positions ``x`` (n, 2)."""
     f, least = np.empty((2, 2)), np.inf
     for e in range(len(quads)):
         for q in range(POINTS):
-            around = _stretch(x, quads, slopes, hoop, e, q, f)
-            det = (f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]) * around
-            least = min(least, det, around)
+            hoop_stretch = _write_gradient(x, quads, slopes, hoop, e, q, f)
+            det = (f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]) * hoop_stretch
+            least = min(least, det, hoop_stretch)
     return least
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _decompose(f, u, v):
-    """Write F = U diag(s₁, s₂) Vᵀ of a matrix (2, 2) with rotations ``u, v``, and return s₁ ≥ |s₂|."""
-    sum_, difference = 0.5 * (f[0, 0] + f[1, 1]), 0.5 * (f[0, 0] - f[1, 1])
-    even, odd = 0.5 * (f[1, 0] + f[0, 1]), 0.5 * (f[1, 0] - f[0, 1])
-    round_, flat = np.hypot(sum_, odd), np.hypot(difference, even)
-    first, second = np.arctan2(even, difference), np.arctan2(odd, sum_)
-    for angle, to in ((0.5 * (second + first), u), (0.5 * (first - second), v)):
+def _singular_values(f, u, v):
+    """Return the singular values s₁ ≥ |s₂| of F = U diag(s₁, s₂) Vᵀ (2, 2), and write the rotations into ``u``, ``v``.
+
+    F is the sum of a rotation times a number and a reflection times a number, whose angles are those of U and V added
+    and subtracted.
+    """
+    cosine, sine = 0.5 * (f[0, 0] + f[1, 1]), 0.5 * (f[1, 0] - f[0, 1])
+    mirrored_cosine, mirrored_sine = 0.5 * (f[0, 0] - f[1, 1]), 0.5 * (f[1, 0] + f[0, 1])
+    rotation, reflection = np.hypot(cosine, sine), np.hypot(mirrored_cosine, mirrored_sine)
+    reflected_by, rotated_by = np.arctan2(mirrored_sine, mirrored_cosine), np.arctan2(sine, cosine)
+    for angle, to in ((0.5 * (rotated_by + reflected_by), u), (0.5 * (reflected_by - rotated_by), v)):
         to[0, 0] = to[1, 1] = np.cos(angle)
         to[1, 0] = np.sin(angle)
         to[0, 1] = -to[1, 0]
-    return round_ + flat, round_ - flat
+    return rotation + reflection, rotation - reflection
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _rank(s, place, ranked):
-    """Write the place of each stretch of ``s`` (3,) in descending order, as laws get them, and the stretches so."""
+def _sort_stretches(s, place, ranked):
+    """Write the stretches ``s`` (3,) in descending order, as laws take them, into ``ranked``, and each one's place."""
     for i in range(3):
         rank = 0
         for j in range(3):
@@ -118,8 +123,11 @@ def _rank(s, place, ranked):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _write_rows(slopes, hoop, u, v, b):
-    """Write what nodes' motions add to the stretches and both shears of a point in principal axes, (5, 18) [1/m]."""
+def _write_strain_rows(slopes, hoop, u, v, b):
+    """Write the derivatives of a point's three stretches and two shears, in principal axes, by the nodes' r and z.
+
+    slopes, hoop : of the point; u, v : rotations of its singular values; b : (5, 18) [1/m], the result
+    """
     for a in range(NODES):
         along = slopes[a, 0] * v[0, 0] + slopes[a, 1] * v[1, 0]
         across = slopes[a, 0] * v[0, 1] + slopes[a, 1] * v[1, 1]
@@ -131,19 +139,16 @@ def _write_rows(slopes, hoop, u, v, b):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _write_moduli(s, gradient, second, definite, d):
-    """Write second derivatives (5, 5) [Pa] by stretches and shears, from those by the stretches ``s`` (3,).
+def _write_moduli(s, gradient, second, d):
+    """Write the second derivatives of the energy density by three stretches and two shears into ``d`` (5, 5) [Pa].
 
-    gradient : (3,) [Pa]; second : (3, 3) [Pa], which ``definite`` replaces by the nearest without negative eigenvalues
+    s : (3,) the stretches; gradient : (3,) [Pa], second : (3, 3) [Pa], derivatives by them. Shears in principal axes
+    have the moduli of a flip and a twist (Smith, de Goes, Kim 2019, section 4)
     """
     apart, both = s[0] - s[1], s[0] + s[1]
     near, mean = EQUAL_STRETCHES * (abs(s[0]) + abs(s[1])), 0.5 * (second[0, 0] + second[1, 1])
     flip = (gradient[0] - gradient[1]) / apart if apart > near else mean - second[0, 1]
     twist = (gradient[0] + gradient[1]) / both if both > near else mean + second[0, 1]
-    if definite:
-        values, vectors = np.linalg.eigh(second)
-        second[:] = (vectors * np.maximum(values, 0.0)) @ vectors.T
-        flip, twist = max(flip, 0.0), max(twist, 0.0)
     d[:] = 0.0
     d[:3, :3] = second
     d[3, 3] = d[4, 4] = 0.5 * (flip + twist)
@@ -152,7 +157,7 @@ def _write_moduli(s, gradient, second, definite, d):
 
 @numba.njit(cache=True, error_model="numpy")
 def _add_point(weight, b, d, weighted, matrix):
-    """Add weight · bᵀ d b of a point to the lower half of ``matrix`` (18, 18) [N/m]."""
+    """Add weight · bᵀ d b of a point to the lower half of ``matrix`` (18, 18) [N/m]; weighted : (5, 18), scratch."""
     for c in range(2 * NODES):
         for i in range(3):
             weighted[i, c] = weight * (d[i, 0] * b[0, c] + d[i, 1] * b[1, c] + d[i, 2] * b[2, c])
@@ -166,9 +171,10 @@ def _add_point(weight, b, d, weighted, matrix):
 
 @numba.njit(cache=True, error_model="numpy")
 def _add_pressures(volumes, curve, projection, changes, mixed, matrix):
-    """Add what θ's projection couples to the lower half of ``matrix`` (18, 18) [N/m], and copy that to the upper.
+    """Add the stiffness of U by the projected θ to the lower half of ``matrix`` (18, 18) [N/m]; mirror that half.
 
-    curve : U″ (9,) [Pa] at the points; changes : (9, 18) [1/m] of θ there
+    volumes : (9,) [m³] of the points; curve : U″ (9,) [Pa] there; projection : (9, 9)
+    changes : (9, 18) [1/m] derivatives of θ at the points by the nodes' r and z; mixed : (9, 9), scratch
     """
     for p in range(POINTS):
         for k in range(p + 1):
@@ -187,12 +193,12 @@ def _add_pressures(volumes, curve, projection, changes, mixed, matrix):
 
 @numba.njit(cache=True, error_model="numpy")
 def energy_force_stiffness(
-    x, quads, slopes, hoop, volumes, projections, mu, lam, shape, measure, volume, definite, force, matrices
+    x, quads, slopes, hoop, volumes, projections, mu, lam, shape, measure, volume, force, matrices
 ):
     """Return the energy [J], add its gradient to ``force`` (n, 2) [N], and write ``matrices`` (m, 18, 18) [N/m].
 
-    x : (n, 2) [m]; definite : replaces negative eigenvalues of the points by zero
-    force : the gradient of the energy; matrices : of no length if only the others are asked for
+    x : (n, 2) [m]; quads … projections : of ``Rings``; mu, lam : Lamé's constants [Pa]; shape, measure, volume : of the
+    law, W(s), θ(s) and U(θ)
     """
     us, vs, s = np.empty((POINTS, 2, 2)), np.empty((POINTS, 2, 2)), np.empty((POINTS, 3))
     gradient, rates = np.empty((POINTS, 3)), np.empty((POINTS, 3))
@@ -202,12 +208,12 @@ def energy_force_stiffness(
     first, rate, hessian, bend = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     b, d, changes = np.empty((5, 2 * NODES)), np.empty((5, 5)), np.empty((POINTS, 2 * NODES))
     weighted, mixed = np.empty((5, 2 * NODES)), np.empty((POINTS, POINTS))
-    total, wanted = 0.0, len(matrices) > 0
+    total = 0.0
     for e in range(len(quads)):
         for q in range(POINTS):
-            s[q, 2] = _stretch(x, quads, slopes, hoop, e, q, f)
-            s[q, 0], s[q, 1] = _decompose(f, us[q], vs[q])
-            _rank(s[q], place, ranked)
+            s[q, 2] = _write_gradient(x, quads, slopes, hoop, e, q, f)
+            s[q, 0], s[q, 1] = _singular_values(f, us[q], vs[q])
+            _sort_stretches(s[q], place, ranked)
             total += volumes[e, q] * shape(ranked, mu, first, hessian)
             theta[q] = measure(ranked, rate, bend)
             for i in range(3):
@@ -220,10 +226,8 @@ def energy_force_stiffness(
             for p in range(POINTS):
                 mean += projections[e, q, p] * theta[p]
             total += volumes[e, q] * volume(mean, mu, lam, derivatives)
-            slope[q] = derivatives[0]
-            curve[q] = max(derivatives[1], 0.0) if definite else derivatives[1]
-        if wanted:
-            matrices[e] = 0.0
+            slope[q], curve[q] = derivatives[0], derivatives[1]
+        matrices[e] = 0.0
         for q in range(POINTS):
             pressure = 0.0
             for p in range(POINTS):
@@ -232,16 +236,14 @@ def energy_force_stiffness(
                 gradient[q, i] += pressure * rates[q, i]
                 for j in range(3):
                     second[q, i, j] += pressure * bends[q, i, j]
-            _write_rows(slopes[e, q], hoop[e, q], us[q], vs[q], b)
+            _write_strain_rows(slopes[e, q], hoop[e, q], us[q], vs[q], b)
             for c in range(2 * NODES):
                 pull = b[0, c] * gradient[q, 0] + b[1, c] * gradient[q, 1] + b[2, c] * gradient[q, 2]
                 force[quads[e, c // 2], c % 2] += volumes[e, q] * pull
                 changes[q, c] = b[0, c] * rates[q, 0] + b[1, c] * rates[q, 1] + b[2, c] * rates[q, 2]
-            if wanted:
-                _write_moduli(s[q], gradient[q], second[q], definite, d)
-                _add_point(volumes[e, q], b, d, weighted, matrices[e])
-        if wanted:
-            _add_pressures(volumes[e], curve, projections[e], changes, mixed, matrices[e])
+            _write_moduli(s[q], gradient[q], second[q], d)
+            _add_point(volumes[e, q], b, d, weighted, matrices[e])
+        _add_pressures(volumes[e], curve, projections[e], changes, mixed, matrices[e])
     return total
 
 
@@ -254,17 +256,15 @@ class AxisymmetricElements:
         self._law = (mu, lam, law.shape, law.measure, law.volume)
         self.matrices = np.empty((len(mesh.quads), 2 * NODES, 2 * NODES))
 
-    def energy_and_force(self, x: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the energy [J] at positions ``x`` (n, 2) [m], and its gradient (n, 2) [N]."""
-        force, none = np.zeros_like(x), self.matrices[:0]
-        return energy_force_stiffness(x, *self.mesh[1:], *self._law, False, force, none), force
+    def linearise(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return energy [J], gradient (n, 2) [N] and element stiffnesses (m, 18, 18) [N/m] at positions (n, 2) [m].
 
-    def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return the gradient (n, 2) [N] at ``x`` (n, 2) [m], and the stiffness (m, 18, 18) [N/m] of each element."""
+        Trap: the stiffnesses are ``matrices``, which the next call overwrites.
+        """
         force = np.zeros_like(x)
-        energy_force_stiffness(x, *self.mesh[1:], *self._law, definite, force, self.matrices)
-        return force, self.matrices
+        energy = energy_force_stiffness(x, *self.mesh[1:], *self._law, force, self.matrices)
+        return energy, force, self.matrices
 
     def least_volume(self, x: np.ndarray) -> float:
-        """Return the least ratio of volumes at ``x`` (n, 2) [m], or the least hoop stretch, whichever is smaller."""
+        """Return the smallest of det F and of the hoop stretch over all points, at positions ``x`` (n, 2) [m]."""
         return float(least_volume(x, self.mesh.quads, self.mesh.slopes, self.mesh.hoop))

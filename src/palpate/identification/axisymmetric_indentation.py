@@ -1,10 +1,10 @@
 """Force over depth of a rigid ball on a bonded slab or a half-space, with any law and finite strains: in seconds.
 
-The contact is exact at nodes of the surface. The states that are looked for are those at which the next node just
-touches, so that its depth is an unknown and no set of nodes has to be searched: with sticking, nodes keep the place on
-the ball at which they have touched, without an error of the step. Newton's method has the constraints eliminated, with
-the curvature of the ball; equations are banded, as rings of nodes are neighbours. Lengths are over the radius of the
-ball, forces over Young's modulus times its square.
+Contact is exact at the nodes of the surface. Each state is the one at which the next node just touches: its depth is an
+unknown, and which nodes touch is known. With sticking, a node keeps the place on the ball at which it has touched,
+without an error of the step. Newton's method eliminates the constraints and includes the curvature of the ball. The
+equations are banded, as rings of nodes are neighbours. Lengths are over the radius of the ball, forces over Young's
+modulus times its square.
 """
 
 from dataclasses import dataclass
@@ -41,11 +41,10 @@ DOUBT = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Pressed:
-    """A curve of k states.
+class IndentationCurve:
+    """Force over depth at k states, of which the last is as deep as asked for, or deeper.
 
-    depth, force : (k,); contact : (k,) its radius. The last state is as deep as asked for, or deeper.
-    limit : force over depth ** 1.5 at small depths
+    depth, force : (k,); contact : (k,) radius of what touches; limit : force over depth ** 1.5 at small depths
     """
 
     depth: np.ndarray
@@ -54,40 +53,44 @@ class Pressed:
     limit: float
 
     def at(self, depth: np.ndarray) -> np.ndarray:
-        """Return forces at depths up to the last: Hertz times a smooth function of the root of depth."""
-        known = np.sqrt(np.concatenate([[0.0], self.depth]))
-        share = np.log(np.concatenate([[self.limit], self.force / self.depth**1.5]))
-        return np.exp(CubicSpline(known, share)(np.sqrt(depth))) * np.asarray(depth) ** 1.5
+        """Interpolate the force at depths up to the last: depth ** 1.5 times a smooth function of the root of depth."""
+        roots = np.sqrt(np.concatenate([[0.0], self.depth]))
+        log_factors = np.log(np.concatenate([[self.limit], self.force / self.depth**1.5]))
+        return np.exp(CubicSpline(roots, log_factors)(np.sqrt(depth))) * np.asarray(depth) ** 1.5
 
 
 def hertz(poisson: float, sticks: bool = False) -> float:
     """Return the force of a ball on a half-space over depth ** 1.5 at small depths (Hertz 1881; sticking: Spence 1968).
 
-    With sticking, increments are those of a punch that sticks, whose pressure is the Abel transform of
-    cos(β ln (1 + t)/(1 − t)) with 2 π β = ln(3 − 4 ν), and whose surface the ball meets outside of the contact.
+    With sticking, each increment of the force is that of a flat punch that sticks. The punch's pressure is the Abel
+    transform of cos(β ln (1 + t)/(1 − t)) with 2 π β = ln(3 − 4 ν), and the ball meets the surface that the punch has
+    moved outside of the contact.
     """
-    plain = 4.0 / (3.0 * (1.0 - poisson**2))
+    without_friction = 4.0 / (3.0 * (1.0 - poisson**2))
     if not sticks:
-        return plain
+        return without_friction
     punch = (1.0 - poisson) * np.log(3.0 - 4.0 * poisson) / (1.0 - 2.0 * poisson)
     beta = np.log(3.0 - 4.0 * poisson) / (2.0 * np.pi)
 
-    def wave(t: float) -> float:
+    def pressure(t: float) -> float:
         return float(np.cos(beta * np.log((1.0 + t) / (1.0 - t))))
 
-    def met(t: float) -> float:
-        return wave(t) * ((np.arcsin(t) - t * np.sqrt(1.0 - t * t)) / (2.0 * t**3) if t > 1e-3 else 1.0 / 3.0)
+    def moved_outside(t: float) -> float:
+        away = (np.arcsin(t) - t * np.sqrt(1.0 - t * t)) / (2.0 * t**3) if t > 1e-3 else 1.0 / 3.0
+        return pressure(t) * away
 
-    share = 2.0 / np.pi * punch * quad(met, 0.0, 1.0)[0] / quad(wave, 0.0, 1.0)[0]
-    return plain * punch * float(np.sqrt(2.0 - 4.0 * share))
+    share = 2.0 / np.pi * punch * quad(moved_outside, 0.0, 1.0)[0] / quad(pressure, 0.0, 1.0)[0]
+    return without_friction * punch * float(np.sqrt(2.0 - 4.0 * share))
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _assemble(matrices, quads, turns, turned, fixed, ahead, band, right):
-    """Add element matrices to ``band`` (2 n, b + 1), the lower columns, and subtract K ``ahead`` from ``right``.
+    """Assemble element ``matrices`` (m, 18, 18) into a banded matrix, and what is known into two right sides.
 
-    turns : (n, 2, 2), rows: the directions of a node's equations, where it is ``turned`` (n,)
-    fixed : (2 n,), what is known; ahead : (2 n, 2) by how much it moves, zero elsewhere
+    band : (2 n, b + 1), the result, of which row j has the matrix's column j from its diagonal down
+    right : (2 n, 2), from which the stiffness times ``ahead`` is subtracted
+    turned : (n,) whether a node's two equations are along the rows of ``turns`` (n, 2, 2) rather than r and z
+    fixed : (2 n,) which displacements are known; ahead : (2 n, 2) these, of both right sides, zero elsewhere
     """
     for e in range(len(quads)):
         k = matrices[e]
@@ -119,10 +122,11 @@ def _assemble(matrices, quads, turns, turned, fixed, ahead, band, right):
 
 
 class BallOnSlab:
-    """A ball and a slab whose section is meshed for it.
+    """A rigid ball of radius 1 that is pressed into a slab of Young's modulus 1, whose section is meshed for it.
 
-    thickness : infinite for a half-space; law, poisson : of the slab; sticks : whether what touches keeps its place
-    ratio, angles : of the mesh, see ``slab_section``
+    law, poisson, thickness : of the slab, infinite for a half-space
+    sticks : whether what touches keeps its place on the ball, or slides without friction
+    ratio, angles, far : of the mesh, as ``slab_section`` takes them
     """
 
     def __init__(
@@ -147,37 +151,38 @@ class BallOnSlab:
         self._held[self.section.axis, 0] = True
         spread = int((quads.max(axis=1) - quads.min(axis=1)).max())
         self._band = np.zeros((2 * count, 2 * spread + 2))
-        self._x, self._depth = self.section.nodes.copy(), 0.0
-        self._force, self._places = 0.0, np.zeros((count, 2))
-        """Where on the ball nodes stick, from its centre."""
+        # the last state, and where on the ball nodes stick, from its centre
+        self._x, self._depth, self._force = self.section.nodes.copy(), 0.0, 0.0
+        self._places = np.zeros((count, 2))
 
-    def curve(self, deepest: float) -> Pressed:
-        """Return states from a small depth to ``deepest`` or beyond; NotConverged where that is not reached."""
+    def curve(self, deepest: float) -> IndentationCurve:
+        """Press from a small depth to ``deepest`` or beyond; NotConverged where that depth is not reached."""
         if not 0.0 < deepest < self._thickness:
             raise InputError(f"the depth is {deepest:g} radii; give less than the thickness, {self._thickness:g}.")
         radii = self.section.nodes[self.section.surface, 0]
         count = int(np.searchsorted(radii, self._first * (1.0 - 1e-9)))
         count += count % 2  # the next is a corner of an element
         depth, states = float(radii[count] ** 2), []
-        touching, after = self._surface(count)
+        touching, following = self._touching(count)
         if self._sticks:
-            self._begin(touching, after, depth)
+            self._begin_sticking(touching, following, depth)
         else:
-            self._solve(touching, after, depth)
+            self._solve(touching, following, depth)
         while True:
-            states.append((self._depth, self._force, self._x[after, 0]))
+            states.append((self._depth, self._force, self._x[following, 0]))
             if self._depth >= deepest:
                 depths, forces, radii = np.array(states).T
-                return Pressed(depths, forces, radii, hertz(self._poisson, self._sticks))
-            for _ in range(2 if self._sticks else 1):  # states at corners are alike, and most exact
+                return IndentationCurve(depths, forces, radii, hertz(self._poisson, self._sticks))
+            # states at corners are alike, and most exact; what sticks is followed from node to node
+            for _ in range(2 if self._sticks else 1):
                 count += 1 if self._sticks else 2
-                self._places[after] = self._x[after] - self._centre(self._depth)
-                touching, after = self._surface(count)
-                if not self._advance(touching, after, deepest):
+                self._places[following] = self._x[following] - self._centre(self._depth)
+                touching, following = self._touching(count)
+                if not self._advance(touching, following, deepest):
                     break
 
-    def _surface(self, count: int) -> tuple[np.ndarray, int]:
-        """Return the first ``count`` nodes of the surface, and the next one."""
+    def _touching(self, count: int) -> tuple[np.ndarray, int]:
+        """Return the ``count`` nodes of the surface that are nearest to the axis, and the one following."""
         if count + 3 > len(self.section.surface):
             raise NotConverged("the ball touches all of the surface", [float("nan")])
         return self.section.surface[:count], int(self.section.surface[count])
@@ -186,17 +191,18 @@ class BallOnSlab:
     def _centre(depth: float) -> np.ndarray:
         return np.array([0.0, 1.0 - depth])
 
-    def _advance(self, touching: np.ndarray, after: int, deepest: float) -> bool:
-        """Go on to the state at which node ``after`` touches, and return whether it was reached.
+    def _advance(self, touching: np.ndarray, following: int, deepest: float) -> bool:
+        """Press on to the state at which the node ``following`` just touches; return whether it was reached.
 
-        Where it is beyond ``deepest`` and cannot be reached, that depth is gone to instead.
+        Where Newton's method does not reach that state at once, the depth is increased in steps, which are halved
+        where they fail, at most to ``deepest``.
         """
         step = 0.0
         while True:
             x, depth = self._x, self._depth
             try:
-                self._solve(touching, after, depth, FARTHEST * depth)
-                self._check(depth)
+                self._solve(touching, following, depth, FARTHEST * depth)
+                self._check_deeper(depth)
                 return True
             except NotConverged:
                 self._x, self._depth = x, depth
@@ -204,7 +210,7 @@ class BallOnSlab:
             while True:
                 try:
                     self._solve(touching, None, min(depth + step, deepest))
-                    self._check(depth)
+                    self._check_deeper(depth)
                     break
                 except NotConverged:
                     self._x, self._depth, step = x, depth, 0.5 * step
@@ -213,58 +219,59 @@ class BallOnSlab:
             if self._depth == deepest:
                 return False
 
-    def _check(self, before: float) -> None:
-        """Raise NotConverged where a state is no next one: less deep than ``before``, or with overlaps."""
+    def _check_deeper(self, before: float) -> None:
+        """Raise NotConverged where the state is not deeper than ``before``, or a node overlaps the ball."""
         gaps = np.linalg.norm(self._x[self.section.surface] - self._centre(self._depth), axis=1) - 1.0
         if not (self._depth > before and gaps.min() > -DOUBT and self._force > 0.0):
             raise NotConverged(f"no equilibrium of the ball beyond a depth of {before:.3g} radii", [float(gaps.min())])
 
-    def _solve(self, touching: np.ndarray, after: int | None, depth: float, farthest: float = np.inf) -> None:
-        """Find the equilibrium with nodes ``touching`` on the ball, from the last one, and set ``force``.
+    def _solve(self, touching: np.ndarray, following: int | None, depth: float, farthest: float = np.inf) -> None:
+        """Find the equilibrium with the nodes ``touching`` on the ball by Newton's method, and make it the last state.
 
-        after : the node that just touches, without force, which sets the depth; or None, then ``depth`` is known
-        farthest : largest change of depth that is believed
+        following : the node that just touches, without a force, by which the depth is found; None: ``depth`` is given
+        farthest : largest change of depth by the first step; beyond it, or backwards, NotConverged
         """
-        x, moved = self._x.copy(), after is not None
-        depth = self._depth if moved and self._depth else depth
+        x, depth_is_free = self._x.copy(), following is not None
+        depth = self._depth if depth_is_free and self._depth else depth
         history: list[float] = []
         for _ in range(ITERATIONS):
-            change, rate, left, force, gap = self._step(x, touching, depth)
-            rise = 0.0
-            if moved:
-                away = x[after] - self._centre(depth)
+            step, step_per_depth, gain, force, gap = self._newton_step(x, touching, depth)
+            deeper = 0.0
+            if depth_is_free:
+                away = x[following] - self._centre(depth)
                 length = float(np.linalg.norm(away))
                 normal = away / length
-                rise = -(length - 1.0 + normal @ change[after]) / (normal @ rate[after] + normal[1])
+                deeper = -(length - 1.0 + normal @ step[following]) / (normal @ step_per_depth[following] + normal[1])
                 gap = max(gap, abs(length - 1.0))
-                if not history and np.isfinite(farthest) and not 0.0 < rise < farthest:
+                if not history and np.isfinite(farthest) and not 0.0 < deeper < farthest:
                     break
-            left = abs(left) / max(force * depth, 1e-300)
-            history.append(left)
-            if left <= TOLERANCE and gap <= OVERLAP:
+            residual = abs(gain) / max(force * depth, 1e-300)
+            history.append(residual)
+            if residual <= TOLERANCE and gap <= OVERLAP:
                 self._x, self._depth, self._force = x, depth, force
                 return
-            change = change + rise * rate
-            share = 1.0
+            step = step + deeper * step_per_depth
+            part = 1.0
             for _ in range(HALVINGS):
-                if self.elements.least_volume(x + share * change) > 0.0:
+                if self.elements.least_volume(x + part * step) > 0.0:
                     break
-                share *= 0.5
+                part *= 0.5
             else:
                 break
-            x, depth = x + share * change, depth + share * rise
+            x, depth = x + part * step, depth + part * deeper
             if not np.isfinite(x).all():
                 break
         raise NotConverged(f"no equilibrium of the ball at a depth of {depth:.3g} radii", history)
 
-    def _step(
+    def _newton_step(
         self, x: np.ndarray, touching: np.ndarray, depth: float
     ) -> tuple[np.ndarray, np.ndarray, float, float, float]:
-        """Return Newton's step (n, 2), its change with each unit of depth (n, 2), and what was left at ``x``:
+        """Return a step of Newton's method at positions ``x`` (n, 2) with the ball at ``depth``.
 
-        the energy that the step gains, apart from contact, the force on the ball, and the largest overlap.
+        The five results are the step (n, 2), its change per unit of depth (n, 2), the energy that it gains apart from
+        contact, the force on the ball, and the largest distance of a touching node from its place on the ball.
         """
-        gradient, _ = self.elements.linearise(x)
+        _, gradient, _ = self.elements.linearise(x)
         centre = self._centre(depth)
         away = x[touching] - centre
         lengths = np.linalg.norm(away, axis=1)
@@ -290,23 +297,23 @@ class BallOnSlab:
             fixed[touching[first]] = True
             ahead[touching[first]] = [[0.0, 0.0], [-(1.0 - lengths[first][0]), -1.0]] if first.any() else 0.0
             force, gap = -(pressed * normals[:, 1]).sum(), np.abs(1.0 - lengths).max()
-        free = np.where(fixed, 0.0, right[..., 0])
+        unbalanced = np.where(fixed, 0.0, right[..., 0])
         self._band[:] = 0.0
         side = right.reshape(-1, 2).copy()
         _assemble(
             self.elements.matrices, self.section.quads, turns, turned, fixed.ravel(), ahead.reshape(-1, 2),
             self._band, side,
         )  # fmt: skip
-        if not self._sticks:
+        if not self._sticks:  # the ball's curvature
             on = touching > 0
             self._band[2 * touching[on] + 1, 0] -= (pressed / lengths)[on]
-        found = self._solved(side).reshape(-1, 2, 2)
-        left = float((free * found[..., 0]).sum())
-        found[turned] = np.einsum("nij,nik->njk", turns[turned], found[turned])
-        return found[..., 0], found[..., 1], left, float(force), float(gap)
+        steps = self._solve_banded(side).reshape(-1, 2, 2)
+        gain = float((unbalanced * steps[..., 0]).sum())
+        steps[turned] = np.einsum("nij,nik->njk", turns[turned], steps[turned])
+        return steps[..., 0], steps[..., 1], gain, float(force), float(gap)
 
-    def _solved(self, right: np.ndarray) -> np.ndarray:
-        """Return the solution (2 n, 2) of the equations: by Cholesky, or by LU where a guess is not stable."""
+    def _solve_banded(self, right: np.ndarray) -> np.ndarray:
+        """Solve the assembled equations for ``right`` (2 n, 2), by Cholesky, or by LU where they are indefinite."""
         try:
             factor = cholesky_banded(self._band.T, lower=True, check_finite=False)
             return cho_solve_banded((factor, True), right, check_finite=False)
@@ -318,16 +325,19 @@ class BallOnSlab:
                 whole[wide - off, off:] = self._band[:-off, off]
             return solve_banded((wide, wide), whole, right, check_finite=False)
 
-    def _begin(self, touching: np.ndarray, after: int, depth: float) -> None:
-        """Find the first state with sticking, whose past is like itself: nodes have moved by C r² when they touched."""
-        rest, sizes, misses = self.section.nodes, [0.0], []
+    def _begin_sticking(self, touching: np.ndarray, following: int, depth: float) -> None:
+        """Find the first state with sticking, whose earlier states are smaller copies of it.
+
+        A node at r has then moved outward by C r² when it touched, with one C for all, which is found by secants.
+        """
+        rest, factors, misses = self.section.nodes, [0.0], []
         for _ in range(12):
-            across = rest[touching, 0] + sizes[-1] * rest[touching, 0] ** 2
+            across = rest[touching, 0] + factors[-1] * rest[touching, 0] ** 2
             self._places[touching] = np.stack([across, -np.sqrt(1.0 - across**2)], axis=1)
-            self._solve(touching, after, depth)
-            misses.append((self._x[after, 0] - rest[after, 0]) / rest[after, 0] ** 2 - sizes[-1])
+            self._solve(touching, following, depth)
+            misses.append((self._x[following, 0] - rest[following, 0]) / rest[following, 0] ** 2 - factors[-1])
             if abs(misses[-1]) <= 1e-5:
                 return
-            slope = (misses[-1] - misses[-2]) / (sizes[-1] - sizes[-2]) if len(sizes) > 1 else -1.0
-            sizes.append(sizes[-1] - misses[-1] / slope)
+            slope = (misses[-1] - misses[-2]) / (factors[-1] - factors[-2]) if len(factors) > 1 else -1.0
+            factors.append(factors[-1] - misses[-1] / slope)
         raise NotConverged("the first contact with sticking is not found", misses)

@@ -1,4 +1,4 @@
-"""Force over depth of a ball on a bonded slab, for ranges of its parameters: computed once, kept, and interpolated.
+"""Force over depth of a ball on a bonded slab, for ranges of its parameters: computed once, stored, and interpolated.
 
 The logarithm of the force over Hertz's is smooth in the root of depth and in the parameters. It is interpolated by
 polynomials on a sparse grid of Clenshaw and Curtis's points (Smolyak 1963; Barthelmann, Novak, Ritter 2000), which
@@ -50,10 +50,13 @@ error of 1.4 to 3 % where with 1 they have 8 % (0.44 radii into a slab of 1.7, u
 
 @dataclass(frozen=True)
 class Ranges:
-    """What a family of curves is for; a range whose ends are equal is a value, and adds no dimension.
+    """Ranges, least and greatest, of the parameters that a family of curves is interpolated over.
 
-    deepest : depth over the ball's radius; poisson, stiffening : least and greatest
-    thinness : radius over thickness, 0 for a half-space; sticking : 0 slips, 1 sticks, and interpolated between
+    A range whose ends are equal is a known value, and adds no dimension. InputError for a range of impossible values.
+
+    deepest : largest depth over the ball's radius; poisson : ν; stiffening : of the exponential law
+    thinness : the ball's radius over the slab's thickness, 0 for a half-space
+    sticking : 0 slips, 1 sticks; between, forces are interpolated
     """
 
     deepest: float
@@ -92,11 +95,12 @@ AXES: Mapping[str, tuple[Callable, Callable]] = {
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Curves of one law, as they are kept.
+    """Stored interpolation of one law's curves, by Chebyshev polynomials in the parameters and the root of depth.
 
-    error : greatest relative error of force by interpolation at places between, measured
+    error : greatest relative error of force, measured at places between those of the grid
     least_error : the same with the least stiffening, where curves are less steep
-    degrees : (n, free) of the basis; coefficients : (slips, sticks or both, n, ALONG)
+    degrees : (n, free) of the n polynomials in the free parameters
+    coefficients : (1 or 2, n, ALONG), of a ball that slips, that sticks, or both
     """
 
     error: float
@@ -114,7 +118,7 @@ class CurveFamily(Curves):
     def forces(
         self, depth: np.ndarray, poisson: float, thinness: float = 0.0, stiffening: float = 0.0, sticking: float = 0.0
     ) -> np.ndarray:
-        """Return forces (k,) over E a² at depths (k,) over the radius a; 0 for depths below 0.
+        """Interpolate forces (k,) over E a² at ``depth`` (k,) over the ball's radius a; 0 for depths below 0.
 
         InputError for a depth or a parameter outside of the ranges.
         """
@@ -131,11 +135,11 @@ class CurveFamily(Curves):
             if not low - near <= value <= high + near:
                 raise InputError(f"{name} is {value:.4g}, and the curves are for {low:.4g} to {high:.4g}.")
         place = np.array([[_place(self.ranges, name, given[name]) for name in _free(self.ranges)]])
-        curves = (_basis(place, self.degrees) @ self.coefficients)[:, 0]
-        curve = curves[0] if len(curves) == 1 else (1.0 - sticking) * curves[0] + sticking * curves[1]
+        ends = (_basis(place, self.degrees) @ self.coefficients)[:, 0]
+        curve = ends[0] if len(ends) == 1 else (1.0 - sticking) * ends[0] + sticking * ends[1]
         root = np.sqrt(np.maximum(depth, 0.0))
-        share = np.exp(chebyshev.chebval(2.0 * root / np.sqrt(self.ranges.deepest) - 1.0, curve))
-        return share * hertz(poisson) * root**3
+        over_hertz = np.exp(chebyshev.chebval(2.0 * root / np.sqrt(self.ranges.deepest) - 1.0, curve))
+        return over_hertz * hertz(poisson) * root**3
 
 
 def _free(ranges: Ranges) -> list[str]:
@@ -143,47 +147,52 @@ def _free(ranges: Ranges) -> list[str]:
 
 
 def _values(ranges: Ranges, place: tuple[float, ...]) -> tuple[float, ...]:
-    """Return ν, thinness and stiffening at a ``place`` of the grid, from −1 to 1 along what is free."""
-    found = {name: getattr(ranges, name)[0] for name in FREE}
+    """Return ν, thinness and stiffening at a ``place`` of the grid, whose coordinates of free ones are in −1 … 1."""
+    values = {name: getattr(ranges, name)[0] for name in FREE}
     for name, at in zip(_free(ranges), place, strict=True):
         low, high = map(AXES[name][0], getattr(ranges, name))
-        found[name] = float(AXES[name][1](low + 0.5 * (at + 1.0) * (high - low)))
-    return tuple(found.values())
+        values[name] = float(AXES[name][1](low + 0.5 * (at + 1.0) * (high - low)))
+    return tuple(values.values())
 
 
 def _place(ranges: Ranges, name: str, value: float) -> float:
-    """Return where a value is in its range, from −1 to 1."""
+    """Return the coordinate in −1 … 1 of a parameter's value in its range, along the axis that AXES has for it."""
     low, high, at = map(AXES[name][0], (*getattr(ranges, name), value))
     return float(np.clip(2.0 * (at - low) / (high - low) - 1.0, -1.0, 1.0))
 
 
 def _basis(places: np.ndarray, degrees: np.ndarray) -> np.ndarray:
-    """Return products of Chebyshev's polynomials of ``degrees`` (n, d) at ``places`` (m, d), as (m, n)."""
+    """Evaluate n products of Chebyshev polynomials of ``degrees`` (n, d) at ``places`` (m, d), as (m, n)."""
     return np.cos(np.arccos(np.clip(places, -1.0, 1.0))[:, None] * degrees[None]).prod(axis=2)
 
 
-def _sparse(dimensions: int, level: int, whole: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the places (n, d) of a sparse grid and the degrees (n, d) of the polynomials that it determines.
+def _sparse_grid(dimensions: int, most: int, most_of_sum: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the places (n, d) of Smolyak's sparse grid and the degrees (n, d) of the polynomials that they determine.
 
-    level : the greatest of a dimension; whole : that of their sum
+    most, most_of_sum : greatest level of a dimension, and greatest sum of the levels of all
     """
-    lines: list[tuple[list[float], list[int]]] = [([0.0], [0]), ([-1.0, 1.0], [1, 2])]
-    for each in range(2, level + 1):
-        count = 2**each
-        new = np.cos(np.pi * np.arange(1, count, 2) / count)
-        lines.append((new.tolist(), list(range(count // 2 + 1, count + 1))))
+    # each level of a dimension adds points of Clenshaw and Curtis's rule, and as many degrees
+    added: list[tuple[list[float], list[int]]] = [([0.0], [0]), ([-1.0, 1.0], [1, 2])]
+    for level in range(2, most + 1):
+        count = 2**level
+        points = np.cos(np.pi * np.arange(1, count, 2) / count)
+        added.append((points.tolist(), list(range(count // 2 + 1, count + 1))))
     places: list[tuple[float, ...]] = []
     degrees: list[tuple[int, ...]] = []
-    for levels in product(range(level + 1), repeat=dimensions):
-        if sum(levels) <= whole:
-            places += product(*(lines[each][0] for each in levels))
-            degrees += product(*(lines[each][1] for each in levels))
+    for levels in product(range(most + 1), repeat=dimensions):
+        if sum(levels) <= most_of_sum:
+            places += product(*(added[level][0] for level in levels))
+            degrees += product(*(added[level][1] for level in levels))
     shape = (len(places), dimensions)
     return np.array(places).reshape(shape), np.array(degrees, dtype=int).reshape(shape)
 
 
-def _sampled(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray | str:
-    """Return log force over Hertz's at Chebyshev's points of the root of depth (ALONG,), or why there is none."""
+def _simulated(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray | str:
+    """Simulate the press of a ball; return the log of its force over Hertz's (ALONG,), or a sentence why there is none.
+
+    asked : law, largest depth, ν, thinness, stiffening, and whether the ball sticks
+    The forces are at Chebyshev points of the root of depth.
+    """
     law, deepest, poisson, thinness, stiffening, sticks = asked
     thickness = 1.0 / thinness if thinness else np.inf
     where = f"ν {poisson:.3g}, thickness {thickness:.3g} radii, stiffening {stiffening:.3g}"
@@ -202,26 +211,28 @@ def _sampled(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray 
 
 
 def family_of(law: str, ranges: Ranges, folder: Path | None = None, follow: Follow = unfollowed) -> CurveFamily:
-    """Return the curves of ``law`` for ``ranges``: read from ``folder`` where they are there, or computed and kept.
+    """Return the curves of ``law`` for ``ranges``: read from ``folder``, or computed and stored there.
 
-    law : ``exponential`` has a stiffening
-    Raises NotConverged where the law has no equilibrium to the depth that is asked for.
+    law : of which ``exponential`` alone has a stiffening; folder : None stores nothing
+    Raises InputError for the stiffening of another law, NotConverged where the law has no equilibrium at the largest
+    depth.
     """
     if law != EXPONENTIAL and ranges.stiffening != (0.0, 0.0):
         raise InputError(f"law {law} has no stiffening; give 0, or take the law {EXPONENTIAL}.")
     path = Path(folder) / f"curves-{_digest(law, ranges)}.h5" if folder is not None else None
     if path is not None and path.is_file():
         return CurveFamily(**vars(stored(Curves, path)), ranges=ranges)
-    found = _computed(law, ranges, follow)
+    curves = _computed(law, ranges, follow)
     if path is not None:
-        store(found, path, compressed=True)
-    return CurveFamily(**vars(found), ranges=ranges)
+        store(curves, path, compressed=True)
+    return CurveFamily(**vars(curves), ranges=ranges)
 
 
 def _computed(law: str, ranges: Ranges, follow: Follow) -> Curves:
-    """Compute curves on finer grids until those between are met, or the last grid is reached.
+    """Compute curves on ever finer grids until those at places between are interpolated well, or no grid is left.
 
     What sticking changes is a few per cent, except far into soft slabs, and is interpolated on a coarser grid.
+    Raises NotConverged where a curve has no equilibrium.
     """
     free = _free(ranges)
     ends = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # which of them stick
@@ -230,66 +241,68 @@ def _computed(law: str, ranges: Ranges, follow: Follow) -> Curves:
     with ProcessPoolExecutor(os.cpu_count()) as pool:  # which starts a process as it is needed
 
         def compute(places: np.ndarray, sticks: bool) -> np.ndarray:
-            """Return curves (m, ALONG) at ``places`` (m, d) of the grid."""
+            """Return curves (m, ALONG) at ``places`` (m, d) of the grid, of which each is simulated once."""
             new = [place for place in map(tuple, places) if (place, sticks) not in curves]
             asked: list = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
-            answers = map(_sampled, asked) if len(asked) < 3 else pool.map(_sampled, asked)
+            answers = map(_simulated, asked) if len(asked) < 3 else pool.map(_simulated, asked)
             for place, answer in zip(follow(f"{law}: curves", new), answers, strict=True):
                 if isinstance(answer, str):
                     raise NotConverged(f"{answer}; leave out the deepest points, or narrow the ranges", [float("nan")])
                 curves[place, sticks] = answer
             return np.array([curves[place, sticks] for place in map(tuple, places)])
 
-        def more(places: np.ndarray) -> np.ndarray:
+        def change_by_sticking(places: np.ndarray) -> np.ndarray:
             return compute(places, True) - compute(places, False)
 
-        # the steepest law on the thinnest slab bears least
+        # first the steepest law on the thinnest slab, which fails before all others
         compute(np.ones((1, len(free))), ends[-1])
         between = np.random.default_rng(SEED).uniform(-1.0, 1.0, (CHECKS, len(free)))
-        degrees, first, error = _interpolated(lambda places: compute(places, ends[0]), between, MOST_CURVES)
-        coefficients = {tuple(map(int, each)): [row] for each, row in zip(degrees, first, strict=True)}
+        degrees, values, error = _interpolated(lambda places: compute(places, ends[0]), between, MOST_CURVES)
+        coefficients = {tuple(map(int, each)): [row] for each, row in zip(degrees, values, strict=True)}
         if len(ends) == 2:
             nothing = np.zeros(ALONG)
-            finer, added, off = _interpolated(more, between, MOST_STICKING)
-            steps = {tuple(map(int, each)): row for each, row in zip(finer, added, strict=True)}
-            for each in coefficients | steps:
-                slips = coefficients.setdefault(each, [nothing])
-                slips.append(slips[0] + steps.get(each, nothing))
-            error = float(np.hypot(error, off))
+            degrees, values, error_of_change = _interpolated(change_by_sticking, between, MOST_STICKING)
+            changes = {tuple(map(int, each)): row for each, row in zip(degrees, values, strict=True)}
+            for each in coefficients | changes:
+                of_ends = coefficients.setdefault(each, [nothing])
+                of_ends.append(of_ends[0] + changes.get(each, nothing))
+            error = float(np.hypot(error, error_of_change))
         by_end = np.array(list(coefficients.values())).transpose(1, 0, 2)
-        found = np.array(list(coefficients), dtype=int).reshape(len(coefficients), len(free))
-        least = error
+        degrees = np.array(list(coefficients), dtype=int).reshape(len(coefficients), len(free))
+        least_error = error
         if STIFFENING in free:
             between[:, free.index(STIFFENING)] = -1.0
-            beside = [_basis(between, found) @ by_end[k] - compute(between, end) for k, end in enumerate(ends)]
-            least = float(np.abs(np.expm1(beside)).max())
+            off = [_basis(between, degrees) @ by_end[k] - compute(between, end) for k, end in enumerate(ends)]
+            least_error = float(np.abs(np.expm1(off)).max())
+    # from values at Chebyshev points of the root of depth to coefficients
     to_curve = np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(ALONG), ALONG - 1)).T
-    return Curves(error, least, found, by_end @ to_curve)
+    return Curves(error, least_error, degrees, by_end @ to_curve)
 
 
 def _interpolated(
     curves: Callable[[np.ndarray], np.ndarray], between: np.ndarray, most: int
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Interpolate ``curves`` of places (m, d) on grids of at most ``most`` places, until one is fine enough.
+    """Interpolate ``curves`` on ever finer grids of at most ``most`` places, until the error is at most MOST_ERROR.
 
-    Returns of the best the degrees (n, d) of the basis, coefficients (n, ALONG), and the greatest relative error of
-    force at the places ``between`` (k, d).
+    curves : returns those (m, ALONG) at places (m, d); between : (k, d) places where the error is measured
+    Returns of the best grid the degrees (n, d) of the polynomials, their coefficients (n, ALONG), and the greatest
+    relative error of force.
     """
     free = between.shape[1]
     wanted, error, least = curves(between) if free else None, 0.0, np.inf
-    for places, degrees in (grid for grid in (_sparse(free, *each) for each in GRIDS) if len(grid[0]) <= most):
-        found = np.linalg.solve(_basis(places, degrees), curves(places))
+    for places, degrees in (grid for grid in (_sparse_grid(free, *each) for each in GRIDS) if len(grid[0]) <= most):
+        coefficients = np.linalg.solve(_basis(places, degrees), curves(places))
         if wanted is not None:
-            error = float(np.abs(np.expm1(_basis(between, degrees) @ found - wanted)).max())
+            error = float(np.abs(np.expm1(_basis(between, degrees) @ coefficients - wanted)).max())
         if error < least:
-            least, reached = error, (degrees, found, error)
+            least, best = error, (degrees, coefficients, error)
         if error <= MOST_ERROR:
             break
-    return reached
+    return best
 
 
 def _digest(law: str, ranges: Ranges) -> str:
-    """Return a name of what is asked for and of the code that answers it."""
+    """Return a hash of what is asked for and of the code that computes it, by which stored curves are named."""
     said = json.dumps([law, asdict(ranges), ALONG, GRIDS, MOST_CURVES, MOST_STICKING, MOST_ERROR, CHECKS, SEED, STEEP])
     modules = (axisymmetric_indentation, axisymmetric_elements, slab_section, effects_law)
     files = [Path(law)] if Path(law).suffix == ".py" and Path(law).is_file() else []

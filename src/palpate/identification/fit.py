@@ -32,7 +32,7 @@ FLOORS = (1e-4, 30.0)
 DIFFERENCE = 1e-5
 """Step of derivatives by differences; the likelihood is known to some 1e-9."""
 SEARCH = {"maxiter": 200, "ftol": 1e-7, "eps": DIFFERENCE}
-SEARCH_ROUND = {"maxiter": 12, "ftol": 1e-4, "eps": DIFFERENCE}
+SCALED_SEARCH = {"maxiter": 12, "ftol": 1e-4, "eps": DIFFERENCE}
 CURVED, FLATTEST = 1e-3, 1.0
 """Step of second differences, and the least curvature that coordinates are scaled by."""
 CONVERGED, RESTARTS = 1e-2, 8
@@ -48,10 +48,10 @@ AGREED, LOOSENED = 1.0, (2.0, 0.5, 4.0, 0.25)
 
 @dataclass(frozen=True)
 class Options:
-    """How a fit is made.
+    """Options of a fit.
 
-    offset_m : least and greatest mean offset of first touch [m]; None takes ``OFFSETS`` of the largest depth
-    resamples : of the bootstrap over places, 0 for none; seed : of its draws
+    offset_m : range of the mean offset of first touch [m]; None takes ``OFFSETS`` times the largest depth
+    resamples : number of the bootstrap over places, 0 for none; seed : of its draws
     """
 
     offset_m: tuple[float, float] | None = None
@@ -65,23 +65,25 @@ before one that is given may be."""
 
 
 def loading(press: Press) -> tuple[np.ndarray, np.ndarray]:
-    """Return depths and forces (k,) of a press while it goes deeper, at most ``POINTS`` of them."""
+    """Return depths [m] and forces [N] (k,) of a press until its largest depth, at most ``POINTS`` of them."""
     end = int(np.argmax(press.depth_m)) + 1
-    depth, force = press.depth_m[:end], press.force_n[:end]
-    keep = np.flatnonzero(depth >= 0.0)
-    depth, force = depth[keep], force[keep]
+    touching = press.depth_m[:end] >= 0.0
+    depth, force = press.depth_m[:end][touching], press.force_n[:end][touching]
     if len(depth) > POINTS:
-        wanted = np.linspace(depth[0], depth[-1], POINTS)
-        chosen = np.unique(np.abs(depth[:, None] - wanted).argmin(axis=0))
-        depth, force = depth[chosen], force[chosen]
+        even = np.linspace(depth[0], depth[-1], POINTS)
+        nearest = np.unique(np.abs(depth[:, None] - even).argmin(axis=0))
+        depth, force = depth[nearest], force[nearest]
     return depth, force
 
 
 @dataclass(frozen=True, eq=False)
 class Data:
-    """Presses as a fit takes them, in the order of their places.
+    """Points of presses to fit, in the order of the places.
 
-    order : (presses,) numbers of the records' presses
+    layout : depths and forces of the points, and which belong to which press and place
+    order : (presses,) the number that each press has in ``records``
+    middle_m : geometric mean of the depths [m]; largest_m : the largest [m]
+    typical_n : median of the presses' largest forces [N]
     """
 
     records: PressRecords
@@ -93,7 +95,7 @@ class Data:
 
     @classmethod
     def of(cls, records: PressRecords) -> "Data":
-        """Return the data of records, whose presses all go deeper than 0."""
+        """Return the points of the records' presses, each of which goes deeper than 0."""
         keys = [(press.specimen, press.session, press.place or press.name) for press in records.presses]
         places = list(dict.fromkeys(keys))
         number = np.array([places.index(key) for key in keys], dtype=np.int64)
@@ -101,54 +103,51 @@ class Data:
         curves = [loading(records.presses[k]) for k in order]
         depth = np.concatenate([depth for depth, _ in curves])
         middle = float(np.exp(np.log(depth[depth > 0.0]).mean()))
-        return cls(
-            records,
-            Layout(
-                depth,
-                np.concatenate([force for _, force in curves]),
-                np.log(np.maximum(depth, SHAPE_FLOOR * middle) / middle),
-                np.ones(len(depth)),
-                np.cumsum([0, *(len(depth) for depth, _ in curves)]),
-                np.cumsum([0, *np.bincount(number)]),
-                np.zeros(len(order), dtype=np.int64),
-            ),
-            order,
-            middle,
-            float(depth.max()),
-            float(np.median([np.abs(force).max() for _, force in curves])),
+        layout = Layout(
+            depth,
+            force_n=np.concatenate([force for _, force in curves]),
+            level=np.log(np.maximum(depth, SHAPE_FLOOR * middle) / middle),
+            weight=np.ones(len(depth)),
+            press_start=np.cumsum([0, *(len(depth) for depth, _ in curves)]),
+            place_start=np.cumsum([0, *np.bincount(number)]),
+            table=np.zeros(len(order), dtype=np.int64),
         )
+        typical = float(np.median([np.abs(force).max() for _, force in curves]))
+        return cls(records, layout, order, middle, float(depth.max()), typical)
 
     @property
     def places(self) -> int:
-        """How many places were pressed."""
+        """The number of places."""
         return len(self.layout.place_start) - 1
 
     @property
     def place_of_press(self) -> np.ndarray:
-        """Number of the place (presses,) of each press in order."""
+        """The number of each press's place, (presses,)."""
         return np.repeat(np.arange(self.places), np.diff(self.layout.place_start))
 
     @property
     def press_of_point(self) -> np.ndarray:
-        """Number (n,) of each point's press in order."""
+        """The number of each point's press, (n,)."""
         return np.repeat(np.arange(len(self.order)), np.diff(self.layout.press_start))
 
     def masked(self, used: np.ndarray) -> "Data":
-        """Return the same with only the points ``used`` (n,) fitted, and the others predicted."""
+        """Return the data of which only the points ``used`` (n,) are fitted, and the others predicted."""
         return replace(self, layout=self.layout._replace(weight=used.astype(float)))
 
 
 @dataclass(frozen=True, eq=False)
 class MixedModel:
-    """A forward model with its table, and the data: −2 log likelihood of all that is unknown, by name.
+    """The statistical model of presses: −2 log likelihood of the unknowns, by name, from a forward model and data.
 
-    names of the unknown: the forward model's free parameters, in −1 … 1 of their ranges; log_modulus, of E or of
-    E/(1 − ν²); offset, in −1 … 1 of its range; log_noise, log_floor, place, shape, offset_scatter, repeat, excess as in
-    ``Spread``. The last is common to all presses and has the forward model's own error as its deviation.
-    free_excess : whether it has none, so that the presses say what exponent the law lacks
-    lined : whether forces have a ``zero`` over the typical force and a ``slope`` over that and the largest depth, which
-        the tissue's do not
-    shapes : whether places differ in the exponent of depth; weights : (places,) how often each counts, or None for once
+    Unknowns are the forward model's free parameters and ``offset``, each in −1 … 1 of its range; ``log_modulus``, of E
+    or of E/(1 − ν²) [log Pa]; and log_noise, log_floor, place, shape, offset_scatter, repeat and excess as in
+    ``Spread``. The excess is common to all presses; the forward model's own error is its standard deviation.
+
+    free_excess : whether the excess is free of that, so that the presses show which exponent of depth the law lacks
+    lined : whether forces have further unknowns of the sensor, a ``zero`` over the typical force and a ``slope`` over
+        that and the largest depth
+    shapes : whether places differ in the exponent of depth
+    weights : (places,) how often each place counts; None for once
     """
 
     data: Data
@@ -161,7 +160,10 @@ class MixedModel:
 
     @classmethod
     def of(cls, data: Data, forward: Forward, options: Options) -> "MixedModel":
-        """Return the model; ``forward`` is asked for all presses up to the depth that offsets may add."""
+        """Tabulate ``forward`` for all presses, up to the depth that offsets of first touch may add; return the model.
+
+        InputError for an offset that is not in metres.
+        """
         low, high = options.offset_m or (OFFSETS[0] * data.largest_m, OFFSETS[1] * data.largest_m)
         if not -FARTHEST * data.largest_m <= low <= high < data.largest_m:
             raise InputError(
@@ -179,7 +181,7 @@ class MixedModel:
 
     @cached_property
     def names(self) -> list[str]:
-        """Names of the unknown."""
+        """Names of the unknowns."""
         names = [*self.parameters, "log_modulus"]
         if self.offset_m[1] > self.offset_m[0]:
             names += ["offset", "offset_scatter"]
@@ -191,12 +193,12 @@ class MixedModel:
         return [*names, *["zero", "slope"] * self.lined]
 
     def bounds(self, name: str) -> tuple[float, float]:
-        """Return the bounds of an unknown."""
+        """Return the least and the greatest value of an unknown."""
         if name in self.parameters or name == "offset":
             return -1.0, 1.0
         if name in ("place", "shape"):  # places differ at least by the errors that the forward model has there
-            own = self.table.forward
-            return float(np.sqrt(own.relative_error**2 - own.common_error**2)), BOUNDS[name][1]
+            forward = self.table.forward
+            return float(np.sqrt(forward.relative_error**2 - forward.common_error**2)), BOUNDS[name][1]
         if name == "log_floor":
             return float(np.log(FLOORS[0] * self.data.typical_n)), float(np.log(FLOORS[1] * self.data.typical_n))
         return BOUNDS[name]
@@ -207,7 +209,7 @@ class MixedModel:
         return low + (high - low) * 0.5 * (place + 1.0)
 
     def values(self, unknown: Mapping[str, float]) -> dict[str, float]:
-        """Return the forward model's parameters, with young_pa and offset_m."""
+        """Return the forward model's parameters in their units, with young_pa [Pa] and offset_m [m]."""
         place = np.array([unknown[name] for name in self.parameters])
         values = self.table.values(np.clip(place, -1.0, 1.0))
         return values | {
@@ -220,7 +222,7 @@ class MixedModel:
         return 1.0 - values["poisson"] ** 2 if "poisson" in self.parameters else 1.0
 
     def modes(self, unknown: Mapping[str, float], effects: np.ndarray | None = None) -> Modes:
-        """Return the likelihood of each place and the predictions; effects : see ``mixed_effects.modes``."""
+        """Return −2 log likelihood of each place, and the predicted forces; effects : as ``mixed_effects.modes``."""
         values = self.values(unknown)
         half = 0.5 * (self.offset_m[1] - self.offset_m[0])
         spread = Spread(
@@ -239,11 +241,11 @@ class MixedModel:
         )  # fmt: skip
 
     def forces(self, unknown: Mapping[str, float]) -> np.ndarray:
-        """Return the forces (n,) [N] with the effects of places and presses."""
+        """Return the predicted forces (n,) [N] of all points, with the effects of their places and presses."""
         return np.exp(np.minimum(self.modes(unknown).log_force, 600.0))
 
     def minus2(self, unknown: Mapping[str, float], effects: np.ndarray | None = None) -> float:
-        """Return −2 log likelihood, with the deviation of the forward model's own exponent in it."""
+        """Return −2 log likelihood of all places, and of the excess by the forward model's own error."""
         each = self.modes(unknown, effects).minus2
         total = float(each.sum() if self.weights is None else self.weights @ each)
         error = self.table.forward.relative_error
@@ -252,48 +254,56 @@ class MixedModel:
         return total
 
     def start(self) -> dict[str, float]:
-        """Return where to begin: parameters in the middle of their ranges, the modulus that fits the medians."""
+        """Return unknowns to start a search from: parameters in the middle of their ranges, the modulus by a median.
+
+        InputError where fewer than three forces are large enough to show a modulus.
+        """
         unknown = {name: 0.0 for name in self.parameters} | {"log_modulus": 0.0}
         unknown |= {name: START[name] for name in self.names if name in START}
         unknown |= {"offset": 0.0} if "offset" in self.names else {}
         unknown["log_floor"] = float(np.log(0.01 * max(self.data.typical_n, 1e-9)))
         layout = self.data.layout
-        log_m = self.modes(unknown | {"place": 0.0, "shape": 0.0, "offset_scatter": 0.0, "repeat": 0.0}).log_force
-        used = (layout.weight > 0) & (layout.force_n > 0.05 * self.data.typical_n) & (log_m > -100.0)
+        without_effects = {"place": 0.0, "shape": 0.0, "offset_scatter": 0.0, "repeat": 0.0}
+        log_model = self.modes(unknown | without_effects).log_force
+        used = (layout.weight > 0) & (layout.force_n > 0.05 * self.data.typical_n) & (log_model > -100.0)
         if used.sum() < 3:
             raise InputError(f"{self.data.records.source}: no forces to fit; give presses that touch the tissue.")
-        beyond = np.where(used, np.log(np.maximum(layout.force_n, 1e-300)) - log_m, 0.0)
-        unknown["log_modulus"] = float(np.median(beyond[used]))
-        return unknown | self._wider(beyond, used)
+        log_ratio = np.where(used, np.log(np.maximum(layout.force_n, 1e-300)) - log_model, 0.0)
+        unknown["log_modulus"] = float(np.median(log_ratio[used]))
+        return unknown | self._larger_scatters(log_ratio, used)
 
-    def _wider(self, beyond: np.ndarray, used: np.ndarray) -> dict[str, float]:
-        """Return deviations to begin with where those of START are too small to explain the presses.
+    def _larger_scatters(self, log_ratio: np.ndarray, used: np.ndarray) -> dict[str, float]:
+        """Return standard deviations to start a search from, where those of START are too small for the presses.
 
-        beyond : (n,) log force above the model's, of which those ``used`` (n,) count
+        log_ratio : (n,) log of measured over model force, of which those ``used`` (n,) count
+        A line over log depth is fitted to the ratios of each place: lines differ by ``place`` and ``shape``.
         Trap: where places differ by far more than a likelihood expects, it is too steep for a search to leave.
         """
         level, of_point = self.data.layout.level, self.data.place_of_press[self.data.press_of_point]
         points = [np.flatnonzero(used & (of_point == place)) for place in range(self.data.places)]
-        lines, left = [], []
+        lines, residuals = [], []
         for there in (each for each in points if len(each) > 2):
-            lines.append(np.polyfit(level[there], beyond[there], 1))
-            left.append(beyond[there] - np.polyval(lines[-1], level[there]))
+            lines.append(np.polyfit(level[there], log_ratio[there], 1))
+            residuals.append(log_ratio[there] - np.polyval(lines[-1], level[there]))
         if len(lines) < 2:
             return {}
         shape, place = np.std(lines, axis=0)
-        wider = {"place": place, "shape": shape, "log_noise": np.log(max(float(np.std(np.concatenate(left))), 1e-3))}
-        found = {
+        noise = max(float(np.std(np.concatenate(residuals))), 1e-3)
+        larger = {
             name: float(min(value, BOUNDS[name][1]))
-            for name, value in wider.items()
+            for name, value in {"place": place, "shape": shape, "log_noise": np.log(noise)}.items()
             if name in self.names and value > START[name]
         }
         # noise that is large beside small forces makes the likelihood smooth
-        return found | ({"log_floor": float(np.log(self.data.typical_n))} if "log_noise" in found else {})
+        return larger | ({"log_floor": float(np.log(self.data.typical_n))} if "log_noise" in larger else {})
 
 
 @dataclass(frozen=True, eq=False)
-class _Free:
-    """What a fit moves: the unknown that are not ``held``; young : log of E [log Pa], or None if it is free."""
+class _FreeUnknowns:
+    """The unknowns that a fit varies: all but those ``held``.
+
+    young : log of E [log Pa] that is held in place of ``log_modulus``, or None
+    """
 
     model: MixedModel
     held: Mapping[str, float]
@@ -306,12 +316,12 @@ class _Free:
 
     @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and greatest (n,) of the names."""
+        """Bounds (n,) of the free unknowns."""
         low, high = np.array([self.model.bounds(name) for name in self.names]).T
         return low, high
 
     def whole(self, free: np.ndarray) -> dict[str, float]:
-        """Return all unknown for those that are free (n,)."""
+        """Return all unknowns by name, given the free ones (n,)."""
         unknown = {**self.held, **dict(zip(self.names, map(float, free), strict=True))}
         if self.young is not None:
             place = np.array([unknown[name] for name in self.model.parameters])
@@ -319,10 +329,10 @@ class _Free:
             unknown["log_modulus"] = self.young - float(np.log(confined))
         return unknown
 
-    def round(self, unknown: Mapping[str, float], effects: np.ndarray) -> np.ndarray | None:
-        """Return W (n, n): −2 log likelihood near ``unknown`` is round in z, with free = W z, by second differences.
+    def scaling(self, unknown: Mapping[str, float], effects: np.ndarray) -> np.ndarray | None:
+        """Return W (n, n), with which −2 log likelihood near ``unknown`` curves alike along every z, free = W z.
 
-        None where the likelihood is not finite.
+        It is the inverse root of the Hessian by second differences; None where the likelihood is not finite.
         """
         low, high = self.limits
         at = np.clip([unknown[name] for name in self.names], low + 2.0 * CURVED, high - 2.0 * CURVED)
@@ -330,37 +340,38 @@ class _Free:
         steps = CURVED * np.eye(n)
         middle = self.model.minus2(self.whole(at), effects)
         ahead = [self.model.minus2(self.whole(at + step), effects) for step in steps]
-        matrix = np.empty((n, n))
+        differences = np.empty((n, n))
         for i in range(n):
             behind = self.model.minus2(self.whole(at - steps[i]), effects)
-            matrix[i, i] = ahead[i] - 2.0 * middle + behind
+            differences[i, i] = ahead[i] - 2.0 * middle + behind
             for j in range(i):
                 both = self.model.minus2(self.whole(at + steps[i] + steps[j]), effects)
-                matrix[i, j] = matrix[j, i] = both - ahead[i] - ahead[j] + middle
-        if not np.isfinite(matrix).all():
+                differences[i, j] = differences[j, i] = both - ahead[i] - ahead[j] + middle
+        if not np.isfinite(differences).all():
             return None
-        values, vectors = np.linalg.eigh(matrix / CURVED**2)
+        values, vectors = np.linalg.eigh(differences / CURVED**2)
         return vectors / np.sqrt(np.maximum(np.abs(values), FLATTEST))
 
 
-Round = np.ndarray | None
-"""W (n, n) of what is free, as ``_Free.round`` says."""
+Scaling = np.ndarray | None
+"""W (n, n) of the free unknowns, as ``_FreeUnknowns.scaling`` returns it."""
 
 
 def fitted(
     model: MixedModel, start: Mapping[str, float], held: Mapping[str, float] | None = None, young: float | None = None,
-    around: Round = None,
+    scaling: Scaling = None,
 ) -> tuple[dict[str, float], float]:  # fmt: skip
-    """Return the unknown of the greatest likelihood from ``start``, and −2 log likelihood there.
+    """Search for the greatest likelihood from ``start``; return the unknowns, and −2 log likelihood there.
 
-    held : unknown that are not fitted; young : log of E [log Pa] that is held, where the modulus that is fitted is
-        another; around : of ``rounded`` with the same held, which saves most of the way
+    held : unknowns that are not fitted; young : log of E [log Pa] that is held, where ν is fitted
+    scaling : by ``scaling_near`` with the same ones held, which saves most iterations
+    NotConverged where the likelihood is nowhere finite.
     """
-    free = _Free(model, dict(held or {}), young)
+    free = _FreeUnknowns(model, dict(held or {}), young)
     low, high = free.limits
     effects = no_effects(model.data.layout)
     value, at = np.inf, np.clip([start[name] for name in free.names], low, high)
-    turned, lowest = around, (np.inf, at)
+    lowest = np.inf, at
 
     def minus2(x: np.ndarray) -> float:
         nonlocal lowest
@@ -372,24 +383,24 @@ def fitted(
         return found
 
     for _ in range(RESTARTS):  # a quasi-Newton method may stop early in a narrow valley; a new one from there goes on
-        if turned is None:
+        if scaling is None:
             found = minimize(minus2, at, method="SLSQP", bounds=Bounds(low, high), options=SEARCH)
             reached = found.x
         else:
-            base, sides = at, np.concatenate([turned, -turned])
+            base, sides = at, np.concatenate([scaling, -scaling])
             found = minimize(
-                lambda z, base=base, turned=turned: minus2(np.clip(base + turned @ z, low, high)),
-                np.zeros(len(at)), method="SLSQP", options=SEARCH_ROUND,
+                lambda z, base=base, scaling=scaling: minus2(np.clip(base + scaling @ z, low, high)),
+                np.zeros(len(at)), method="SLSQP", options=SCALED_SEARCH,
                 constraints={
                     "type": "ineq", "jac": lambda z, sides=sides: sides,
-                    "fun": lambda z, base=base, turned=turned: np.concatenate(
-                        [base + turned @ z - low, high - base - turned @ z]
+                    "fun": lambda z, base=base, scaling=scaling: np.concatenate(
+                        [base + scaling @ z - low, high - base - scaling @ z]
                     ),
                 },
             )  # fmt: skip
-            reached = np.clip(base + turned @ found.x, low, high)
-        if turned is not None and not np.isfinite([value, found.fun]).any():
-            turned = None  # too far from where it was round
+            reached = np.clip(base + scaling @ found.x, low, high)
+        if scaling is not None and not np.isfinite([value, found.fun]).any():
+            scaling = None  # too far from where it was made
             continue
         end = float(found.fun)
         if not end <= lowest[0] + CONVERGED:  # a line search may end above what it has seen
@@ -397,23 +408,25 @@ def fitted(
         if not np.isfinite(end) or end > value:
             break
         gained, value, at = value - end, end, reached
-        if gained < CONVERGED or (turned is not None and found.nit < SEARCH_ROUND["maxiter"]):
+        if gained < CONVERGED or (scaling is not None and found.nit < SCALED_SEARCH["maxiter"]):
             break
-        turned = free.round(free.whole(at), effects)
+        scaling = free.scaling(free.whole(at), effects)
     if not np.isfinite(value):
         raise NotConverged("the likelihood of the presses has no finite value", [])
     return free.whole(at), value
 
 
-def rounded(model: MixedModel, unknown: Mapping[str, float], held: Sequence[str] = (), young: bool = False) -> Round:
-    """Return in what coordinates the likelihood is round near ``unknown``; held, young : what a fit will hold."""
+def scaling_near(
+    model: MixedModel, unknown: Mapping[str, float], held: Sequence[str] = (), young: bool = False
+) -> Scaling:
+    """Return the scaling of coordinates for fits near ``unknown``, in which ``held``, or E by ``young``, are held."""
     fixed = {name: unknown[name] for name in held}
-    free = _Free(model, fixed, float(np.log(model.values(unknown)["young_pa"])) if young else None)
-    return free.round(unknown, no_effects(model.data.layout))
+    free = _FreeUnknowns(model, fixed, float(np.log(model.values(unknown)["young_pa"])) if young else None)
+    return free.scaling(unknown, no_effects(model.data.layout))
 
 
 def best_fit(model: MixedModel, sure: bool = False) -> tuple[dict[str, float], float]:
-    """Return the unknown of the greatest likelihood from several starts, and −2 log likelihood there.
+    """Search for the greatest likelihood from several starts; return the unknowns, and −2 log likelihood there.
 
     sure : whether to raise NotConverged where no two searches end within AGREED of the least value
     """
@@ -422,6 +435,7 @@ def best_fit(model: MixedModel, sure: bool = False) -> tuple[dict[str, float], f
     ends = [least]
 
     def search(start: Mapping[str, float], better: float) -> None:
+        """Fit from ``start``; keep the result if its value is below the least one by more than ``better``."""
         nonlocal best, least
         try:
             other, value = fitted(model, start)

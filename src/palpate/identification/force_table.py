@@ -1,7 +1,8 @@
-"""Forces of a forward model between the values that it was asked for: Chebyshev in its parameters, splines in depth.
+"""Interpolate the forces of a forward model: by Chebyshev polynomials in its parameters, by splines in depth.
 
-A fit asks for forces some ten thousand times. log f is smooth in the parameters and nearly straight over log depth, so
-that a few hundred values a press hold it (Trefethen, Approximation Theory and Approximation Practice, 2013, ch. 5).
+A fit evaluates forces some ten thousand times. The log of force is smooth in the parameters and nearly straight over
+log depth, so that a few hundred values a press determine it (Trefethen, Approximation Theory and Approximation
+Practice, 2013, ch. 5).
 """
 
 from collections.abc import Callable, Sequence
@@ -33,7 +34,7 @@ AXES = {"thickness_m": (np.log, np.exp), "stiffening": (np.log1p, np.expm1)}
 
 
 def natural(parameter: "Parameter", scaled: float) -> float:
-    """Return a parameter's value at ``scaled`` in −1 … 1 of its range, which is that of its axis."""
+    """Return the value of a parameter at the coordinate ``scaled`` in −1 … 1 of its range, along the axis of AXES."""
     forth, back = AXES.get(parameter.name, (float, float))
     low, high = forth(parameter.low), forth(parameter.high)
     value = float(back(low + (high - low) * 0.5 * (scaled + 1.0)))
@@ -42,12 +43,13 @@ def natural(parameter: "Parameter", scaled: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ForceTable:
-    """Forces for young_pa = 1 Pa of every press, at any values of the parameters.
+    """Table of a forward model's forces of every press for young_pa = 1 Pa, interpolated in the p free parameters.
 
-    forward : what was asked; nodes : (m,) Chebyshev points in −1 … 1 of each free parameter
-    log_forces : (m^p, tables, depths); table : (presses,) of each press
-    start, step : log of the least depth [log m] and spacing of the depths
-    error : largest error found, as a share of the force
+    forward : the model; nodes : (m,) Chebyshev points in −1 … 1 of each free parameter
+    log_forces : (m^p, tables, depths) log of force [log N]; table : (presses,) number of each press's table
+    start, step : log of the least depth [log m] and spacing of the log depths
+    slopes_of : (depths, depths), matrix from values over log depth to their slopes
+    error : largest relative error of force that was measured between the nodes
     """
 
     forward: "Forward"
@@ -65,16 +67,16 @@ class ForceTable:
         return _free(self.forward)
 
     def values(self, place: np.ndarray) -> dict[str, float]:
-        """Return all parameters by name at ``place`` (p,) in −1 … 1 of those that are free."""
+        """Return the values of all parameters by name, those that are free at ``place`` (p,) in −1 … 1."""
         return _values(self.forward, self.free, place)
 
     def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return log f (tables, depths) and its slope over log depth at ``place`` (p,) in −1 … 1."""
+        """Interpolate log force (tables, depths), and its slope over log depth, at ``place`` (p,) in −1 … 1."""
         return self._at(tuple(map(float, place)))
 
     @cached_property
     def _at(self) -> Callable[[tuple[float, ...]], tuple[np.ndarray, np.ndarray]]:
-        """``at``, that keeps the last answers: most steps of a fit leave the parameters as they are."""
+        """The function behind ``at``, with a cache: most steps of a fit leave the parameters as they are."""
         return lru_cache(KEPT)(self._interpolated)
 
     def _interpolated(self, place: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -86,40 +88,45 @@ class ForceTable:
 
 
 def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> ForceTable:
-    """Fill a table of a forward model's forces up to a depth ``largest_m`` [m]; order : its numbers of the presses.
+    """Evaluate a forward model up to the depth ``largest_m`` [m] at ever more nodes, until the table's error is small.
 
+    order : the model's number of each press
     Raises NotConverged if the model gives a force that is not positive.
     """
     free = _free(forward)
-    logs = np.linspace(np.log(LEAST_DEPTH * largest_m), np.log(largest_m), DEPTHS)
+    log_depths = np.linspace(np.log(LEAST_DEPTH * largest_m), np.log(largest_m), DEPTHS)
 
-    def ask(press: int, place: tuple[float, ...]) -> np.ndarray:
+    def log_forces(press: int, place: tuple[float, ...]) -> np.ndarray:
         values = _values(forward, free, place)
-        forces = forward.forces(order[press], np.exp(logs), values)
+        forces = forward.forces(order[press], np.exp(log_depths), values)
         if not (np.isfinite(forces) & (forces > 0.0)).all():
-            told = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
-            raise NotConverged(f"the model has no positive force at every depth with {told}", [float("nan")])
+            named = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
+            raise NotConverged(f"the model has no positive force at every depth with {named}", [float("nan")])
         return np.log(forces)
 
-    probes = [tuple(place) for place in np.random.default_rng(0).uniform(-1, 1, (CHECKS, len(free)))]
-    seen: list[np.ndarray] = []
-    table, asked = np.empty(len(order), dtype=np.int64), []
-    for press in range(len(order)):  # three values tell presses apart
-        probe = np.concatenate([ask(press, place) for place in probes[:3]])
-        same = [k for k, other in enumerate(seen) if np.abs(probe - other).max() < SAME]
+    # presses with the same forces at three places share a table, which is that of the first of them
+    between = [tuple(place) for place in np.random.default_rng(0).uniform(-1, 1, (CHECKS, len(free)))]
+    samples: list[np.ndarray] = []
+    table, firsts = np.empty(len(order), dtype=np.int64), []
+    for press in range(len(order)):
+        sample = np.concatenate([log_forces(press, place) for place in between[:3]])
+        same = [k for k, other in enumerate(samples) if np.abs(sample - other).max() < SAME]
         if not same:
-            seen.append(probe)
-            asked.append(press)
-        table[press] = same[0] if same else len(seen) - 1
-    slopes_of = CubicSpline(logs, np.eye(DEPTHS), axis=0)(logs, 1).T
-    for count in _counts(len(free)):
+            samples.append(sample)
+            firsts.append(press)
+        table[press] = same[0] if same else len(samples) - 1
+    slopes_of = CubicSpline(log_depths, np.eye(DEPTHS), axis=0)(log_depths, 1).T
+    start, step = log_depths[0], log_depths[1] - log_depths[0]
+    checked = range(0, len(firsts), max(1, len(firsts) // 5))
+    for count in _node_counts(len(free)):
         nodes = np.cos(np.pi * np.arange(count) / max(count - 1, 1))
         places = list(product(nodes, repeat=len(free)))
-        values = np.array([[ask(press, place) for press in asked] for place in places])
-        found = ForceTable(forward, nodes, values, table, logs[0], logs[1] - logs[0], slopes_of, 0.0)
-        checked = range(0, len(asked), max(1, len(asked) // 5))
+        values = np.array([[log_forces(press, place) for press in firsts] for place in places])
+        found = ForceTable(forward, nodes, values, table, start, step, slopes_of, 0.0)
         off = [
-            np.abs(found.at(np.array(place))[0][k] - ask(asked[k], place)).max() for place in probes for k in checked
+            np.abs(found.at(np.array(place))[0][k] - log_forces(firsts[k], place)).max()
+            for place in between
+            for k in checked
         ]
         found = replace(found, error=float(max(off)))
         if found.error <= TOLERANCE:
@@ -136,8 +143,8 @@ def _values(forward: "Forward", free: Sequence["Parameter"], place: Sequence[flo
     return known | {p.name: natural(p, x) for p, x in zip(free, place, strict=True)}
 
 
-def _counts(free: int) -> list[int]:
-    """Return how many nodes of each parameter are tried, from few to many."""
+def _node_counts(free: int) -> list[int]:
+    """Return the numbers of nodes of each of ``free`` parameters that are tried in turn, from few to many."""
     if free == 0:
         return [1]
     first = {1: 7, 2: 6, 3: 5, 4: 4}.get(free, 3)
@@ -146,7 +153,10 @@ def _counts(free: int) -> list[int]:
 
 
 def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
-    """Return the weights (m,) of values at Chebyshev points of the second kind, barycentric."""
+    """Return the weights (m,) of the values at ``nodes`` (m,) in the polynomial's value at ``x``.
+
+    nodes : Chebyshev points of the second kind, for which the barycentric formula is simple
+    """
     away = x - nodes
     if (hit := np.abs(away) < 1e-14).any():
         return hit.astype(float)

@@ -1,4 +1,4 @@
-"""What a forward model of pressed tissue offers to a fit, and the one of a ball on a bonded slab or a half-space.
+"""Forward models of pressed tissue, from parameters to forces: their interface, and a ball on a slab or a half-space.
 
 Forces are those of a tissue with Young's modulus 1 Pa: all laws are proportional to it, so that a fit multiplies them.
 """
@@ -22,7 +22,7 @@ Range = float | tuple[float, float]
 
 
 class Parameter(NamedTuple):
-    """What a forward model does not know by itself: its name, which ends in a unit, and its range."""
+    """A parameter of a forward model that presses are to determine: its name, which ends in a unit, and its range."""
 
     name: str
     low: float
@@ -30,12 +30,12 @@ class Parameter(NamedTuple):
 
 
 class Forward(Protocol):
-    """Gives the forces of presses from parameters.
+    """A forward model: it returns the forces of presses for given parameters.
 
     parameters : any of poisson, stiffening, thickness_m, sticking (0 slips to 1 sticks)
-    relative_error : of force, as measured against the truth of touch, a standard deviation as a share
-    common_error : what all presses share of it; the rest differs from place to place, and averages out over them
-    deepest_m : no depth may be larger [m]
+    relative_error : standard deviation of the relative error of force, as measured against the truth of touches
+    common_error : the part of it that all presses have in common; the rest averages out over places
+    deepest_m : largest depth [m]
     """
 
     deepest_m: float
@@ -52,20 +52,22 @@ class Forward(Protocol):
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces (k,) [N] of press number ``press`` at ``depth_m`` (k,) [m] for young_pa = 1.
 
-        values : of each of ``parameters``. Smooth in depth and values, increasing with depth, 0 for depths below 0.
-        InputError for a depth above ``deepest_m`` or a value outside its range, KeyError for one that lacks.
+        values : of each of ``parameters``
+        Forces are smooth in depth and values, increase with depth, and are 0 for depths below 0. InputError for a
+        depth above ``deepest_m`` or a value outside its range, KeyError for a missing one.
         """
         ...
 
 
 class SlabForward:
-    """A ball on a slab that is bonded to a rigid base, or on a half-space; presses are alike but for ``each_m``.
+    """Forward model of a ball on a slab that is bonded to a rigid base, or on a half-space.
 
-    radius_m : of the ball [m]; deepest_m : the greatest depth that is asked for [m]
-    thickness_m : known, a range, or None for a half-space; each_m : (presses,) that of each press [m], within the range
-    poisson, stiffening, sticking : known, or ranges, which make them ``parameters``; ``exponential`` has a stiffening
-    folder : where the curves are kept, so that they are computed once; None keeps none
-    InputError for lengths and ranges that are none; NotConverged where the law does not bear ``deepest_m``.
+    radius_m : of the ball [m]; deepest_m : the greatest depth of the presses [m]
+    thickness_m : of the slab [m], a value or a range, or None for a half-space
+    each_m : (presses,) thickness at each press [m], within that range; or None, where it is a parameter
+    poisson, stiffening, sticking : values, or ranges, which make them ``parameters``; ``exponential`` has a stiffening
+    folder : where computed curves are stored for the next time, or None
+    InputError for impossible lengths and ranges, NotConverged where the law has no equilibrium at ``deepest_m``.
     """
 
     def __init__(
@@ -114,7 +116,7 @@ class SlabForward:
         return self.relative_error
 
     def without_stiffening(self) -> "SlabForward":
-        """Return the same with a stiffening of 0, which is the neo-Hookean law; its range has to begin there."""
+        """Return the model with a stiffening of 0, which is neo-Hookean; its range of stiffening has to begin there."""
         other = copy(self)
         other._ranges = self._ranges | {"stiffening": (0.0, 0.0)}
         other.relative_error = float(np.hypot(MEASURED_ERROR, self._family.least_error))

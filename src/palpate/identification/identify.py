@@ -1,4 +1,4 @@
-"""From presses to numbers: the law that fits best, its modulus and parameters with intervals, and what is left open."""
+"""Identify tissue from presses: the law that fits best, and its modulus and parameters with intervals."""
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -27,8 +27,8 @@ UNFOLLOWED = BOUNDS["log_noise"][1] - 1e-3
 class LawScore(NamedTuple):
     """How well a law follows the presses.
 
-    above : −2 log likelihood above the best law's, with 2 for each of its parameters (Akaike 1974)
-    excess : exponent of depth that the presses have and the law lacks, at its best
+    above : information criterion, −2 log likelihood plus 2 for each parameter, above the best law's (Akaike 1974)
+    excess : by how much the presses' exponent of depth is above the law's, with its interval
     """
 
     law: str
@@ -42,7 +42,7 @@ class LawScore(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """A press as it was fitted: depth_m, force_n and predicted_n (k,), with the effects of its place and touch."""
+    """Points of a press that were fitted, (k,): depths, forces, and predictions with the effects of place and touch."""
 
     name: str
     depth_m: np.ndarray
@@ -56,14 +56,16 @@ class Identified:
 
     law : the reported one, of the smallest ``LawScore.above``; laws : all, the best first
     young_pa : of the median place; modulus_pa : E/(1 − ν²) where ν is free, else None
-    parameters : of the law's forward model; profiles : also of young_pa and modulus_pa
-    resampled : intervals by the bootstrap over places, without what the forward model does not know by itself
+    parameters : of the law's forward model; profiles : of these, and of young_pa, modulus_pa and offset_m
+    resampled : intervals by the bootstrap over places, without the forward model's own error
     offset_m : mean of first touch over the presses; None where it is known
-    scatter : offset_scatter_m over presses; place_scatter, deviation of log force between places; shape_scatter, of the
-        exponent of depth; repeat_scatter, of log force between presses of a place, NaN without repeats; noise_share and
-        noise_n, deviation of forces about the curves, at large forces and at small ones; relative_error, the forward
-        model's own; table_error, of its interpolation
-    fitted : values of the greatest likelihood, for the forward model and young_pa, offset_m
+    scatter : standard deviations by name. offset_scatter_m is over presses; place_scatter of log force, and
+        shape_scatter of the exponent of depth, over places; repeat_scatter of log force over presses of a place, NaN
+        without repeats; noise_share and noise_n of forces about the curves, at large and at small ones; relative_error
+        is the forward model's own, table_error that of its interpolation
+    fitted : values of the greatest likelihood, of the parameters, young_pa and offset_m
+    rise : by how much −2 log likelihood rises at the ends of an interval
+    curves : of the presses in the order of ``records``; models, best : by law, the statistical model and its unknowns
     """
 
     records: PressRecords
@@ -84,12 +86,12 @@ class Identified:
 
     @property
     def places(self) -> int:
-        """How many places were pressed."""
+        """The number of places."""
         return self.models[self.law].data.places
 
     @property
     def same_law(self) -> list[str]:
-        """The laws that the presses do not tell from the reported one, it first."""
+        """The reported law, and those that fit the presses as well."""
         return [score.law for score in self.laws if score.above <= self.rise]
 
 
@@ -97,30 +99,30 @@ def identify(
     records: PressRecords, forwards: Mapping[str, Forward], options: Options | None = None,
     spread_out: Callable[..., Iterable] = map, follow: Follow = unfollowed,
 ) -> Identified:  # fmt: skip
-    """Fit every forward model, named by its law, to presses of sessions that agree; report the best of them.
+    """Fit every forward model, named by its law, to presses of sessions that agree; report the law that fits best.
 
     spread_out : map, or that of a pool of threads
-    Warns of a law that leaves as much as the presses have, and leaves it out. Raises InputError for presses that cannot
-    be fitted, NotConverged for a likelihood without a value, and where no law is left.
+    Warns of a law whose fit fails or leaves the presses unexplained, and leaves it out. Raises InputError for presses
+    that cannot be fitted, NotConverged for a likelihood without a value, and where no law is left.
     """
     options = options or Options()
-    data, models, found = Data.of(records), {}, {}
+    data, models, fits = Data.of(records), {}, {}
     for law in follow("forces of laws", list(forwards)):
         models[law] = MixedModel.of(data, forwards[law], options)
     for law in follow("fit of laws", list(models)):
         try:
-            found[law] = best_fit(models[law], sure=True)
-            if found[law][0]["log_noise"] > UNFOLLOWED:
+            fits[law] = best_fit(models[law], sure=True)
+            if fits[law][0]["log_noise"] > UNFOLLOWED:
                 raise NotConverged("it leaves as much of these presses as they have", [])
         except NotConverged as failure:
             if len(models) == 1:
                 raise NotConverged(f"{law}: {failure}", failure.history) from failure
             warnings.warn(f"{records.source}: {law}: {failure}; left out.", stacklevel=2)
             del models[law]
-            found.pop(law, None)
-    judged = {law: found[law][1] + 2.0 * len(model.parameters) for law, model in models.items()}
-    order = sorted(judged, key=lambda law: judged[law])
-    model, (best, least) = models[order[0]], found[order[0]]
+            fits.pop(law, None)
+    criterion = {law: fits[law][1] + 2.0 * len(model.parameters) for law, model in models.items()}
+    order = sorted(criterion, key=lambda law: criterion[law])
+    model, (best, least) = models[order[0]], fits[order[0]]
     profiler = Profiler(model, best, least)
     jobs: dict[str, Callable[[], Any]] = {name: partial(profiler.parameter, name) for name in model.parameters}
     jobs |= {YOUNG: profiler.young_pa}
@@ -128,7 +130,7 @@ def identify(
         jobs[MODULUS] = profiler.modulus_pa
     if "offset" in model.names:
         jobs[OFFSET] = profiler.offset_m
-    jobs |= {f"{EXCESS} {law}": partial(_excess, models[law], found[law][0]) for law in order}
+    jobs |= {f"{EXCESS} {law}": partial(_excess, models[law], fits[law][0]) for law in order}
     names = follow("what the presses leave open", list(jobs))
     done = dict(zip(names, spread_out(lambda job: job(), jobs.values()), strict=True))
     resampled = bootstrap(model, best, options, spread_out, follow) if data.places > 1 else {}
@@ -142,7 +144,7 @@ def identify(
     return Identified(
         records,
         order[0],
-        tuple(LawScore(law, judged[law] - judged[order[0]], done[f"{EXCESS} {law}"]) for law in order),
+        tuple(LawScore(law, criterion[law] - criterion[order[0]], done[f"{EXCESS} {law}"]) for law in order),
         done[YOUNG][0],
         done[MODULUS][0] if MODULUS in done else None,
         {name: done[name][0] for name in model.parameters},
@@ -154,14 +156,14 @@ def identify(
         profiler.rise,
         _curves(model, best),
         models,
-        {law: fit[0] for law, fit in found.items()},
+        {law: fit[0] for law, fit in fits.items()},
     )
 
 
 class Line(NamedTuple):
-    """A zero [N] and a slope [N/m] of the force that presses fit better with, and the modulus [Pa] that is left then.
+    """A zero [N] and a slope [N/m] of the force, with which presses fit better, and the modulus [Pa] with them.
 
-    better : −2 log likelihood below that without
+    better : by how much −2 log likelihood is below that without them
     """
 
     zero_n: float
@@ -171,19 +173,19 @@ class Line(NamedTuple):
 
 
 def line_of(found: Identified) -> Line | None:
-    """Return what a zero and a slope of the sensor, or adhesion, may have changed; None if E stays in its interval.
+    """Return a zero and a slope of the sensor that may have changed E, by adhesion or drift; None if E would stay.
 
-    Both are tried as terms of the forces beyond TOUCH_OF_DEPTH of the largest depth, the slope where rows before
-    contact have not told it: tissue that sticks pulls by a nearly even force (Derjaguin, Muller and Toporov 1975) from
-    first touch on.
+    Both are fitted as terms of the forces beyond TOUCH_OF_DEPTH of the largest depth; the slope is known where there
+    are rows before contact. Adhesion pulls by a nearly constant force from first touch on (Derjaguin, Muller and
+    Toporov 1975). E stays where the fit is not better by BETTER, or E is within its interval.
     """
     model = found.models[found.law]
     deep = replace(model, data=model.data.masked(model.data.layout.depth_m > TOUCH_OF_DEPTH * model.data.largest_m))
     _, before = fitted(deep, found.best[found.law])
     lined = replace(deep, lined=True)
-    begins = [found.best[found.law] | {"zero": zero, "slope": 0.0} for zero in ZEROS]
+    starts = [found.best[found.law] | {"zero": zero, "slope": 0.0} for zero in ZEROS]
     known = {"slope": 0.0} if found.records.force_error > 0.0 else {}
-    unknown, after = min((fitted(lined, begin, known) for begin in begins), key=lambda end: end[1])
+    unknown, after = min((fitted(lined, start, known) for start in starts), key=lambda end: end[1])
     young, (low, _, high, *_) = lined.values(unknown)["young_pa"], found.young_pa
     if before - after < BETTER or low <= young <= high:
         return None
@@ -192,14 +194,14 @@ def line_of(found: Identified) -> Line | None:
 
 
 def _excess(model: MixedModel, best: dict[str, float]) -> Interval:
-    """Return the interval of the exponent that presses have above a law's, fitted with all else."""
+    """Return the interval of the exponent of depth that presses have above a law's, fitted with all unknowns."""
     free = replace(model, free_excess=True)
     unknown, least = fitted(free, {"excess": 0.0} | best)
     return Profiler(free, unknown, least).excess()
 
 
 def _curves(model: MixedModel, best: dict[str, float]) -> tuple[Curve, ...]:
-    """Return the curves in the order of the records."""
+    """Return measured and predicted forces of each press, in the order of the records."""
     data, layout, predicted = model.data, model.data.layout, model.forces(best)
     curves = []
     for press, k in zip(data.records.presses, np.argsort(data.order), strict=True):

@@ -1,8 +1,8 @@
-"""What presses determine and what they leave open: profile likelihoods, and the bootstrap over places.
+"""Intervals of what presses determine: by profile likelihoods, and by the bootstrap over places.
 
 A profile holds one unknown at a value and fits all others, so that its interval is as wide as what they can make up for
-(Raue et al., Bioinformatics 25, 2009). Where it stays below the threshold up to the end of a range the interval is open
-there: the presses do not determine that end, the range does.
+(Raue et al., Bioinformatics 25, 2009). Where the profile stays below the threshold up to the end of a range, the
+interval is open there: the presses do not determine that end, the range does.
 """
 
 from collections.abc import Callable, Iterable
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from palpate.identification.fit import MixedModel, Options, fitted, rounded
+from palpate.identification.fit import MixedModel, Options, fitted, scaling_near
 from palpate.identification.force_table import natural
 from palpate.identification.progress import Follow, unfollowed
 
@@ -27,9 +27,10 @@ STEP, MOST_STEPS = 0.5, 14
 
 
 class Interval(NamedTuple):
-    """A value with its interval; open_low, open_high : its end is that of a range, and not for the presses.
+    """The best value of a quantity with its interval.
 
-    share : of the range that the interval holds, 0 where there is no range
+    open_low, open_high : whether an end is that of the quantity's range, rather than determined by the presses
+    share : of the range that the interval takes, 0 where there is no range
     """
 
     low: float
@@ -41,11 +42,11 @@ class Interval(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether the presses say more than the range did."""
+        """Whether the presses narrow the range."""
         return self.share < MOSTLY
 
     def through(self, of: Callable[[float], float]) -> "Interval":
-        """Return the interval of an increasing function of the value."""
+        """Return the interval of an increasing function ``of`` the quantity."""
         return self._replace(low=float(of(self.low)), best=float(of(self.best)), high=float(of(self.high)))
 
 
@@ -58,10 +59,10 @@ class Profile(NamedTuple):
 
 
 def threshold(level: float, places: int) -> float:
-    """Return how far −2 log likelihood may rise in an interval: n log(1 + t²/(n − 1)) for n places.
+    """Return by how much −2 log likelihood rises at the ends of an interval: n log(1 + t²/(n − 1)) for n places.
 
-    That is exact for the mean of n normal values whose variance is fitted too, and χ² of one degree for many. The
-    modulus is such a mean where places differ more than noise.
+    t is Student's quantile. This is exact for the mean of n normal values whose variance is fitted, too; for many
+    places it is the quantile of χ² of one degree. The modulus is such a mean where places differ by more than noise.
     """
     n = max(places, 2)
     return float(n * np.log1p(student.ppf(0.5 + 0.5 * level, n - 1) ** 2 / (n - 1)))
@@ -69,12 +70,18 @@ def threshold(level: float, places: int) -> float:
 
 Unknown = dict[str, float]
 Rise = Callable[[float, Unknown], tuple[Unknown, float]]
-"""From a value, and where to begin, to the unknown that fit best with it, and −2 log likelihood above the best."""
+"""A fit with one unknown held: from its value, and the unknowns to start from, to the best ones, and −2 log likelihood
+above the least."""
+Found = dict[float, tuple[Unknown, float]]
+"""Fits with one unknown held, by its value: the other unknowns, and −2 log likelihood above the least."""
 
 
 @dataclass(frozen=True, eq=False)
 class Profiler:
-    """Profiles of a fitted model: its best unknown, and −2 log likelihood there."""
+    """Finds profiles of a fitted model.
+
+    best : its unknowns of the greatest likelihood; least : −2 log likelihood there
+    """
 
     model: MixedModel
     best: Unknown
@@ -82,7 +89,7 @@ class Profiler:
 
     @property
     def rise(self) -> float:
-        """The threshold."""
+        """By how much −2 log likelihood rises at the ends of an interval."""
         return threshold(LEVEL, self.model.data.places)
 
     def parameter(self, name: str) -> tuple[Interval, Profile]:
@@ -95,21 +102,21 @@ class Profiler:
         return self._over_range("offset", self.model.offset_at)
 
     def young_pa(self) -> tuple[Interval, Profile]:
-        """Return the interval and profile of E, with the forward model's own error in the interval.
+        """Return the interval and profile of E [Pa], with the forward model's own error in the interval.
 
-        A force that is wrong by a share at all places makes the modulus wrong by it, so that the squares of half widths
-        add; what is wrong at single places is part of how places differ. So with the error of a sensor's slope.
+        An error of force that all places have in common is one of the modulus, so that squares of half widths add; so
+        is that of a sensor's slope. An error of single places is a part of how places differ.
         """
-        around = rounded(self.model, self.best, young=True)
+        scaling = scaling_near(self.model, self.best, young=True)
         at = float(np.log(self.model.values(self.best)["young_pa"]))
-        return self._modulus(lambda value, start: self._above(*fitted(self.model, start, {}, value, around)), at)
+        return self._modulus(lambda value, start: self._above(*fitted(self.model, start, {}, value, scaling)), at)
 
     def modulus_pa(self) -> tuple[Interval, Profile]:
-        """Return the interval and profile of the modulus that is fitted, E/(1 − ν²) where ν is free."""
+        """Return the interval and profile of the modulus that is fitted [Pa], E/(1 − ν²) where ν is free."""
         return self._modulus(self._holding("log_modulus"), self.best["log_modulus"])
 
     def excess(self) -> Interval:
-        """Return the interval of the exponent that the presses have above the forward model's."""
+        """Return the interval of the exponent of depth that the presses have above the forward model's."""
         interval, _ = self._stepped(self._holding("excess"), self.best["excess"], 0.05)
         return self._with_error(interval, self.model.table.forward.relative_error)
 
@@ -120,7 +127,7 @@ class Profiler:
         return interval.through(np.exp), profile._replace(values=np.exp(profile.values))
 
     def _with_error(self, interval: Interval, error: float) -> Interval:
-        """Return an interval that an ``error`` of the forward model widens, and that of the sensor's slope."""
+        """Widen an interval by a relative ``error`` of the forward model, and by that of the sensor's slope."""
         own = np.sqrt(self.rise) * float(np.hypot(error, self.model.data.records.force_error))
         low, high = np.hypot(interval.best - interval.low, own), np.hypot(interval.high - interval.best, own)
         return interval._replace(low=float(interval.best - low), high=float(interval.best + high))
@@ -129,12 +136,16 @@ class Profiler:
         return unknown, max(value - self.least, 0.0)
 
     def _holding(self, name: str) -> Rise:
-        around = rounded(self.model, self.best, (name,))
-        return lambda value, start: self._above(*fitted(self.model, start, {name: value}, None, around))
+        scaling = scaling_near(self.model, self.best, (name,))
+        return lambda value, start: self._above(*fitted(self.model, start, {name: value}, None, scaling))
 
-    def _over_range(self, name: str, own: Callable[[float], float]) -> tuple[Interval, Profile]:
+    def _over_range(self, name: str, in_unit: Callable[[float], float]) -> tuple[Interval, Profile]:
+        """Return interval and profile of an unknown over its range, from values of a grid outward from the best.
+
+        in_unit : from −1 … 1 of the range to the unknown's own unit
+        """
         at, rise = self.best[name], self._holding(name)
-        found = {at: (self.best, 0.0)}
+        found: Found = {at: (self.best, 0.0)}
         for grid in (np.linspace(-1, 1, GRID), np.linspace(1, -1, GRID)):
             start, side = self.best, np.sign(grid[-1])
             for value in grid[(grid - at) * side > 0]:
@@ -144,10 +155,15 @@ class Profiler:
         for side in (-1.0, 1.0):
             self._refine(rise, found, at, side)
         interval, profile = self._interval(found, at, (-1.0, 1.0))
-        return interval.through(own), profile._replace(values=np.array([own(float(v)) for v in profile.values]))
+        values = np.array([in_unit(float(value)) for value in profile.values])
+        return interval.through(in_unit), profile._replace(values=values)
 
     def _stepped(self, rise: Rise, at: float, first: float) -> tuple[Interval, Profile]:
-        found = {at: (self.best, 0.0)}
+        """Return interval and profile of an unknown without a range, in steps outward from its best value ``at``.
+
+        first : the half width that is expected
+        """
+        found: Found = {at: (self.best, 0.0)}
         for side in (-1.0, 1.0):
             start, value, step, last = self.best, at, STEP * first, 0.0
             for _ in range(MOST_STEPS):
@@ -161,39 +177,45 @@ class Profiler:
             self._refine(rise, found, at, side)
         return self._interval(found, at, (-np.inf, np.inf))
 
-    def _refine(self, rise: Rise, found: dict[float, tuple[Unknown, float]], at: float, side: float) -> None:
-        """Add values near the crossing of the threshold on one side; the root of the rise is nearly straight there."""
+    def _refine(self, rise: Rise, found: Found, at: float, side: float) -> None:
+        """Add fits to ``found`` near the crossing of the threshold on one side of ``at``, by the secant rule.
+
+        The root of the rise is nearly a straight line there.
+        """
         for _ in range(REFINED):
             values = sorted((v for v in found if (v - at) * side >= 0), key=lambda v: abs(v - at))
             outside = [k for k, v in enumerate(values) if found[v][1] > self.rise]
             if not outside:
                 return
-            b, a = values[outside[0]], values[outside[0] - 1]
-            inner, middle, outer = np.sqrt([found[a][1], self.rise, found[b][1]])
-            share = np.clip((middle - inner) / (outer - inner), 0.1, 0.9)
-            if outer - inner < 0.1 or abs(b - a) * min(share, 1 - share) < 5e-3 * abs(b - at):
+            outer, inner = values[outside[0]], values[outside[0] - 1]
+            inner_root, wanted, outer_root = np.sqrt([found[inner][1], self.rise, found[outer][1]])
+            part = np.clip((wanted - inner_root) / (outer_root - inner_root), 0.1, 0.9)
+            gap = abs(outer - inner)
+            if outer_root - inner_root < 0.1 or gap * min(part, 1 - part) < 5e-3 * abs(outer - at):
                 return
-            value = float(a + share * (b - a))
-            found[value] = rise(value, found[a][0])
+            value = float(inner + part * (outer - inner))
+            found[value] = rise(value, found[inner][0])
 
-    def _interval(
-        self, found: dict[float, tuple[Unknown, float]], at: float, ends: tuple[float, float]
-    ) -> tuple[Interval, Profile]:
+    def _interval(self, found: Found, at: float, ends: tuple[float, float]) -> tuple[Interval, Profile]:
+        """Return the interval around ``at`` where −2 log likelihood is below the threshold, and all of the profile.
+
+        ends : of the unknown's range; where the threshold is not crossed, the interval is open at the outermost value
+        """
         values = np.array(sorted(found))
         minus2 = np.array([found[v][1] for v in values])
         young = np.array([self.model.values(found[v][0])["young_pa"] for v in values])
-        root, here = np.sqrt(minus2), int(np.flatnonzero(values == at)[0])
+        root, best = np.sqrt(minus2), int(np.flatnonzero(values == at)[0])
         limits, opens = [], []
-        for step in (-1, 1):  # outward to the last value before the first that is too unlikely
-            edge = here
-            while 0 <= edge + step < len(values) and minus2[edge + step] <= self.rise:
-                edge += step
-            opens.append(not 0 <= edge + step < len(values))
+        for step in (-1, 1):
+            last = best  # the last value outward from the best with a likelihood above the threshold
+            while 0 <= last + step < len(values) and minus2[last + step] <= self.rise:
+                last += step
+            opens.append(not 0 <= last + step < len(values))
             if opens[-1]:
-                limits.append(float(values[edge]))
+                limits.append(float(values[last]))
             else:
-                share = (np.sqrt(self.rise) - root[edge]) / (root[edge + step] - root[edge])
-                limits.append(float(values[edge] + share * (values[edge + step] - values[edge])))
+                part = (np.sqrt(self.rise) - root[last]) / (root[last + step] - root[last])
+                limits.append(float(values[last] + part * (values[last + step] - values[last])))
         share = (limits[1] - limits[0]) / (ends[1] - ends[0])
         return Interval(limits[0], at, limits[1], opens[0], opens[1], share), Profile(values, minus2, young)
 
@@ -202,27 +224,27 @@ def bootstrap(
     model: MixedModel, best: Unknown, options: Options, spread_out: Callable[..., Iterable] = map,
     follow: Follow = unfollowed,
 ) -> dict[str, Interval]:  # fmt: skip
-    """Return percentile intervals of young_pa and free parameters over places drawn with replacement (Efron 1979).
+    """Return percentile intervals of moduli and free parameters over places drawn with replacement (Efron 1979).
 
-    Without the forward model's own error, which is the same for all places. spread_out : map, or that of a pool
+    They are without the forward model's own error, which is the same for all places.
+    spread_out : map, or that of a pool
     """
     rng, places = np.random.default_rng(options.seed), model.data.places
-    drawn = [np.bincount(rng.integers(places, size=places), minlength=places) for _ in range(options.resamples)]
+    counts = [np.bincount(rng.integers(places, size=places), minlength=places) for _ in range(options.resamples)]
+    scaling = scaling_near(model, best)
 
-    around = rounded(model, best)
+    def quantities(unknown: Unknown) -> dict[str, float]:
+        values = model.values(unknown) | {"modulus_pa": float(np.exp(unknown["log_modulus"]))}
+        return {name: values[name] for name in ("young_pa", "modulus_pa", *model.parameters)}
 
-    def refit(counts: np.ndarray) -> dict[str, float]:
-        return named(fitted(replace(model, weights=counts.astype(float)), best, around=around)[0])
+    def refit(drawn: np.ndarray) -> dict[str, float]:
+        return quantities(fitted(replace(model, weights=drawn.astype(float)), best, scaling=scaling)[0])
 
-    def named(unknown: Unknown) -> dict[str, float]:
-        found = model.values(unknown) | {"modulus_pa": float(np.exp(unknown["log_modulus"]))}
-        return {name: found[name] for name in ("young_pa", "modulus_pa", *model.parameters)}
-
-    numbers = follow("places drawn with replacement", range(len(drawn)))
-    samples = [sample for _, sample in zip(numbers, spread_out(refit, drawn), strict=True)]
+    numbers = follow("places drawn with replacement", range(len(counts)))
+    samples = [sample for _, sample in zip(numbers, spread_out(refit, counts), strict=True)]
     ends = [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]
-    found = {}
-    for name, at in named(best).items() if samples else ():
+    intervals = {}
+    for name, at in quantities(best).items() if samples else ():
         low, high = np.quantile([sample[name] for sample in samples], ends)
-        found[name] = Interval(float(low), at, float(high))
-    return found
+        intervals[name] = Interval(float(low), at, float(high))
+    return intervals

@@ -1,10 +1,10 @@
 """Likelihood of presses whose places differ: a mixed-effects model with conditional modes and Laplace's approximation.
 
-The force F of a press at depth d is  asinh(F/c) = asinh(m/c) + σ ε,  log m = log E + log f(d − o) + a + b l + e l,
-l = log(d/d₀), with ε standard normal: noise of the share σ at large forces, and σ c at small ones. The offset o of
-first touch is normal over presses; the level a and the exponent b are normal over places; e is common to all. Modes of
-the effects given the forces are found by Gauss and Newton, and the integral over them is Laplace's (Lindstrom and
-Bates, Biometrics 46, 1990; Pinheiro and Bates, J. Comput. Graph. Stat. 4, 1995).
+The force F of a press at depth d is  asinh(F/c) = asinh(m/c) + σ ε,  log m = log E + log f(d − o) + a + r + b l + e l,
+l = log(d/d₀), with ε standard normal: the noise is σ F at large forces, and σ c at small ones. The offset o of first
+touch and the level r are normal over presses; the level a and the exponent b are normal over places; e is common to
+all. The modes of the effects given the forces are found by the Gauss-Newton method, and the integral over the effects
+is Laplace's (Lindstrom and Bates, Biometrics 46, 1990; Pinheiro and Bates, J. Comput. Graph. Stat. 4, 1995).
 """
 
 from typing import NamedTuple
@@ -20,11 +20,12 @@ LARGEST_STEP = 2.0
 
 
 class Layout(NamedTuple):
-    """Which points belong to which press and place.
+    """Points of presses, and which of them belong to which press and place.
 
     depth_m, force_n, level : (n,) points, press after press, place after place; level is log(d/d₀)
-    weight : (n,) 1 where a force is used, 0 where it is to be predicted
-    press_start : (presses + 1,), place_start : (places + 1,) into the presses; table : (presses,)
+    weight : (n,) 1 where a force is fitted, 0 where it is predicted
+    press_start : (presses + 1,) first point of each press; place_start : (places + 1,) first press of each place
+    table : (presses,) number of each press's table of forces
     """
 
     depth_m: np.ndarray
@@ -37,10 +38,10 @@ class Layout(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """Noise and what differs between presses; deviations are of log force, of the exponent, and of offsets [m].
+    """Noise, and standard deviations of the effects.
 
-    noise : share σ; floor_n : c [N]; place, shape : of places; repeat : of log force between presses of a place
-    offset_m, offset_scatter_m : mean and deviation over presses; excess : common exponent e
+    noise : σ; floor_n : c [N]; place, shape : of a and b over places; repeat : of r over presses of a place
+    offset_m, offset_scatter_m : mean and standard deviation of o over presses [m]; excess : e
     """
 
     noise: float
@@ -54,7 +55,10 @@ class Spread(NamedTuple):
 
 
 class Modes(NamedTuple):
-    """Result: minus2 (places,) of −2 log likelihood; log_force (n,) with the effects' modes; offset_m (presses,)."""
+    """Likelihood of presses, and predictions with the modes of the effects.
+
+    minus2 : (places,) −2 log likelihood; log_force : (n,) of all points; offset_m : (presses,) of first touch [m]
+    """
 
     minus2: np.ndarray
     log_force: np.ndarray
@@ -62,7 +66,7 @@ class Modes(NamedTuple):
 
 
 def no_effects(layout: Layout) -> np.ndarray:
-    """Return effects (k,) of all places at 0, in their standard deviations."""
+    """Return effects (k,) of all places and presses that are 0, in units of their standard deviations."""
     return np.zeros(2 * (len(layout.place_start) - 1) + 2 * (len(layout.press_start) - 1))
 
 
@@ -70,10 +74,10 @@ def modes(
     layout: Layout, logs: np.ndarray, slopes: np.ndarray, start: float, step: float, log_young: float, spread: Spread,
     effects: np.ndarray | None = None,
 ) -> Modes:  # fmt: skip
-    """Return the likelihood of each place, and predictions with the effects' modes.
+    """Find the modes of all effects; return the likelihood of each place, and predictions with the modes.
 
-    logs, slopes : (tables, depths) of log f and its slope over log depth, at start + k step
-    effects : (k,) where the modes are looked for first, and where they are after; modes at hand save most steps
+    logs, slopes : (tables, depths) of log f and its slope over log depth, at the log depths start + k step
+    effects : (k,) where the search starts, overwritten by the modes; those of nearby parameters save most iterations
     """
     places, n = len(layout.place_start) - 1, len(layout.depth_m)
     found = Modes(np.empty(places), np.empty(n), np.empty(len(layout.press_start) - 1))
@@ -84,7 +88,10 @@ def modes(
 
 @numba.njit(cache=True, error_model="numpy")
 def _log_force(logs, slopes, start, step, depth):
-    """Return log f and its slope over depth by Hermite's cubic; straight over log depth beyond both ends."""
+    """Interpolate log f and its slope over depth at ``depth`` [m], by Hermite's cubic; linear beyond both ends.
+
+    logs, slopes : (depths,) of one table, at the log depths start + k step
+    """
     if depth <= 0.0:
         return -700.0, 0.0
     at = (np.log(depth) - start) / step
@@ -125,6 +132,11 @@ def _all_places(
     depth_m, force_n, level, weight, press_start, place_start, table, logs, slopes, start, step, log_young, spread,
     effects, minus2, log_force, offset_m,
 ):  # fmt: skip
+    """Find the modes of the effects place by place; arguments are as in ``modes``, the last three the results.
+
+    A place has 2 effects, a and b, and 2 for each of its presses, o and r. The Gauss-Newton method minimises the sum of
+    squares of residuals and effects; Laplace's integral needs the determinant of its Hessian.
+    """
     noise, floor_n, place_sd, shape_sd, repeat_sd, offset, offset_sd, excess = spread
     seen, constant = np.empty(len(force_n)), np.empty(len(force_n))
     for i in range(len(force_n)):
@@ -132,7 +144,7 @@ def _all_places(
         constant[i] = 2.0 * np.log(noise) + np.log(force_n[i] ** 2 + floor_n**2)  # with the derivative of asinh
     for g in range(len(place_start) - 1):
         first, end = place_start[g], place_start[g + 1]
-        size = 2 + 2 * (end - first)  # level and exponent of the place, offset and level of each press
+        size = 2 + 2 * (end - first)
         own = effects[2 * g + 2 * first : 2 * g + 2 * first + size]
         u, old, move, grad = own.copy(), np.zeros(size), np.zeros(size), np.zeros(size)
         hessian = np.zeros((size, size))  # upper half
@@ -157,25 +169,26 @@ def _all_places(
                     if weight[i] == 0.0:
                         continue
                     m = np.exp(min(log_m, 600.0))
-                    r = (seen[i] - np.arcsinh(m / floor_n)) / noise
-                    total += r * r
-                    gain = m / (np.sqrt(m * m + floor_n * floor_n) * noise)
-                    j0, j1, j2, j3 = place_sd, shape_sd * level[i], -slope * offset_sd, repeat_sd
-                    grad[0] += gain * j0 * r
-                    grad[1] += gain * j1 * r
-                    grad[o] += gain * j2 * r
-                    grad[o + 1] += gain * j3 * r
-                    gain *= gain
-                    hessian[0, 0] += gain * j0 * j0
-                    hessian[0, 1] += gain * j0 * j1
-                    hessian[1, 1] += gain * j1 * j1
-                    hessian[0, o] += gain * j0 * j2
-                    hessian[1, o] += gain * j1 * j2
-                    hessian[o, o] += gain * j2 * j2
-                    hessian[0, o + 1] += gain * j0 * j3
-                    hessian[1, o + 1] += gain * j1 * j3
-                    hessian[o, o + 1] += gain * j2 * j3
-                    hessian[o + 1, o + 1] += gain * j3 * j3
+                    residual = (seen[i] - np.arcsinh(m / floor_n)) / noise
+                    total += residual * residual
+                    # derivatives of log m by the four effects, and of the residual by log m
+                    da, db, do, dr = place_sd, shape_sd * level[i], -slope * offset_sd, repeat_sd
+                    rate = m / (np.sqrt(m * m + floor_n * floor_n) * noise)
+                    grad[0] += rate * da * residual
+                    grad[1] += rate * db * residual
+                    grad[o] += rate * do * residual
+                    grad[o + 1] += rate * dr * residual
+                    rate *= rate
+                    hessian[0, 0] += rate * da * da
+                    hessian[0, 1] += rate * da * db
+                    hessian[1, 1] += rate * db * db
+                    hessian[0, o] += rate * da * do
+                    hessian[1, o] += rate * db * do
+                    hessian[o, o] += rate * do * do
+                    hessian[0, o + 1] += rate * da * dr
+                    hessian[1, o + 1] += rate * db * dr
+                    hessian[o, o + 1] += rate * do * dr
+                    hessian[o + 1, o + 1] += rate * dr * dr
             if total > best + 1e-12 * (1.0 + best) and turn < 2 * GAUSS_NEWTON_STEPS - 1:  # too far: half way back
                 u = 0.5 * (u + old)
                 continue

@@ -1,10 +1,10 @@
-"""Forces of presses on an organ of known shape: a half-space's curve in series with the organ, scaled by elements.
+"""Forces of presses on an organ of known shape: a half-space in series with the organ's compliance, and elements.
 
 A ball dents tissue as it dents a half-space, and the organ gives way as a whole. The dent follows the law of the tissue
-(``SlabForward`` without a thickness); the rest is linear in the force: what linear elements give way under a small
-patch at the place, less what a half-space would (Johnson 1985, section 3.4). The shape of the surface under the ball
-and what bends far are in neither. A curve of quadratic elements at each place has them, for one Poisson's ratio and
-one stiffening; the force is that curve, times what the model in series says that other values change.
+(``SlabForward`` without a thickness). The far compliance is linear: the displacement of linear elements under a small
+patch at the place, less that of a half-space (Johnson 1985, section 3.4). This series model lacks the curvature of the
+surface and large bending. Quadratic elements at each place have both, but for one Poisson's ratio and one stiffening
+only. So the force is that of the elements, times the ratio by which the series model changes with the parameters.
 """
 
 import os
@@ -52,26 +52,27 @@ LOCAL = 48
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """What elements say of one place, for Young's modulus 1 Pa: depths [m] and forces [N], (k,), one Poisson's ratio.
+    """Answers of elements at one place of an organ, for Young's modulus 1 Pa.
 
-    steep : cosine between direction and normal
-    rest : of what the organ gives way beyond a half-space [m/N], coefficients (n,) of a polynomial in Poisson's ratio
+    depth_m, force_n : (k,) [m], [N], for one Poisson's ratio
+    cosine : between the direction of the press and the inward normal
+    far : far compliance, that of the organ less a half-space's [m/N], coefficients (n,) of a polynomial in ν
     """
 
     depth_m: np.ndarray
     force_n: np.ndarray
-    steep: float
-    rest: np.ndarray
+    cosine: float
+    far: np.ndarray
 
 
 class OrganForward:
-    """Presses of a ball on an organ; see ``Forward``.
+    """Forward model of presses of a ball on an organ; see ``Forward``.
 
     body : of one tissue, whose own modulus does not matter; the stiffness of a bed is in proportion to it
-    presses : with a place and a direction each; those that have both in common share one curve of elements
-    local : the half-space's curves of the same ball, as deep; its parameters are the organ's
-    law : of the curves; ``exponential`` takes the middle of the range of ``stiffening``
-    known : poisson and stiffening where they are no parameters; without a poisson it is the body's
+    presses : with a place and a direction each; those that have both in common share one simulation by elements
+    local : the half-space's forward model of the same ball, to the same depth; its parameters are the organ's
+    law : of the elements; ``exponential`` takes the middle of the range of ``stiffening``
+    known : poisson and stiffening where they are no parameters; poisson is the body's unless given
     Raises InputError for presses that are off the body, on what is held or without place and direction, for another
     instrument than a ball, and for one that is larger than the body; NotConverged where elements have no answer.
     """
@@ -99,26 +100,26 @@ class OrganForward:
         middle |= {each.name: _middle(each) for each in self.parameters}
         self._middle, ratios = middle, next((each for each in self.parameters if each.name == "poisson"), None)
         nu = middle["poisson"]
-        across = np.array([nu]) if ratios is None else _alike(ratios)
+        across = np.array([nu]) if ratios is None else _ratios_of_one_element(ratios)
         name = exponential(middle["stiffening"]) if law == EXPONENTIAL else law
         tissue = replace(body, material=replace(body.material, poisson=float(nu), law=name))
-        where = [_where(press) for press in presses]
+        where = [_place_and_direction(press) for press in presses]
         first = [where.index(key) for key in dict.fromkeys(where)]
         touches = [touch_of(tissue, instrument, presses[i], self.deepest_m) for i in first]
-        self._of = [first.index(where.index(key)) for key in where]
+        self._place_of_press = [first.index(where.index(key)) for key in where]
         with ProcessPoolExecutor(os.cpu_count()) as pool:  # a second or two a place
-            found = list(pool.map(partial(_place, tissue), touches))
-        missed, by_poisson = _beyond(tissue, touches, across)
+            simulated = list(pool.map(partial(_simulate, tissue), touches))
+        missed, by_poisson = _far_compliances(tissue, touches, across)
         self._places = []
-        for place, more, changes in zip(found, missed, by_poisson, strict=True):
+        for place, more, coarse in zip(simulated, missed, by_poisson, strict=True):
             degree = len(across) - 1
-            # what coarse elements lack at one ratio is in the dent, which goes with 1 - nu^2
-            lacks = (place.rest[0] - np.polyval(np.polyfit(across, changes, degree), nu)) / (1.0 - nu**2)
-            fitted = np.polyfit(across, changes + lacks * (1.0 - across**2), degree)
-            fitted[-1] += more
-            # the far field is linear, so that what it gives way more adds to the depth
-            self._places.append(replace(place, depth_m=place.depth_m + more * place.force_n, rest=fitted))
-        # elements over the model in series, by the depths [m] that elements reach
+            # coarse elements lack a part of the dent, which is in proportion to 1 - nu^2
+            lacking = (place.far[0] - np.polyval(np.polyfit(across, coarse, degree), nu)) / (1.0 - nu**2)
+            far = np.polyfit(across, coarse + lacking * (1.0 - across**2), degree)
+            far[-1] += more
+            # the far field is linear, so that its further compliance adds to the depth
+            self._places.append(replace(place, depth_m=place.depth_m + more * place.force_n, far=far))
+        # force of elements over that of the series model, by the depths [m] that elements reach
         self._scales = [
             PchipInterpolator(place.depth_m, place.force_n / self._in_series(place, place.depth_m, middle))
             for place in self._places
@@ -129,28 +130,28 @@ class OrganForward:
         depth = np.asarray(depth_m, dtype=float)
         if depth.size and depth.max() > self.deepest_m * (1.0 + 1e-9):
             raise InputError(f"a depth is {depth.max():.3g} m; curves go to {self.deepest_m:.3g} m.")
-        number = self._of[press]
-        at, share = self._places[number].depth_m, self._scales[number]
-        return self._in_series(self._places[number], depth, values) * share(np.clip(depth, at[0], at[-1]))
+        place, scale = self._places[self._place_of_press[press]], self._scales[self._place_of_press[press]]
+        return self._in_series(place, depth, values) * scale(np.clip(depth, place.depth_m[0], place.depth_m[-1]))
 
     def _in_series(self, place: Place, depth: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
-        """Return the forces (k,) [N] of a half-space's dent and the organ's rest in series."""
-        gives = float(np.polyval(place.rest, values.get("poisson", self._middle["poisson"])))
+        """Return the forces (k,) [N] of the series model at ``depth`` (k,) [m]: a half-space and the far compliance."""
+        far = float(np.polyval(place.far, values.get("poisson", self._middle["poisson"])))
         dent = self.deepest_m * np.linspace(0.0, 1.0, LOCAL) ** 1.5
         force = self._local.forces(0, dent, values)
-        whole = np.maximum.accumulate(dent + gives * force + 1e-9 * dent)
-        if whole[-1] < self.deepest_m:  # the rest of a thin place on a base gives way less than a half-space
+        whole = np.maximum.accumulate(dent + far * force + 1e-9 * dent)
+        if whole[-1] < self.deepest_m:  # a thin place on a base gives way less than a half-space
             whole = np.append(whole, self.deepest_m)
             force = np.append(force, force[-1] * (whole[-1] / whole[-2]) ** 1.5)
         # F^(2/3) is nearly straight
         curve = PchipInterpolator(whole, force ** (2.0 / 3.0))
-        return place.steep * curve(np.clip(depth, 0.0, None) * place.steep) ** 1.5
+        return place.cosine * curve(np.clip(depth, 0.0, None) * place.cosine) ** 1.5
 
 
-def _alike(ratios: Parameter) -> np.ndarray:
-    """Return Poisson's ratios (3,) at which elements are of one kind, beyond which the rest is extrapolated.
+def _ratios_of_one_element(ratios: Parameter) -> np.ndarray:
+    """Return three Poisson's ratios of a range for which elements are of one kind, compressible or mean-dilatation.
 
-    Trap: nearly incompressible elements are softer; across both kinds the rest of a block seems to grow with the ratio.
+    Beyond these, far compliances are extrapolated. Trap: mean-dilatation elements are softer, so that across both kinds
+    the far compliance of a block seems to grow with the ratio.
     """
     if ratios.low < PLAIN_POISSON - APART:
         return np.linspace(ratios.low, min(ratios.high, PLAIN_POISSON), 3)
@@ -158,9 +159,9 @@ def _alike(ratios: Parameter) -> np.ndarray:
 
 
 def _middle(parameter: Parameter) -> float:
-    """Return the middle of a range; that of a stiffening, which may be 0, of its logarithm; of sticking the least.
+    """Return the value of a parameter for which elements are solved: the middle of its range.
 
-    Trap: elements slip, so that their curve is of no sticking.
+    The middle of a stiffening, which may be 0, is that of log(1 + stiffening). Sticking is the least, as elements slip.
     """
     if parameter.name == "sticking":
         return parameter.low
@@ -170,6 +171,7 @@ def _middle(parameter: Parameter) -> float:
 
 
 def _check(body: Body, instrument: Instrument) -> None:
+    """Raise InputError for an instrument that is no ball or larger than the body, and a body of no single tissue."""
     size = body.fine.size
     if instrument.kind != SPHERE:
         raise InputError(f"a {instrument.kind} is no ball, of which curves are known; identify from presses of a ball.")
@@ -187,7 +189,8 @@ def _check(body: Body, instrument: Instrument) -> None:
         )
 
 
-def _where(press: Press) -> tuple:
+def _place_and_direction(press: Press) -> tuple:
+    """Return the rounded place and direction of a press, by which presses share a simulation; InputError without."""
     if press.at_m is None or press.direction is None:
         raise InputError(
             f"press {press.name} has no place or direction; give x_m, y_m, z_m and direction_x, direction_y, "
@@ -197,7 +200,10 @@ def _where(press: Press) -> tuple:
 
 
 def touch_of(body: Body, instrument: Instrument, press: Press, deepest_m: float) -> Touch:
-    """Return the touch of a press on ``body`` to a depth, with where it begins; InputError where there is none."""
+    """Return the press as a touch of ``body`` to the depth ``deepest_m`` [m], from the pose of first touch on.
+
+    InputError for a press that is off the body, points out of it, is on what is held, or is too deep.
+    """
     assert press.at_m is not None and press.direction is not None
     mesh, way = body.fine, press.direction / np.linalg.norm(press.direction)
     able = places_to_touch(body)
@@ -221,8 +227,11 @@ def touch_of(body: Body, instrument: Instrument, press: Press, deepest_m: float)
     return Touch(instrument, node, way, deepest_m, {body: pose})
 
 
-def _place(body: Body, touch: Touch) -> Place:
-    """Press elements at a place; return what they say, with the rest at the body's Poisson's ratio."""
+def _simulate(body: Body, touch: Touch) -> Place:
+    """Press quadratic elements at a place, refined there; the far compliance is at the body's Poisson's ratio only.
+
+    Where elements have no answer beyond FEWEST depths, the curve ends there; NotConverged where it has fewer.
+    """
     touch = replace(touch, poses=dict(zip([body], touch.poses.values(), strict=True)))  # another process has its own
     meshes, young, depths, forces = TouchedMeshes(body), body.material.young_pa, [], []
     level = meshes.level_for(touch, ALONG)
@@ -238,16 +247,20 @@ def _place(body: Body, touch: Touch) -> Place:
     size = np.array([contact_radius(touch.instrument, each) for each in depths])
     force = np.array(forces) / (1.0 + STIFFER * (edge / size) ** 2)
     patch = _patch(body, touch, contact_radius(touch.instrument, 0.5 * touch.depth_m))
-    return Place(depth, force, float(-touch.direction @ patch.normal), rest(mesh.body, mesh.level, [patch]))
+    far = far_compliance(mesh.body, mesh.level, [patch])
+    return Place(depth, force, float(-touch.direction @ patch.normal), far)
 
 
 def _patch(body: Body, touch: Touch, radius_m: float) -> Patch:
     return Patch(touch.poses[body].tip, body.fine.normals[touch.node], radius_m)
 
 
-def rest(body: Body, level: int, patches: Sequence[Patch]) -> np.ndarray:
-    """Return what ``level`` gives way beyond a half-space under each of k patches (k,) [m/N], if E is 1 Pa."""
-    solver, mesh, found = Equilibrium(body, level, 2), body.levels[level], []
+def far_compliance(body: Body, level: int, patches: Sequence[Patch]) -> np.ndarray:
+    """Return the linear compliance under each of k patches, less a half-space's, (k,) [m/N] for E = 1 Pa.
+
+    level : of ``body``, with quadratic elements
+    """
+    solver, mesh, compliances = Equilibrium(body, level, 2), body.levels[level], []
     solve, young, squeezed = solver.linear_solver(TOLERANCE), body.material.young_pa, 1.0 - body.material.poisson**2
     for some in (patches[i : i + TOGETHER] for i in range(0, len(patches), TOGETHER)):
         loads, spread = np.zeros((*solver.mesh.nodes.shape, len(some))), [patch_shares(mesh, each, 2) for each in some]
@@ -255,23 +268,26 @@ def rest(body: Body, level: int, patches: Sequence[Patch]) -> np.ndarray:
             loads[nodes, :, i] = np.outer(shares, -patch.normal)
         moved = solve(loads)
         for i, (patch, (nodes, shares)) in enumerate(zip(some, spread, strict=True)):
-            gives = -float(shares @ moved[nodes, :, i] @ patch.normal) * young
-            found.append(gives - HALF_SPACE * squeezed / patch.radius_m)
-    return np.array(found)
+            organ = -float(shares @ moved[nodes, :, i] @ patch.normal) * young
+            compliances.append(organ - HALF_SPACE * squeezed / patch.radius_m)
+    return np.array(compliances)
 
 
-def _beyond(body: Body, touches: Sequence[Touch], across: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what coarse elements at the rim of what is held miss at each touch, (k,), and the rest by Poisson's ratio.
+def _far_compliances(body: Body, touches: Sequence[Touch], across: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return by how much far compliances exceed those of coarse elements, (k,), and these by Poisson's ratio, (k, m).
 
-    The latter is (k, m) at ``across`` (m,), all in m/N if E is 1 Pa, on one mesh for all places: under patches as wide
-    as its elements, which is enough for differences.
+    across : (m,) Poisson's ratios
+    The first is the limit of ever finer elements at the rim of what is held, less the answer of the coarsest. Both are
+    in m/N for E = 1 Pa, on one mesh for all k touches: under patches as wide as its elements, which is enough for
+    differences.
     """
     meshes = TouchedMeshes(body)
     patches = [_patch(body, touch, meshes.edge_m(touch, 1)) for touch in touches]
-    rims = np.array([rest(*meshes.at_rim(held), patches) for held in (0, 1, 2)])
-    first, last = rims[1] - rims[0], rims[2] - rims[1]
-    rate = np.clip(np.divide(first, last, out=np.full(len(last), RATES[1]), where=last != 0.0), *RATES)
+    levels = np.array([far_compliance(*meshes.at_rim(held), patches) for held in (0, 1, 2)])
+    before, last = levels[1] - levels[0], levels[2] - levels[1]
+    rate = np.clip(np.divide(before, last, out=np.full(len(last), RATES[1]), where=last != 0.0), *RATES)
+    missed = levels[2] + last / (rate - 1.0) - levels[0]
     held, level = meshes.at_rim(1)
-    alike = [replace(held, material=replace(held.material, poisson=float(nu))) for nu in across]
-    by_poisson = np.array([rest(each, level, patches) for each in alike]) if len(across) > 1 else rims[:1]
-    return rims[2] + last / (rate - 1.0) - rims[0], by_poisson.T
+    bodies = [replace(held, material=replace(held.material, poisson=float(nu))) for nu in across]
+    by_poisson = np.array([far_compliance(each, level, patches) for each in bodies]) if len(across) > 1 else levels[:1]
+    return missed, by_poisson.T

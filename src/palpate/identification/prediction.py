@@ -1,8 +1,8 @@
-"""Judge laws by presses that they did not see: left out by place, depth, session, specimen, with rivals and floors.
+"""Cross-validate laws: errors of forces of presses left out by place, depth, session or specimen, beside baselines.
 
-The rivals are fitted alike, with offsets, places that differ and noise: a straight line and a power law take the place
-of the forward model. Fitted to each press alone, they have its shallow half only. The floor is how well a repeat, or
-the press at the nearest other place, predicts a press.
+Two baselines are fitted like laws, with offsets, places that differ and noise, with a straight line or a power law in
+place of the forward model. Two more are fitted to the shallow half of each press alone. The last, the floor, predicts
+a press by a repeat of it, or by the press at the nearest other place.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -13,7 +13,7 @@ import pandas as pd
 from scipy.optimize import least_squares
 
 from palpate.errors import NotConverged
-from palpate.identification.fit import Data, MixedModel, Options, Round, best_fit, fitted, rounded
+from palpate.identification.fit import Data, MixedModel, Options, Scaling, best_fit, fitted, scaling_near
 from palpate.identification.forward import Parameter
 from palpate.identification.progress import Follow, unfollowed
 from palpate.table_declaration import Table
@@ -42,7 +42,7 @@ PREDICTIONS = Table(
 
 
 class PowerLaw:
-    """Force in proportion to a power of depth, as a forward model that knows no mechanics."""
+    """Force in proportion to a power of depth: a forward model without mechanics, as a baseline."""
 
     relative_error = common_error = 0.0
     deepest_m = np.inf
@@ -61,51 +61,59 @@ EXPONENTS = (0.5, 5.0)
 
 def predict(
     models: Mapping[str, MixedModel], best: Mapping[str, Mapping[str, float]], options: Options,
-    ways: Sequence[str] = (PLACE, DEPTH, SESSION, SPECIMEN), spread_out: Callable[..., Iterable] = map,
+    by: Sequence[str] = (PLACE, DEPTH, SESSION, SPECIMEN), spread_out: Callable[..., Iterable] = map,
     follow: Follow = unfollowed,
 ) -> pd.DataFrame:  # fmt: skip
-    """Return the table of predictions by models of the same data, each started from its ``best`` unknown.
+    """Return the table of predictions of points that are left out, by laws and baselines.
 
-    A way that nothing can be left out by, such as one session, gives no rows. spread_out : map, or that of a pool
+    models : by law, of the same data; best : unknowns of each, from which fits start
+    by : what points are left out by; one that divides nothing, such as a single session, gives no rows
+    spread_out : map, or that of a pool
     """
     data = next(iter(models.values())).data
-    rivals = {LINE: PowerLaw(1.0, 1.0, data.middle_m), POWER_LAW: PowerLaw(*EXPONENTS, data.middle_m)}
-    others = {name: MixedModel.of(data, rival, options) for name, rival in rivals.items()}
-    others[LINE] = replace(others[LINE], shapes=False)  # a line whose exponent differs is none
-    starts = {name: best_fit(model)[0] for name, model in others.items()} | dict(best)
-    everything = {**models, **others}
-    around = {name: rounded(model, starts[name]) for name, model in everything.items()}
-    parts = [(way, used) for way in ways for used in left_out(data, way, options.seed)]
-    jobs = [(way, name, used) for way, used in parts for name in everything]
+    forwards = {LINE: PowerLaw(1.0, 1.0, data.middle_m), POWER_LAW: PowerLaw(*EXPONENTS, data.middle_m)}
+    baselines = {name: MixedModel.of(data, forward, options) for name, forward in forwards.items()}
+    baselines[LINE] = replace(baselines[LINE], shapes=False)  # a line whose exponent differs is none
+    starts = {name: best_fit(model)[0] for name, model in baselines.items()} | dict(best)
+    everything = {**models, **baselines}
+    scalings = {name: scaling_near(model, starts[name]) for name, model in everything.items()}
+    parts = [(each, used) for each in by for used in fitted_points(data, each, options.seed)]
+    jobs = [(each, name, used) for each, used in parts for name in everything]
+
+    def refit(job: tuple[str, str, np.ndarray]) -> np.ndarray:
+        _, name, used = job
+        return _refit(everything[name], starts[name], used, scalings[name])
+
     rows = []
-    for (way, name, used), force in zip(
-        follow("predictions of presses left out", jobs),
-        spread_out(lambda job: _refit(everything[job[1]], starts[job[1]], job[2], around[job[1]]), jobs), strict=True,
-    ):  # fmt: skip
-        rows += _rows(data, way, name, used, force)
-    for way, used in parts:
-        rows += _floor_rows(data, way, used)
-        if way == DEPTH:
-            rows += _rows(data, way, LINE + OF_PLACE, used, _alone(data, used, 1.0))
-            rows += _rows(data, way, POWER_LAW + OF_PLACE, used, _alone(data, used, None))
+    steps = zip(follow("predictions of presses left out", jobs), spread_out(refit, jobs), strict=True)
+    for (each, name, used), force in steps:
+        rows += _rows(data, each, name, used, force)
+    for each, used in parts:
+        rows += _floor_rows(data, each, used)
+        if each == DEPTH:
+            rows += _rows(data, each, LINE + OF_PLACE, used, _fit_each_press(data, used, 1.0))
+            rows += _rows(data, each, POWER_LAW + OF_PLACE, used, _fit_each_press(data, used, None))
     return PREDICTIONS.frame(rows)
 
 
-def left_out(data: Data, way: str, seed: int) -> list[np.ndarray]:
-    """Return which points (n,) are fitted, for each part of the data that is left out in turn."""
+def fitted_points(data: Data, by: str, seed: int) -> list[np.ndarray]:
+    """Return truth values (n,) of which points are fitted while the others are left out, one array for each fold.
+
+    by : PLACE, in FOLDS random folds; DEPTH, beyond SHALLOW; SESSION or SPECIMEN, one fold each
+    """
     layout = data.layout
     press = data.press_of_point
-    if way == DEPTH:
+    if by == DEPTH:
         depth = layout.depth_m
         deepest = np.maximum.reduceat(depth, layout.press_start[:-1])[press]
         used = depth <= SHALLOW * deepest * (1 + 1e-9)
         enough = np.minimum(np.bincount(press, used), np.bincount(press, ~used)) >= LEAST_POINTS
         return [used] if enough.any() else []
-    if way == PLACE:
+    if by == PLACE:
         folds = np.arange(data.places) % min(FOLDS, data.places)
         fold = np.random.default_rng(seed).permutation(folds)[data.place_of_press]
     else:
-        names = [getattr(data.records.presses[k], way) for k in data.order]
+        names = [getattr(data.records.presses[k], by) for k in data.order]
         fold = np.unique(names, return_inverse=True)[1]
     parts = [fold[press] != k for k in np.unique(fold)]
     return parts if len(parts) > 1 else []
@@ -119,71 +127,74 @@ def summary(predictions: pd.DataFrame) -> pd.DataFrame:
     return found.reset_index().sort_values(["by", "median"], kind="stable", ignore_index=True)
 
 
-def _refit(model: MixedModel, start: Mapping[str, float], used: np.ndarray, around: Round) -> np.ndarray:
-    """Return forces (n,) [N] by a fit to the points ``used`` (n,) alone; NaN where it does not converge."""
+def _refit(model: MixedModel, start: Mapping[str, float], used: np.ndarray, scaling: Scaling) -> np.ndarray:
+    """Fit a model to the points ``used`` (n,) alone; return the forces (n,) [N] of all, NaN if it does not converge."""
     part = replace(model, data=model.data.masked(used))
     try:
-        unknown, _ = fitted(part, start, around=around)
+        unknown, _ = fitted(part, start, scaling=scaling)
     except NotConverged:
         return np.full(len(used), np.nan)
     return part.forces(unknown)
 
 
-def _rows(data: Data, way: str, name: str, used: np.ndarray, force: np.ndarray) -> list[tuple]:
-    """Return a row for each press that has points to predict, and that ``force`` (n,) is known of."""
+def _rows(data: Data, by: str, name: str, used: np.ndarray, force: np.ndarray) -> list[tuple]:
+    """Return the rows of PREDICTIONS of one model: errors of each press that has points to predict.
+
+    used : (n,) which points were fitted; force : (n,) [N] predicted, NaN where it is not known
+    """
     rows = []
     for k, number in enumerate(data.order):
         points = slice(data.layout.press_start[k], data.layout.press_start[k + 1])
         judged = ~used[points] & np.isfinite(force[points])
-        if judged.sum() < LEAST_POINTS or (way == DEPTH and used[points].sum() < LEAST_POINTS):
+        if judged.sum() < LEAST_POINTS or (by == DEPTH and used[points].sum() < LEAST_POINTS):
             continue
-        seen, off = data.layout.force_n[points][judged], (force - data.layout.force_n)[points][judged]
-        size = np.sqrt(np.mean(seen**2))
+        measured, off = data.layout.force_n[points][judged], (force - data.layout.force_n)[points][judged]
+        size = np.sqrt(np.mean(measured**2))
         if size > 0.0:
             press = data.records.presses[number].name
-            rows.append((way, name, press, float(np.sqrt(np.mean(off**2)) / size), float(off.mean() / size)))
+            rows.append((by, name, press, float(np.sqrt(np.mean(off**2)) / size), float(off.mean() / size)))
     return rows
 
 
-def _floor_rows(data: Data, way: str, used: np.ndarray) -> list[tuple]:
-    """Return the rows of the floor: each press predicted by a repeat, or by the nearest other place, if there are such.
+def _floor_rows(data: Data, by: str, used: np.ndarray) -> list[tuple]:
+    """Return the rows of the floor: each press predicted by its first repeat, and by that at the nearest other place.
 
-    Deeper points are predicted by the other press times the factor that fits the shallow ones.
+    Where deeper points are predicted, the other press is scaled by the factor that fits the shallow ones.
     """
     layout, rows = data.layout, []
     presses = [data.records.presses[k] for k in data.order]
     places, number = data.place_of_press, np.arange(len(presses))
-    seen_press = used[layout.press_start[:-1]]
-    for name in (REPEAT, NEIGHBOUR) if way in (PLACE, DEPTH) else (NEIGHBOUR,):
+    is_fitted = used[layout.press_start[:-1]]
+    for name in (REPEAT, NEIGHBOUR) if by in (PLACE, DEPTH) else (NEIGHBOUR,):
         force = np.full(len(used), np.nan)
-        for k in number if way == DEPTH else np.flatnonzero(~seen_press):
+        for k in number if by == DEPTH else np.flatnonzero(~is_fitted):
             if name == REPEAT:
-                candidates = number[(places == places[k]) & (number != k)][:1]
+                candidates = number[(places == places[k]) & (number != k)]
             elif presses[k].at_m is None:
                 continue
             else:
-                candidates = number[places != places[k] if way in (PLACE, DEPTH) else seen_press]
-                placed = [c for c in candidates if presses[c].at_m is not None]
-                apart = [float(np.linalg.norm(presses[c].at_m - presses[k].at_m)) for c in placed]
-                candidates = [c for _, c in sorted(zip(apart, placed, strict=True))]
+                elsewhere = number[places != places[k] if by in (PLACE, DEPTH) else is_fitted]
+                placed = [c for c in elsewhere if presses[c].at_m is not None]
+                candidates = sorted(placed, key=lambda c: float(np.linalg.norm(presses[c].at_m - presses[k].at_m)))
             if not len(candidates):
                 continue
-            other = candidates[0]
-            own, its = (slice(layout.press_start[p], layout.press_start[p + 1]) for p in (k, other))
+            own, its = (slice(layout.press_start[p], layout.press_start[p + 1]) for p in (k, candidates[0]))
             guess = np.interp(layout.depth_m[own], layout.depth_m[its], layout.force_n[its], right=np.nan)
-            if way == DEPTH:
-                seen = used[own] & np.isfinite(guess)
-                below = float(guess[seen] @ guess[seen])
-                guess = guess * float(guess[seen] @ layout.force_n[own][seen]) / below if below > 0 else guess * np.nan
+            if by == DEPTH:
+                shallow = used[own] & np.isfinite(guess)
+                square = float(guess[shallow] @ guess[shallow])
+                factor = float(guess[shallow] @ layout.force_n[own][shallow])
+                guess = guess * factor / square if square > 0 else guess * np.nan
             force[own] = guess
-        rows += _rows(data, way, name, used, force)
+        rows += _rows(data, by, name, used, force)
     return rows
 
 
-def _alone(data: Data, used: np.ndarray, exponent: float | None) -> np.ndarray:
-    """Return forces (n,) [N] of k (d + s)ⁿ fitted to the points ``used`` of each press; n is 1 or is fitted too.
+def _fit_each_press(data: Data, used: np.ndarray, exponent: float | None) -> np.ndarray:
+    """Fit k (d + s)ⁿ to the points ``used`` (n,) of each press alone; return the forces (n,) [N] of all points.
 
-    Three numbers need three points; with two the shift s is none.
+    exponent : n, or None where it is fitted, too
+    Three unknowns need three points; with two points the shift s is 0.
     """
     layout = data.layout
     found = np.full(len(used), np.nan)

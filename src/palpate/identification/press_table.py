@@ -28,12 +28,13 @@ ANY_UNIT = "|".join((*UNITS, *OTHER_UNITS.values()))
 def read_table(
     path: str, columns: Mapping[str, str | Sequence[str]], leave_out: Sequence[str] = ()
 ) -> tuple[pd.DataFrame, str]:
-    """Return the columns of COLUMNS that a file has, with lines of the file as the index, and how it was read.
+    """Read a CSV file of presses; return the columns of COLUMNS that it has, and a phrase on how it was read.
 
-    columns : names that the file has for COLUMNS; of several, the cells are joined by a space
+    columns : for names of COLUMNS those of the file; of several, the cells are joined by a space
     leave_out : names of presses that are not read
-    Cells are separated by tabs, semicolons or commas, of which the header has most; decimals have commas if no number
-    of the file has a point. InputError for what is no table, lacks what is needed or has a column in another unit.
+    The index of the table has the lines of the file. Cells are separated by tabs, semicolons or commas, of which the
+    header has most; decimals have commas if no number of the file has a point. InputError for what is no table, lacks
+    a needed column, or has one in another unit.
     """
     header, rows, lines, said = read_cells(path)
     sources = {name: [of] if isinstance(of, str) else list(of) for name, of in columns.items()}
@@ -66,16 +67,21 @@ PLAIN = {_plain(name): name for name in COLUMNS}
 def _named(
     path: str, header: list[str], rows: list[list[str]], columns: Mapping[str, Sequence[str]]
 ) -> dict[str, list[str]]:
-    """Return the cells of each of COLUMNS; InputError for one that is not there, stands twice, or is in other units."""
-    known: dict[str, list[int]] = {}
+    """Return the cells of each of COLUMNS that a file has, by name.
+
+    columns : for names of COLUMNS those of the file; others are found whatever their case and signs
+    InputError for a name of ``columns`` that the file does not have, or that has another unit, and for two columns of
+    one name.
+    """
+    numbers: dict[str, list[int]] = {}
     for number, name in enumerate(header):
-        known.setdefault(PLAIN.get(_plain(name), ""), []).append(number)
-    known.pop("", None)
-    for name, of in columns.items():
+        numbers.setdefault(PLAIN.get(_plain(name), ""), []).append(number)
+    numbers.pop("", None)
+    for name, sources in columns.items():
         if name not in COLUMNS:
             raise InputError(f"columns has {name}, which no press has; {suggest(name, list(COLUMNS), 'choose from')}")
-        known[name] = []
-        for source in of:
+        numbers[name] = []
+        for source in sources:
             there = [number for number, other in enumerate(header) if other == source]
             if not there:
                 raise InputError(
@@ -88,16 +94,19 @@ def _named(
                     f"{path}: columns.{name} names {source}, whose name has another unit; convert it to "
                     f"{UNITS[unit]}, and call it {name}."
                 )
-            known[name] += there
-    for name, there in known.items():
+            numbers[name] += there
+    for name, there in numbers.items():
         names = [header[number] for number in there]
         if len(there) > len(columns.get(name, [name])):
             raise InputError(f"{path} has two columns for {name}, {' and '.join(names)}; leave one of them out.")
-    return {name: [" ".join(row[number] for number in there) for row in rows] for name, there in known.items()}
+    return {name: [" ".join(row[number] for number in there) for row in rows] for name, there in numbers.items()}
 
 
 def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> None:
-    """Raise InputError for columns that lack; others : names of the file, of which some may be meant for them."""
+    """Raise InputError for missing columns, for vectors without all three components, and for two kinds of direction.
+
+    others : further names of columns in the file, of which one may be meant for a missing one
+    """
     for column in MEASURED:
         stem, _, unit = column.rpartition("_")
         alike = [name for name in others if re.fullmatch(f"{stem}({OTHER_UNITS[unit]})?", _plain(name))]
@@ -124,9 +133,9 @@ def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> Non
 
 
 def _numbers(table: pd.DataFrame, column: str, path: str) -> pd.Series:
-    """Return a column's numbers; InputError for an empty or other cell."""
-    split = table[column].str.match(r"[-+]?0\d")  # what follows a decimal comma, as cells of a row that it divides
-    numbers = pd.to_numeric(table[column], errors="coerce").astype(float).mask(split)
+    """Return a column of texts as numbers; InputError for a cell that is empty or no number."""
+    fractions = table[column].str.match(r"[-+]?0\d")  # digits behind a decimal comma that has divided a cell
+    numbers = pd.to_numeric(table[column], errors="coerce").astype(float).mask(fractions)
     wrong = numbers.index[~np.isfinite(numbers)]
     if not len(wrong):
         return numbers

@@ -20,12 +20,13 @@ from palpate.identification.press_table import AT, COLUMNS, NAMES, VECTORS, read
 
 @dataclass(frozen=True, eq=False)
 class Press:
-    """One press of an instrument into tissue.
+    """One press of an instrument into tissue, as it was measured in k samples.
 
     place, session, specimen : names, empty if unknown; presses that share all three are repeats
     at_m : (3,) place of first touch [m]; direction : (3,) unit vector into the tissue; None if they are not known
-    time_s : (k,) [s], which increases, or None; depth_m : (k,) way since first touch [m]
+    time_s : (k,) [s], which increases, or None; depth_m : (k,) displacement of the instrument since first touch [m]
     force_n : (k,) [N], positive where it presses; noise and a drifting zero may make some negative
+    thickness_m : of the slab there [m], or None
     """
 
     name: str
@@ -42,9 +43,10 @@ class Press:
 
 @dataclass(frozen=True, eq=False)
 class PressRecords:
-    """Presses by one instrument, None if it is not known, and the file ``source`` that they are from.
+    """Presses by one ``instrument``, None if it is not known, and the file ``source`` that they are from.
 
-    found : sentences on how the file was read; force_error : what all forces share of an error, as a share
+    found : sentences on how the file was read
+    force_error : standard deviation of the relative error that all forces have in common, by the sensor's slope
     """
 
     instrument: Instrument | None
@@ -110,7 +112,11 @@ def read_presses(
 
 
 def _level(records: PressRecords) -> PressRecords:
-    """Return records without zero and slope of the sensor, which rows before contact show, be it of other presses."""
+    """Subtract the sensor's zero and slope, which rows before contact show; return the records without them.
+
+    From a press without such rows the median line of the others is subtracted. Where no press has any, the records are
+    returned as they are.
+    """
     ends = [int(press.depth_m.argmax()) + 1 for press in records.presses]
     lines = [
         line_before(press.depth_m[:end], press.force_n[:end]) for press, end in zip(records.presses, ends, strict=True)
@@ -118,12 +124,13 @@ def _level(records: PressRecords) -> PressRecords:
     own = [line for line in lines if line is not None]
     if not own:
         return records
-    middle, presses, shares = np.median(own, axis=0), [], []
+    middle, presses, errors = np.median(own, axis=0), [], []
     for press, end, line in zip(records.presses, ends, lines, strict=True):
-        zero, slope, error = middle if line is None else line
-        force, half = press.force_n - zero - slope * press.depth_m, 0.5 * press.depth_m[end - 1]
-        there = np.interp(half, press.depth_m[:end], force[:end])
-        shares += [] if line is None else [error * half / max(abs(there), 1e-300)]
+        zero, slope, error_of_slope = middle if line is None else line
+        force, half_depth = press.force_n - zero - slope * press.depth_m, 0.5 * press.depth_m[end - 1]
+        if line is not None:
+            force_there = np.interp(half_depth, press.depth_m[:end], force[:end])
+            errors.append(error_of_slope * half_depth / max(abs(force_there), 1e-300))
         presses.append(replace(press, force_n=force))
     rest = ", the median where a press has none of its own" if len(own) < len(lines) else ""
     said = (
@@ -131,7 +138,7 @@ def _level(records: PressRecords) -> PressRecords:
         f"{1e3 * middle[0]:.3g} mN at depth 0 and {middle[1]:.3g} mN/mm (± {middle[2]:.2g}), is subtracted from all "
         f"forces{rest}"
     )
-    common = float(np.median(shares) / np.sqrt(len(shares)))
+    common = float(np.median(errors) / np.sqrt(len(errors)))
     return replace(records, presses=tuple(presses), found=(*records.found, said), force_error=common)
 
 
@@ -152,20 +159,27 @@ def join(records: Sequence[PressRecords]) -> PressRecords:
 
 
 def doubts(records: PressRecords) -> Iterator[str]:
-    """Yield a sentence for what can be read and is hardly meant: presses of nothing, moduli of no organ."""
+    """Yield a sentence for each oddity of records that can be read, but were hardly meant so.
+
+    These are forces that do not rise with depth, negative forces after first touch, a depth that is small beside the
+    ball, presses that are far stiffer or softer than the others, and a modulus that no organ has.
+    """
     if weak := [press.name for press in records.presses if not _rises(press)]:
         yield (
             f"{records.source}: the force does not rise with depth in {len(weak)} of {len(records.presses)} presses "
             f"({_some(weak)}); see whether they touch the tissue."
         )
-    begun = [
-        press.force_n[(at > 0.0) & (at <= FIRST * at.max())] for press in records.presses for at in [press.depth_m]
+    at_first_touch = [
+        press.force_n[(press.depth_m > 0.0) & (press.depth_m <= FIRST * press.depth_m.max())]
+        for press in records.presses
     ]
-    pulled = [float(forces.mean()) for forces in begun if len(forces)]
-    if pulled and np.median(pulled) < -STICKS * np.median([press.force_n.max() for press in records.presses]):
+    first_forces = [float(forces.mean()) for forces in at_first_touch if len(forces)]
+    largest_force = np.median([press.force_n.max() for press in records.presses])
+    if first_forces and np.median(first_forces) < -STICKS * largest_force:
         yield (
-            f"{records.source}: after first touch forces are negative ({1e3 * np.median(pulled):.2g} mN in the middle "
-            "press): tissue that sticks pulls, which no law here does, or the zero is wrong; E may leave its interval."
+            f"{records.source}: after first touch forces are negative ({1e3 * np.median(first_forces):.2g} mN in the "
+            "middle press): tissue that sticks pulls, which no law here does, or the zero is wrong; E may leave its "
+            "interval."
         )
     if (ball := records.ball_m) is None:
         return
@@ -192,7 +206,11 @@ def doubts(records: PressRecords) -> Iterator[str]:
 
 
 def _named(table: pd.DataFrame, names: str, path: str) -> pd.DataFrame:
-    """Return the table with the session, specimen or place that the name of each press holds."""
+    """Add columns of session, specimen or place to the table, found in the names of presses by a regular expression.
+
+    names : the expression, with a group for each column; what it finds is put in capitals
+    InputError for an expression without such groups, and for a press whose name it does not fit.
+    """
     try:
         pattern = re.compile(names)
     except re.error as error:
@@ -208,7 +226,10 @@ def _named(table: pd.DataFrame, names: str, path: str) -> pd.DataFrame:
 
 
 def _runs(table: pd.DataFrame, path: str) -> Iterator[tuple[str, pd.Index, dict[str, np.ndarray]]]:
-    """Yield name, rows and cells of each press; InputError for a name that stands in two places of the file."""
+    """Yield name, lines of the file and cells by column of each press of a table.
+
+    InputError for a name that stands in two places of the file.
+    """
     cells = {column: table[column].to_numpy() for column in COLUMNS if column in table}
     starts = np.flatnonzero(table["press"].ne(table["press"].shift()))
     seen: set[str] = set()
@@ -224,6 +245,10 @@ def _runs(table: pd.DataFrame, path: str) -> Iterator[tuple[str, pd.Index, dict[
 
 
 def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], path: str) -> Press:
+    """Return the press of some rows of a file; InputError for what no single press has.
+
+    rows : (k,) lines of the file; cells : (k,) each, by column
+    """
     place = f"{path}: the press {name}"
     if len(rows) < LEAST_POINTS:
         raise InputError(f"{place} has {len(rows)} points, fewer than {LEAST_POINTS}; measure more, or leave it out.")
@@ -261,6 +286,7 @@ def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], path: str
 
 
 def _direction(cells: Mapping[str, np.ndarray], place: str) -> np.ndarray | None:
+    """Return the unit vector (3,) of a press, from its direction or against its normal; None where it has neither."""
     for group, sign in ((VECTORS["direction"], 1.0), (VECTORS["normal"], -1.0)):
         if group[0] in cells:
             vector = sign * np.array([cells[column][0] for column in group], dtype=float)
@@ -272,13 +298,13 @@ def _direction(cells: Mapping[str, np.ndarray], place: str) -> np.ndarray | None
 
 
 def _places(presses: Sequence[Press]) -> tuple[Press, ...]:
-    """Name the places of presses that have coordinates only, by the first press there; without these, by each press."""
+    """Name the places of presses without one: by the first press at the same coordinates, else by the press itself."""
     first: dict[tuple, str] = {}
-    found = []
+    placed = []
     for press in presses:
         key: tuple = (press.name,) if press.at_m is None else (press.specimen, *press.at_m)
-        found.append(replace(press, place=press.place or first.setdefault(key, press.name)))
-    return tuple(found)
+        placed.append(replace(press, place=press.place or first.setdefault(key, press.name)))
+    return tuple(placed)
 
 
 def _slope(press: Press) -> float:
@@ -293,7 +319,10 @@ def _rises(press: Press) -> bool:
 
 
 def check_units(records: PressRecords, size_m: float | None) -> None:
-    """Raise InputError for depths, forces and an instrument that fit no organ."""
+    """Raise InputError for depths, forces and an instrument that no organ has, which are in other units.
+
+    size_m : thickness of the slab or size of the body [m], if it is known
+    """
     path, presses, ball = records.source, records.presses, records.ball_m
     deepest = max(presses, key=lambda press: press.depth_m.max())
     depth = float(deepest.depth_m.max())
@@ -332,7 +361,7 @@ def check_units(records: PressRecords, size_m: float | None) -> None:
 
 
 def _hertz_moduli(records: PressRecords, radius_m: float) -> np.ndarray:
-    """Return the moduli (presses,) [Pa] by a ball, by Hertz at the largest depth and ν = 0.5."""
+    """Return Young's modulus of each press, (presses,) [Pa], by Hertz's formula at the largest depth and ν = 0.5."""
     deepest = [(press.depth_m.max(), press.force_n[press.depth_m.argmax()]) for press in records.presses]
     return np.array([9.0 * force / (16.0 * np.sqrt(radius_m) * depth**1.5) for depth, force in deepest])
 

@@ -1,11 +1,11 @@
-"""How whoever waits for a fit is told how far it has come."""
+"""How the progress of a long computation is reported to whoever waits for it."""
 
 from collections.abc import Callable, Iterable, Sequence
 
 Follow = Callable[[str, Sequence], Iterable]
-"""From what is done, in words, and a sequence: the same sequence, of which it tells how far it has come."""
+"""A function of what is done, in words, and a sequence: it returns the sequence, and reports how far it has come."""
 
 
 def unfollowed(what: str, sequence: Sequence) -> Iterable:
-    """Tell nothing."""
+    """Return ``sequence`` and report nothing."""
     return sequence

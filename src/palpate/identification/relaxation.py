@@ -1,8 +1,9 @@
-"""How the force of a press relaxes while its depth is held: the kernel of linear relaxation, and how well it is known.
+"""Fit the relaxation function of tissue to presses whose depth was held, with intervals of it.
 
-The curve of force over depth is not assumed: the force of tissue that has no time to relax is a cubic spline of depth,
-fitted through the hereditary integral, relaxation during the loading included. From the loading alone it predicts the
-force while the depth is held. The kernel is fitted to all presses, the two parts weighted by the errors that they have.
+The force over depth of tissue without time to relax, the instantaneous force, is not assumed: it is a cubic spline of
+depth, fitted through the hereditary integral, so that relaxation during the loading is included. A spline fitted to the
+loading alone predicts the force while the depth is held. The relaxation function is fitted to all presses, loading and
+hold weighted by the errors that they have.
 
 Trap: what relaxes faster than the loading lasts is seen by its end only. G(t) is relative to the instantaneous modulus,
 which is an extrapolation by the fastest branch; ratios of G from a tenth of a second on are measured.
@@ -31,10 +32,10 @@ RIDGE = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Hold:
-    """A press whose depth was held, its force as a share of the largest.
+    """A press of k samples whose last depth was held.
 
-    curves : (k, m) functions of depth at the samples, the instantaneous force being a combination of them
-    force : (k,); held : number of the first sample at the last depth
+    curves : (k, m) values of m splines of depth at the samples, whose combination is the instantaneous force
+    force : (k,) over the largest; held : number of the first sample at the last depth
     """
 
     press: Press
@@ -60,15 +61,18 @@ class Hold:
         return float(self.time_s[self.held] - self.time_s[int(deep.argmax())])
 
     def fit(self, kernel: Kernel, weight: float = 0.0) -> np.ndarray:
-        """Return the force (k,), as a share of the largest, that fits best.
+        """Return the force (k,) over the largest that fits best, by weighted least squares.
 
-        weight : of samples at the held depth; with none the force follows from the loading alone
+        weight : of samples at the held depth; with 0 the force follows from the loading alone
         """
         basis = kernel.respond(self.time_s, self.curves)
         return basis @ self.coefficients(basis, weight)
 
     def coefficients(self, basis: np.ndarray, weight: float) -> np.ndarray:
-        """Return the factors (m,) of the columns of ``basis`` (k, m) that fit best; see ``fit``."""
+        """Return the factors (m,) with which the columns of ``basis`` (k, m) fit the force best.
+
+        basis : force over time for each spline of depth; weight : as in ``fit``
+        """
         begin = self.held + 1
         normal, right = basis[:begin].T @ basis[:begin], basis[:begin].T @ self.force[:begin]
         if weight > 0.0:
@@ -78,20 +82,20 @@ class Hold:
         return np.linalg.solve(normal, right)
 
     def error(self, kernel: Kernel) -> np.ndarray:
-        """Return what is predicted too much of the force while the depth is held, as a share of the largest force."""
+        """Return predicted less measured force while the depth is held, over the largest force."""
         return self.fit(kernel)[self.held + 1 :] - self.held_force
 
-    def left(self, kernel: Kernel, weight: float) -> np.ndarray:
-        """Return what ``fit`` leaves (k,), samples at the held depth times ``weight``."""
-        found = self.fit(kernel, weight) - self.force
-        found[self.held + 1 :] *= weight
-        return found
+    def residuals(self, kernel: Kernel, weight: float) -> np.ndarray:
+        """Return the residuals of ``fit`` (k,), over the largest force, those at the held depth times ``weight``."""
+        residuals = self.fit(kernel, weight) - self.force
+        residuals[self.held + 1 :] *= weight
+        return residuals
 
 
 def hold_of(press: Press) -> Hold:
-    """Return a press as a hold.
+    """Return a press as a hold, with splines of its depth.
 
-    Raises InputError if it has no times or is not held for LEAST_HELD_S at its last depth.
+    Raises InputError if it has no times, or is not held for LEAST_HELD_S at its last depth.
     """
     place = f"the press {press.name}"
     if press.time_s is None:
@@ -116,30 +120,31 @@ def hold_of(press: Press) -> Hold:
 
 
 def holds_of(records: PressRecords) -> tuple[list[Hold], list[str]]:
-    """Return the presses that were held, and why the others are none."""
-    found, refused = [], []
+    """Return the presses that were held, and a sentence for each other one that says why it cannot be used."""
+    holds, refused = [], []
     for press in records.presses:
         try:
-            found.append(hold_of(press))
+            holds.append(hold_of(press))
         except InputError as error:
             refused.append(str(error))
-    return found, refused
+    return holds, refused
 
 
 def relaxed(hold: Hold, kernel: Branches) -> Press:
-    """Return the loading of a press with the forces that tissue with time to relax has at the same depths.
+    """Return the loading of a press with the forces of tissue that has time to relax at each depth.
 
-    They are the measured ones times what the branches make of the smooth curve, so that errors stay as they are.
+    The measured forces are scaled by the ratio of the relaxed to the relaxing force of the fit, so that their errors
+    stay as they are.
     """
     basis = kernel.respond(hold.time_s, hold.curves)
-    curve = hold.coefficients(basis, 1.0)
+    factors = hold.coefficients(basis, 1.0)
     loading = slice(0, hold.held + 1)
-    fast, instant = (basis @ curve)[loading], (hold.curves @ curve)[loading]
-    left = 1.0 - sum(kernel.series.shares)
-    share = np.clip(left * instant / np.where(fast > 0.0, fast, np.inf), left, 1.0)
+    relaxing, instantaneous = (basis @ factors)[loading], (hold.curves @ factors)[loading]
+    long_after = 1.0 - sum(kernel.series.shares)
+    ratio = np.clip(long_after * instantaneous / np.where(relaxing > 0.0, relaxing, np.inf), long_after, 1.0)
     press = hold.press
     return replace(
-        press, time_s=hold.time_s[loading], depth_m=press.depth_m[loading], force_n=share * press.force_n[loading]
+        press, time_s=hold.time_s[loading], depth_m=press.depth_m[loading], force_n=ratio * press.force_n[loading]
     )
 
 
@@ -156,36 +161,38 @@ EVALUATIONS, TOLERANCE = 40, 1e-5
 
 
 def weight_of(kernel: Kernel, holds: Sequence[Hold]) -> float:
-    """Return the scatter of the loading over that at the held depth, 1 at most, about the fits to each and to all.
+    """Return the weight of samples at the held depth: scatter of the loading over that of the hold, 1 at most.
 
     Forces at the held depth differ from those of one kernel by more than noise where tissue differs.
     """
-    loading = [hold.left(kernel, 0.0)[: hold.held + 1] for hold in holds]
-    free = sum(max(len(part) - hold.curves.shape[1], 1) for part, hold in zip(loading, holds, strict=True))
-    held = np.concatenate([hold.left(kernel, 1.0)[hold.held + 1 :] for hold in holds])
-    scatter = np.sqrt(sum(float(part @ part) for part in loading) / free)
+    loading = [hold.residuals(kernel, 0.0)[: hold.held + 1] for hold in holds]
+    held = np.concatenate([hold.residuals(kernel, 1.0)[hold.held + 1 :] for hold in holds])
+    freedom = sum(max(len(part) - hold.curves.shape[1], 1) for part, hold in zip(loading, holds, strict=True))
+    scatter = np.sqrt(sum(float(part @ part) for part in loading) / freedom)
     return float(np.clip(scatter / max(np.sqrt(np.mean(held**2)), 1e-12), LEAST_WEIGHT, 1.0))
 
 
 def fit_branches(
-    holds: Sequence[Hold], count: int, begin: Series | None = None, weight: float | None = None
+    holds: Sequence[Hold], count: int, start: Series | None = None, weight: float | None = None
 ) -> Branches:
-    """Fit ``count`` branches to all presses by weighted least squares from ``begin``; ``weight`` : None for weight_of.
+    """Fit ``count`` branches to all presses by weighted least squares, in the order of their times.
 
-    Shares are positive and their sum below LARGEST_SUM. Branches are in the order of their times.
+    start : branches to start the search from; weight : of the samples at the held depth, None for ``weight_of``
+    Shares are positive and their sum below LARGEST_SUM.
     """
     if weight is None:
-        first = fit_branches(holds, count, begin, 1.0)
+        first = fit_branches(holds, count, start, 1.0)
         return fit_branches(holds, count, first.series, weight_of(first, holds))
-    step, span = _scales(holds)
-    if begin is None:
+    step, span = _time_scales(holds)
+    if start is None:
         times = np.geomspace(3.0 * step, span, count) if count > 1 else np.array([np.sqrt(step * span)])
-        begin = Series([0.8 / count] * count, times.tolist())
-    shares, times = np.array(begin.shares, dtype=float), np.array(begin.times_s, dtype=float)
+        start = Series([0.8 / count] * count, times.tolist())
+    shares, times = np.array(start.shares, dtype=float), np.array(start.times_s, dtype=float)
     low, high = np.log(SHORTEST * step), np.log(LONGEST * span)
-    start = np.append(np.log(shares / (LARGEST_SUM - shares.sum())), np.log(times))
+    unknowns = np.append(np.log(shares / (LARGEST_SUM - shares.sum())), np.log(times))
     bounds = np.repeat([-9.0, low], count), np.repeat([9.0, high], count)
-    return _branches(_least(_branches, np.clip(start, bounds[0] + 1e-3, bounds[1] - 1e-3), bounds, holds, weight))
+    inside = np.clip(unknowns, bounds[0] + 1e-3, bounds[1] - 1e-3)
+    return _branches(_least_squares(_branches, inside, bounds, holds, weight))
 
 
 def _branches(unknowns: np.ndarray) -> Branches:
@@ -195,28 +202,28 @@ def _branches(unknowns: np.ndarray) -> Branches:
 
 
 def fit_fading(holds: Sequence[Hold], weight: float) -> Fading:
-    """Fit a power of time to all presses, by least squares as ``fit_branches``."""
-    step, span = _scales(holds)
+    """Fit a power of time to all presses by least squares; weight : of the samples at the held depth."""
+    step, span = _time_scales(holds)
     bounds = np.array([0.01, np.log(1e-2 * step)]), np.array([0.99, np.log(span)])
 
     def fading(unknowns: np.ndarray) -> Fading:
         return Fading(float(unknowns[0]), float(np.exp(unknowns[1])))
 
-    return fading(_least(fading, np.array([0.2, np.log(step)]), bounds, holds, weight))
+    return fading(_least_squares(fading, np.array([0.2, np.log(step)]), bounds, holds, weight))
 
 
-def _least(
+def _least_squares(
     kernel_of: Callable[[np.ndarray], Kernel], start: np.ndarray, bounds: tuple, holds: Sequence[Hold], weight: float
 ) -> np.ndarray:
-    """Return the unknowns (n,) of the kernel that leaves least, looked for from ``start`` (n,) within bounds."""
+    """Return the unknowns (n,) of the kernel with the least residuals, from ``start`` (n,) within ``bounds``."""
 
-    def away(unknowns: np.ndarray) -> np.ndarray:
-        return np.concatenate([hold.left(kernel_of(unknowns), weight) for hold in holds])
+    def residuals(unknowns: np.ndarray) -> np.ndarray:
+        return np.concatenate([hold.residuals(kernel_of(unknowns), weight) for hold in holds])
 
-    return least_squares(away, start, bounds=bounds, max_nfev=EVALUATIONS, xtol=TOLERANCE, ftol=TOLERANCE).x
+    return least_squares(residuals, start, bounds=bounds, max_nfev=EVALUATIONS, xtol=TOLERANCE, ftol=TOLERANCE).x
 
 
-def _scales(holds: Sequence[Hold]) -> tuple[float, float]:
+def _time_scales(holds: Sequence[Hold]) -> tuple[float, float]:
     """Return the median step between samples, and the longest hold [s]."""
     steps = np.concatenate([np.diff(hold.time_s) for hold in holds])
     return float(np.median(steps)), max(float(hold.held_s[-1]) for hold in holds)
@@ -225,8 +232,7 @@ def _scales(holds: Sequence[Hold]) -> tuple[float, float]:
 class Noise(NamedTuple):
     """Errors of a fit as an autoregressive process of first order in continuous time.
 
-    scatter : standard deviation, as a share of the largest force; memory_s : time after which errors forget [s]
-    minus2 : −2 log-likelihood
+    scatter : standard deviation, over the largest force; memory_s : correlation time [s]; minus2 : −2 log likelihood
     """
 
     scatter: float
@@ -238,22 +244,24 @@ def noise_of(error: np.ndarray, time_s: np.ndarray) -> Noise:
     """Fit the process to errors (k,) at ``time_s`` (k,) [s], by maximum likelihood."""
     steps = np.diff(time_s)
 
-    def scaled(log_memory: float) -> tuple[float, float]:
-        kept = np.exp(-steps / np.exp(log_memory))
-        new = np.append(error[0], (error[1:] - kept * error[:-1]) / np.sqrt(1.0 - kept**2))
-        variance = max(float(np.mean(new**2)), 1e-30)
-        return len(error) * (np.log(2.0 * np.pi * variance) + 1.0) + float(np.log1p(-(kept**2)).sum()), variance
+    def likelihood(log_memory: float) -> tuple[float, float]:
+        """Return −2 log likelihood, and the variance with which it is greatest."""
+        correlation = np.exp(-steps / np.exp(log_memory))
+        innovations = (error[1:] - correlation * error[:-1]) / np.sqrt(1.0 - correlation**2)
+        variance = max(float(np.mean(np.append(error[0], innovations) ** 2)), 1e-30)
+        of_steps = float(np.log1p(-(correlation**2)).sum())
+        return len(error) * (np.log(2.0 * np.pi * variance) + 1.0) + of_steps, variance
 
     bounds = np.log([0.1 * steps.min(), 10.0 * (time_s[-1] - time_s[0])])
-    best = minimize_scalar(lambda log_memory: scaled(log_memory)[0], bounds=bounds, method="bounded").x
-    minus2, variance = scaled(best)
+    best = minimize_scalar(lambda log_memory: likelihood(log_memory)[0], bounds=bounds, method="bounded").x
+    minus2, variance = likelihood(best)
     return Noise(float(np.sqrt(variance)), float(np.exp(best)), minus2)
 
 
 def information(hold: Hold, kernel: Branches) -> float:
     """Return Bayes' information criterion of one press (Schwarz 1978), with errors that are correlated in time."""
     unknowns = 2 * len(kernel.series.shares) + 2
-    noise = noise_of(hold.left(kernel, 1.0)[hold.held + 1 :], hold.held_s)
+    noise = noise_of(hold.residuals(kernel, 1.0)[hold.held + 1 :], hold.held_s)
     return noise.minus2 + unknowns * float(np.log(len(hold.held_s)))
 
 
@@ -262,7 +270,7 @@ MOST_BRANCHES = 3
 
 
 class Relaxation(NamedTuple):
-    """Branches of the force that held presses need, and the time that their loading took [s]."""
+    """Branches by which the force of held presses relaxes, the median time of loading [s], and how many were held."""
 
     kernel: Branches
     loading_s: float
@@ -275,7 +283,7 @@ class Relaxation(NamedTuple):
 
 
 def relaxation_of(records: PressRecords) -> Relaxation | None:
-    """Return the number of branches that Bayes' information criterion asks of held presses; None if none is held."""
+    """Fit as many branches to held presses as Bayes' information criterion asks for; None if no press is held."""
     holds, _ = holds_of(records)
     if not holds:
         return None
@@ -300,10 +308,10 @@ class Draws(NamedTuple):
 
 
 def draw_branches(holds: Sequence[Hold], kernel: Branches, draws: int, rng: np.random.Generator) -> Draws:
-    """Fit as many branches as ``kernel`` has to data that are drawn anew, ``draws`` times (Efron 1979).
+    """Fit as many branches as ``kernel`` has to resampled data, ``draws`` times: the bootstrap (Efron 1979).
 
-    Whole specimens are drawn, with all their presses; where there are fewer than LEAST_GROUPS of them, presses; where
-    there are fewer of these, errors of each.
+    Whole specimens are drawn with all their presses, or presses where there are fewer than LEAST_GROUPS specimens.
+    Where there are fewer presses, too, errors about the fit to each press are drawn.
     """
     count, weight = len(kernel.series.shares), weight_of(kernel, holds)
     groups: dict[str, list[Hold]] = {}
@@ -315,22 +323,22 @@ def draw_branches(holds: Sequence[Hold], kernel: Branches, draws: int, rng: np.r
             picks = (rng.integers(len(parts), size=len(parts)) for _ in range(draws))
             chosen = ([one for i in pick for one in parts[i]] for pick in picks)
             return Draws(tuple(fit_branches(each, count, kernel.series, weight) for each in chosen), drawn)
-    redrawn = [_redrawer(hold, kernel) for hold in holds]
-    again = ([draw(rng) for draw in redrawn] for _ in range(draws))
-    return Draws(tuple(fit_branches(each, count, kernel.series, weight) for each in again), "errors")
+    simulators = [_simulator(hold, kernel) for hold in holds]
+    simulated = ([simulate(rng) for simulate in simulators] for _ in range(draws))
+    return Draws(tuple(fit_branches(each, count, kernel.series, weight) for each in simulated), "errors")
 
 
-def _redrawer(hold: Hold, kernel: Branches) -> Callable[[np.random.Generator], Hold]:
-    """Return what draws a press anew: its best fit, and errors of the process that its own have."""
+def _simulator(hold: Hold, kernel: Branches) -> Callable[[np.random.Generator], Hold]:
+    """Return a function that simulates a press: its best fit plus errors of the autoregressive process of its own."""
     best = hold.fit(kernel, 1.0)
     noise = noise_of(hold.force - best, hold.time_s)
-    kept = np.exp(-np.diff(hold.time_s) / noise.memory_s)
+    correlation = np.exp(-np.diff(hold.time_s) / noise.memory_s)
 
-    def draw(rng: np.random.Generator) -> Hold:
-        fresh = noise.scatter * rng.normal(size=len(best))
-        fresh[1:] *= np.sqrt(1.0 - kept**2)
-        for k in range(1, len(fresh)):
-            fresh[k] += kept[k - 1] * fresh[k - 1]
-        return replace(hold, force=best + fresh)
+    def simulate(rng: np.random.Generator) -> Hold:
+        errors = noise.scatter * rng.normal(size=len(best))
+        errors[1:] *= np.sqrt(1.0 - correlation**2)
+        for k in range(1, len(errors)):
+            errors[k] += correlation[k - 1] * errors[k - 1]
+        return replace(hold, force=best + errors)
 
-    return draw
+    return simulate

@@ -1,4 +1,4 @@
-"""Compare sessions at places that two of them pressed: what contradicts is said, and not averaged."""
+"""Compare sessions at places that two of them pressed, so that sessions that contradict each other are not averaged."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -20,9 +20,10 @@ LEAST_PLACES = 3
 
 
 class Comparison(NamedTuple):
-    """Two sessions at the places that both pressed; ratio : median of forces of the second over the first.
+    """Comparison of the ``first`` and the ``second`` session of a specimen, at the ``places`` that both pressed.
 
-    error : standard error of log ratio; spread : deviation of log ratio between places
+    ratio : median over places of the second's force over the first's
+    error : standard error of the log of ratio; spread : its standard deviation between places
     """
 
     specimen: str
@@ -35,13 +36,13 @@ class Comparison(NamedTuple):
 
     @property
     def contradicts(self) -> bool:
-        """Whether the forces differ by more than places and noise explain."""
+        """Whether the forces differ by more than the spread between places explains."""
         apart = abs(np.log(self.ratio))
         return bool(self.may_contradict and self.places >= LEAST_PLACES and apart > DEVIATIONS * self.error)
 
     @property
     def may_contradict(self) -> bool:
-        """Whether the forces differ by more than sessions that agree do."""
+        """Whether the forces differ by more than LEAST_RATIO, on however few places."""
         return bool(abs(np.log(self.ratio)) > np.log(LEAST_RATIO))
 
 
@@ -64,7 +65,7 @@ def compare_sessions(records: PressRecords) -> list[Comparison]:
 
 
 def consistent_parts(records: PressRecords, comparisons: list[Comparison]) -> list[PressRecords]:
-    """Return the records by specimen, and by session of those specimens whose sessions contradict each other."""
+    """Divide records by specimen, and by session for those specimens whose sessions contradict each other."""
     apart = {one.specimen for one in comparisons if one.contradicts}
     keys = [(press.specimen, press.session if press.specimen in apart else "") for press in records.presses]
     return [
@@ -74,6 +75,7 @@ def consistent_parts(records: PressRecords, comparisons: list[Comparison]) -> li
 
 
 def _pairs(one: list[Press], other: list[Press], records: PressRecords) -> Iterator[tuple[Press, Press]]:
+    """Yield the presses of two sessions at the same place, by its name or by a distance of at most NEAR_RADII."""
     named = {press.place: press for press in other if press.place}
     placed = [press for press in other if press.at_m is not None]
     tree = cKDTree([press.at_m for press in placed]) if placed else None

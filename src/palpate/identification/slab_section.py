@@ -1,4 +1,4 @@
-"""Mesh of the section of a slab through an axis: rings of quadrilaterals around a point of its surface, ever larger."""
+"""Mesh the half-section of a slab in r and z, by rings of quadrilaterals around a point of its surface, ever larger."""
 
 from typing import NamedTuple
 
@@ -15,10 +15,11 @@ STEEP = 1.8
 
 
 class Section(NamedTuple):
-    """A section and its parts.
+    """A mesh of the half-section of a slab, and its parts.
 
     nodes : (n, 2) r and z [m], z = 0 at the surface; quads : (m, 9), nodes row by row of a 3 × 3 grid
-    surface : nodes of the surface from the axis outward; held : of the base and the outer rim; axis : where r = 0
+    surface, held, axis : numbers of the nodes of the surface from the axis outward, of the base and the outer rim,
+        and at r = 0
     """
 
     nodes: np.ndarray
@@ -28,38 +29,39 @@ class Section(NamedTuple):
     axis: np.ndarray
 
 
-def _radii(radii: list[float], ratio: float, near: float, last: float) -> list[float]:
-    """Return ``radii`` and those of more rings, that grow by ``ratio`` to ``near``, then ever faster, to ``last``.
+def _with_more_rings(radii: list[float], ratio: float, near: float, last: float) -> list[float]:
+    """Return ``radii`` of rings and further ones up to ``last``, which grow by ``ratio`` to ``near``, then ever faster.
 
-    Up to ``near`` they are not wider than WIDEST of it.
+    Up to ``near`` rings are at most WIDEST of it wide.
     """
-    found, width = radii.copy(), radii[-1] - radii[-2]
-    while found[-1] < last:
-        if found[-1] < near:
-            width = min((ratio - 1.0) * found[-1], WIDEST * near)
+    grown, width = radii.copy(), radii[-1] - radii[-2]
+    while grown[-1] < last:
+        if grown[-1] < near:
+            width = min((ratio - 1.0) * grown[-1], WIDEST * near)
         else:
-            width = min(1.3 * width, (STEEP - 1.0) * found[-1])
-        found.append(found[-1] + width)
-    if len(found) > len(radii) + 1 and last - found[-2] < 0.4 * width:
-        found.pop()
-    found[-1] = last
-    return found
+            width = min(1.3 * width, (STEEP - 1.0) * grown[-1])
+        grown.append(grown[-1] + width)
+    if len(grown) > len(radii) + 1 and last - grown[-2] < 0.4 * width:
+        grown.pop()
+    grown[-1] = last
+    return grown
 
 
 def slab_section(
     thickness: float, first: float, ratio: float, near: float, angles: int, far: float | None = None
 ) -> Section:
-    """Return the section of a slab, or of a half-space where ``thickness`` is infinite.
+    """Mesh the half-section of a slab, or of a half-space where ``thickness`` is infinite.
 
-    first : radius of the innermost ring [m]; ratio : of the radii of rings, to ``near`` [m]; angles : even number of
-    quadrilaterals along a ring; far : outer radius [m], by default of FAR_RADII and WIDE. Rings are circles near the
-    place, and become the square of the slab's thickness; outside of it they are lines across the slab.
+    first : radius of the innermost ring [m]; ratio : of the radii of rings, to ``near`` [m]
+    angles : even number of quadrilaterals along a ring; far : outer radius [m], by default of FAR_RADII and WIDE
+    Rings are circles near the axis, and squares at the slab's thickness; outside of that they are lines across it.
     """
     layered = np.isfinite(thickness)
     end = far or (WIDE * thickness + near if layered else FAR_RADII * near)
-    ends = _radii([0.0, first], ratio, near, min(thickness, end))
+    ends = _with_more_rings([0.0, first], ratio, near, min(thickness, end))
     if layered:
-        ends = _radii(ends, ratio, near, end)
+        ends = _with_more_rings(ends, ratio, near, end)
+    # with the radii of nodes in the middle of rings
     radii = np.insert(ends, np.arange(1, len(ends)), 0.5 * (np.array(ends[:-1]) + ends[1:]))
     angle = np.linspace(0.0, 0.5 * np.pi, 2 * angles + 1)
     circle = np.stack([np.cos(angle), -np.sin(angle)], axis=1)

@@ -11,7 +11,7 @@ from palpate.benchmark.model import LeftOut
 from palpate.benchmark.settings import Given, TouchTruthSettings
 from palpate.benchmark.touch import Touch, choose_touches, given_touches, touches_of
 from palpate.benchmark.touch_measure import Touches, penetration, touch_settings
-from palpate.benchmark.touch_mesh import bearing
+from palpate.benchmark.touch_mesh import check_by_coarse_elements
 from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError
@@ -72,7 +72,7 @@ def test_the_truth_of_a_grasp_judges_linear_elements(case, pull):
 
 
 def test_what_is_grasped_is_pulled(case):
-    table = choose_touches(case.body, GRASP, 3, (0.1, 0.2), 1, bearing(case.body, 1.0))
+    table = choose_touches(case.body, GRASP, 3, (0.1, 0.2), 1, check_by_coarse_elements(case.body, 1.0))
     ways = [touch.direction @ case.body.fine.normals[touch.node] for touch in touches_of(GRASP, table)]
     assert min(ways) > 0.7
     given = Given(body="block", at_m=[0.048, 0.048, 0.048], depths_m=[0.002])

@@ -26,7 +26,7 @@ contact softer, as its impedances end at 0.9999."""
 
 
 def scene(mesh: EngineMesh, mesh_file: str, touch: Touch) -> str:
-    """Return the MJCF text of a scene whose mesh is ``mesh_file``, and the ball of ``touch`` where it first touches.
+    """Return the MJCF text of a scene with the body of ``mesh_file`` and the ball of ``touch`` at first touch.
 
     Without ``refsafe="disable"`` contacts would be softer, so that their time constant is that of a step.
     """
@@ -60,7 +60,7 @@ def scene(mesh: EngineMesh, mesh_file: str, touch: Touch) -> str:
 
 
 def _contact(elements: LinearElements, density_kg_m3: float) -> tuple[str, float]:
-    """Describe contact PENALTY times as stiff as a node, and return the step [s] that goes with it."""
+    """Return MJCF attributes of a contact that is PENALTY times as stiff as a node, and the step [s] for it."""
     resistance = elements.resistance()
     mass = density_kg_m3 * elements.volumes.sum() / len(resistance)  # of a node [kg]
     rate = float(np.sqrt(PENALTY * np.median(resistance) / mass))  # [1/s] of a node on its contact

@@ -1,4 +1,4 @@
-"""What was identified and goes to an engine, on a level of a body whose modulus compensates for its elements."""
+"""Identified numbers for export, and a level of a body whose modulus compensates for an engine's linear elements."""
 
 from dataclasses import dataclass, replace
 
@@ -9,7 +9,7 @@ from palpate.bodies.material import Material, Series
 from palpate.identification.export.pressed_mesh import Stiffer
 
 FREQUENCY_HZ = 1.0
-"""At which a damping time stands for relaxation: that of a hand that palpates."""
+"""Frequency of a palpating hand, at which damping dissipates as much as the identified relaxation."""
 USUAL_DAMPING_S = 0.01
 """Stiffness-proportional damping of palpate's scenes, where no relaxation was identified."""
 
@@ -38,7 +38,7 @@ class Numbers:
 
     @property
     def damping_s(self) -> float:
-        """Time [s] by which strain rates add to strains so that as much is lost in a swing at FREQUENCY_HZ.
+        """Stiffness-proportional damping [s] that dissipates as much in a cycle at FREQUENCY_HZ as the relaxation does.
 
         It is the loss modulus over the storage modulus and the angular frequency (Simo and Hughes 1998, section 10.2).
         """
@@ -60,12 +60,12 @@ class EngineMesh:
 
     @property
     def young_pa(self) -> float:
-        """Young's modulus [Pa] with which the mesh acts as the organ does."""
+        """Young's modulus [Pa] with which the mesh has the organ's forces."""
         return self.numbers.young_pa / self.stiffer.factor
 
     @property
     def comment(self) -> str:
-        """What is said in every exported file."""
+        """The comment of every exported file: where its numbers are from, and what they lack."""
         poisson = self.numbers.poisson
         said = f"Identified: E = {self.numbers.young_pa:.6g} Pa, nu = {poisson:.4g}, law {self.numbers.law}. "
         said += f"E = {self.young_pa:.6g} Pa below: {self.stiffer.sentence}. "

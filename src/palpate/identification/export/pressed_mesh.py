@@ -1,8 +1,9 @@
-"""By how much a mesh of linear elements, as engines have them, acts stiffer than the organ: found by pressing it.
+"""Measure by how much a mesh of linear elements, as engines have them, is stiffer than the organ, by pressing it.
 
-The same ball is pressed into the mesh at the same places, with the engine's law. Nothing may be inside the ball, as
-where an engine's contact looks for the deepest point of each element: points that fill the triangles, their corners
-with them, see that. The modulus that compensates is the organ's over the geometric mean of the ratios of force.
+The same ball is pressed into the mesh at the same places, with the engine's law. No part of the surface may be inside
+the ball, as where an engine's contact takes the deepest point of each element: contact is checked at points that fill
+the triangles, with their corners. The modulus that compensates is the organ's over the geometric mean of the ratios of
+force.
 """
 
 from collections.abc import Sequence
@@ -27,9 +28,10 @@ LARGEST_POISSON = 0.45
 
 @dataclass(frozen=True, eq=False)
 class Stiffer:
-    """How much stiffer a mesh acts at k places at a depth: ``ratios`` (k,), NaN where it has no answer there.
+    """How much stiffer a mesh of linear elements is than the organ, at k places.
 
-    law : of the engine; poisson : that was pressed; depth_m : (k,) [m]
+    law : of the engine; poisson : of the mesh; depth_m : (k,) [m] of the presses
+    ratios : (k,) of the mesh's force over the organ's, NaN where the mesh has no answer
     """
 
     law: str
@@ -49,7 +51,7 @@ class Stiffer:
 
     @property
     def sentence(self) -> str:
-        """Say it, as a comment of an exported file."""
+        """The ratios in words, for the comment of an exported file."""
         more = self.factor - 1.0
         told = f"acts {abs(more):.0%} {'stiffer' if more > 0 else 'softer'} than the organ"
         count = int(np.isfinite(self.ratios).sum())
@@ -61,9 +63,11 @@ class Stiffer:
 
 
 def pressed(body: Body, level: int, law: str, poisson: float, touches: Sequence[Touch], organ_n: np.ndarray) -> Stiffer:
-    """Press linear elements on ``level`` of ``body``; organ_n : (k,) forces [N] of the organ for Young's modulus 1 Pa.
+    """Press linear elements on ``level`` of ``body`` with an engine's ``law``, and compare forces with the organ's.
 
-    touches : k, with where they begin on ``body``. NotConverged where no place has an answer.
+    touches : k presses, with their poses of first touch on ``body``
+    organ_n : (k,) forces [N] of the organ for Young's modulus 1 Pa
+    NotConverged where no press has an answer.
     """
     poisson = min(poisson, LARGEST_POISSON)
     elastic = replace(body, material=replace(body.material, law=law, poisson=poisson))
@@ -79,7 +83,7 @@ def pressed(body: Body, level: int, law: str, poisson: float, touches: Sequence[
 
 
 def mesh_force(body: Body, level: int, touch: Touch, pose: Pose) -> float:
-    """Return the force [N] along a touch that begins at ``pose``, for Young's modulus 1 Pa, of linear elements."""
+    """Return the force [N] of linear elements against a touch that begins at ``pose``, for Young's modulus 1 Pa."""
     mesh, young = body.levels[level], body.material.young_pa
     end = pose.moved(touch.depth_m * touch.direction)
     center = end.tip + touch.instrument.radius_m * end.axes[2]
@@ -90,7 +94,11 @@ def mesh_force(body: Body, level: int, touch: Touch, pose: Pose) -> float:
 
 
 def filling_points(mesh: Mesh, young_pa: float, center: np.ndarray, radius_m: float) -> ContactPoints:
-    """Return points on the triangles of ``mesh`` within 1.5 radii of ``center`` (3,) [m], with corners and edges."""
+    """Return contact points that fill the triangles of ``mesh`` near a ball, with corners and edges.
+
+    center : (3,) [m] of the ball at its depth; triangles within 1.5 radii of it are filled
+    NotConverged where there are none.
+    """
     corners = mesh.nodes[mesh.triangles]
     chosen = np.flatnonzero(near_ball(corners, center, 1.5 * radius_m))
     if not len(chosen):

@@ -44,16 +44,15 @@ def export(
     values: Mapping[str, float],
     folder: Path,
 ) -> dict:
-    """Write all files into ``folder`` and return what ``exported.json`` has.
+    """Write the files of all engines into ``folder``; return the content of ``exported.json``.
 
-    level : of ``body``, the mesh for engines, as ``engine_level`` has it; presses : that were identified from, with
-        places
-    organ, values : give the forces of these presses, ``values`` being the identified parameters
-    InputError for presses that are not on the body, NotConverged where none has an answer on the mesh;
-    where some have none, all are pressed less deep.
+    level : of ``body``, the mesh for engines; presses : that the numbers were identified from, with places
+    organ, values : the forward model of these presses, and the identified parameters
+    Some presses are repeated on the mesh with each engine's law; where one has no answer, all are made less deep.
+    InputError for presses that are not on the body, NotConverged where none has an answer on the mesh.
     """
     chosen = np.unique(np.linspace(0, len(presses) - 1, MOST_PLACES).round().astype(int))
-    kept = [touch_of(body, instrument, presses[i], float(presses[i].depth_m.max())) for i in chosen]
+    repeated = [touch_of(body, instrument, presses[i], float(presses[i].depth_m.max())) for i in chosen]
 
     def organ_n(touches: Sequence[Touch]) -> np.ndarray:
         asked = zip(chosen, touches, strict=True)
@@ -61,7 +60,7 @@ def export(
 
     def stiffer(law: str) -> Stiffer:
         for share in SHARES:
-            touches = [replace(touch, depth_m=share * touch.depth_m) for touch in kept]
+            touches = [replace(touch, depth_m=share * touch.depth_m) for touch in repeated]
             try:
                 found = pressed(body, level, law, numbers.poisson, touches, organ_n(touches))
             except NotConverged:
@@ -88,12 +87,12 @@ def export(
                 "depth_m": touch.depth_m,
                 "force_n": float(force) * numbers.young_pa,
             }
-            for touch, force in zip(kept, organ_n(kept), strict=True)
+            for touch, force in zip(repeated, organ_n(repeated), strict=True)
         ],
     }
     texts = {
         f"{name}_palpate.yaml": palpate_config.snippet(numbers),
-        f"{name}.xml": mujoco.scene(meshes["mujoco"], f"{name}.msh", kept[0]),
+        f"{name}.xml": mujoco.scene(meshes["mujoco"], f"{name}.msh", repeated[0]),
         f"{name}_sofa.py": sofa.scene(meshes["sofa"], f"{name}.msh"),
         f"{name}_newton.py": newton.script(meshes["newton"], f"{name}.npz"),
         "exported.json": json.dumps(facts, indent=2),
@@ -109,6 +108,7 @@ def export(
 
 
 def _facts(mesh: EngineMesh) -> dict:
+    """Return what ``exported.json`` has of one engine."""
     stiffer = mesh.stiffer
     return {
         "young_pa": mesh.young_pa,

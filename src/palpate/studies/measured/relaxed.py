@@ -231,7 +231,7 @@ def _mean_curve(holds: Sequence[Hold], time_s: np.ndarray) -> np.ndarray:
 def _own(hold: Hold, fits: Mapping[int, Branches]) -> Iterator[tuple]:
     group = Group(NOTHING, "", np.zeros(0))
     for count, kernel in fits.items():
-        yield _error(group, hold, f"{OWN}: {_words(count)}", hold.left(kernel, 1.0)[hold.held + 1 :])
+        yield _error(group, hold, f"{OWN}: {_words(count)}", hold.residuals(kernel, 1.0)[hold.held + 1 :])
 
 
 def _error(group: Group, hold: Hold, model: str, error: np.ndarray) -> tuple:

@@ -14,7 +14,7 @@ def simulate_touch_truth(
     samples: int, depth_of_radius: tuple[float, float], seed: int,
 ):  # fmt: skip
     from palpate.benchmark.touch import choose_touches, given_touches, touches_of
-    from palpate.benchmark.touch_mesh import bearing
+    from palpate.benchmark.touch_mesh import check_by_coarse_elements
     from palpate.benchmark.touch_truth import truth_of_touches
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
@@ -24,7 +24,7 @@ def simulate_touch_truth(
         table = given_touches(body, tool, at)
     else:
         chosen = samples, depth_of_radius, seed
-        table = choose_touches(body, tool, *chosen, bearing(body, truth.along_radius))
+        table = choose_touches(body, tool, *chosen, check_by_coarse_elements(body, truth.along_radius))
     write_table(table, output.touches)
     touches = touches_of(tool, pd.read_csv(output.touches))
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}: truth of touch")

@@ -14,7 +14,7 @@ from palpate.benchmark.measuring import DOUBTED, FAILED, REASON, REFUSED, Kind, 
 from palpate.benchmark.model import Case, Model, Solver, answered
 from palpate.benchmark.press_measure import labels_of, prepared_settings
 from palpate.benchmark.presses import Sample
-from palpate.benchmark.static_responses import Operator
+from palpate.benchmark.static_responses import StaticSolver
 from palpate.benchmark.timing import Call
 from palpate.bodies.contacts import places_between
 from palpate.bodies.refinement import quadratic_prolongation
@@ -60,7 +60,7 @@ def questions(case: Case, judge: Judge, count: int, tolerance: float, progress: 
     tests = np.flatnonzero(judge.side == "test")
     chosen = tests[np.unique(np.linspace(0, len(tests) - 1, count).round().astype(int))]
     samples, body = judge.samples, case.body
-    operator = Operator(body, len(body.levels) - 1, 2)
+    operator = StaticSolver(body, len(body.levels) - 1, 2)
     alone = [Load.at(samples.contact[i], samples.force[i]) for i in chosen]
     found = [_question(case, PREPARED, load, samples.fine[i]) for i, load in zip(chosen, alone, strict=True)]
     asked = [(NEW, load) for load in _between(case, judge, count)]

@@ -43,9 +43,9 @@ class LocalFem(Solver):
 
 
 class _Meshes:
-    """The mesh of each contact that was asked for: its simulation, and the map to the fine surface.
+    """The locally refined mesh of each contact: its simulation, and the interpolation to the fine surface.
 
-    depth : how many of the body's levels are refined; reach : radius of what is refined, over that of the patch;
+    depth : how many of the body's levels are refined; reach : radius of what is refined, over that of the patch
     order : of the elements
     """
 
@@ -60,7 +60,7 @@ class _Meshes:
         self._seconds = perf_counter() - begin
 
     def prepare(self, case: Case) -> None:
-        """Make the meshes of the prepared contacts, or charge what that took for another setting."""
+        """Make the meshes of the prepared contacts; where they exist, charge the time that they took."""
         missing = [int(c) for c in case.prepared_contacts if int(c) not in self._made]
         if not missing:
             case.charge("meshes", self._seconds)
@@ -70,7 +70,7 @@ class _Meshes:
         self._seconds += perf_counter() - begin
 
     def of(self, contact: int) -> tuple[Simulation, sparse.csr_array]:
-        """Return the simulation on the mesh of ``contact``, and its map; InputError for a bad contact."""
+        """Return the simulation on the mesh of ``contact`` and its interpolation; InputError for a bad contact."""
         if contact not in self._made:
             row_of(self._contacts, contact)
             center = self._case.body.fine.nodes[contact]

@@ -9,7 +9,7 @@ from fixtures.touched_pad import DEEPEST
 
 from palpate.benchmark.touch import TouchCase, TouchDoubted
 from palpate.bodies.material import Material
-from palpate.models.reduced.cells import elastic, scratch_of
+from palpate.models.reduced.cubature_points import elastic, scratch_of
 from palpate.models.reduced.search import touched
 from palpate.models.touch import fem, linear, modes
 

@@ -93,7 +93,7 @@ class Enriched:
         self._solve_for_all(factor, ordered, held)
 
     def _read(self, order: int, ordered: np.ndarray) -> None:
-        """Prepare what is looked at: the interpolation to it, and its shape functions N_i."""
+        """Prepare the interpolation to the places where answers are read, and the shape functions N_i there."""
         case, mesh = self.case, self._mesh
         side = np.zeros(len(mesh.triangles))
         self._linear = skin_map(mesh, side, case.seen, 1.0, degree=1)
@@ -103,7 +103,7 @@ class Enriched:
         self._rows = sparse.csr_array(rows[:, self._seen])
 
     def _solve_for_all(self, factor: Factor, ordered: np.ndarray, held: np.ndarray) -> None:
-        """Compute the compliance [m/N] of all nodes, (3n, 3n), and that of the nodes that are seen, (3n, s, 3)."""
+        """Compute the compliance [m/N] of all nodes, (3n, 3n), and that of the s nodes that are read, (3n, s, 3)."""
         count, ranked = len(held), np.flatnonzero(~held[ordered])
         self._compliance = np.zeros((3 * count, 3 * count), dtype=np.float32)
         for part in np.array_split(ranked, max(1, 3 * len(ranked) // TOGETHER)):
@@ -168,7 +168,7 @@ class Enriched:
         return Pulled(*self.case.parted(seen), self._forces + pulls @ load)
 
     def _jumping(self, cut: Cut) -> sparse.csr_array:
-        """Return the values (points, jumps) of N_i ψ where answers are looked at."""
+        """Return the values (points, jumps) of the enrichment N_i ψ at the places where answers are read."""
         rows = self._linear
         at, columns = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), self._number[rows.indices]
         kept = np.flatnonzero(columns >= 0)
@@ -180,9 +180,9 @@ class Enriched:
         )
 
     def _opened(self, crossed: np.ndarray, owner: np.ndarray, volumes: np.ndarray, sign: np.ndarray) -> np.ndarray:
-        """Return the corners (n,) bool at which lips may open: of ``crossed`` elements, with tissue on both sides.
+        """Return the corners (n,) bool at which lips may open: those of ``crossed`` elements with tissue on both sides.
 
-        owner, volumes, sign : whose parts there are, their volumes [m³], and on which side they are
+        owner, volumes, sign : of the parts of divided elements, their elements, volumes [m³], and sides of the cut
         """
         corners, opened = self._mesh.tetrahedra, ~self._held
         around, each, count = corners[owner].ravel(), np.repeat(volumes, 4), len(opened)
@@ -191,9 +191,10 @@ class Enriched:
         return opened & np.isin(np.arange(count), corners[crossed])
 
     def _divided(self, cut: Cut, mixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Divide elements by the cut's surface.
+        """Divide the elements ``mixed`` by the cut's surface.
 
-        Returns their parts (n, 4, 3) [m], whose they are (n,), and the elements in which some of the patch lies.
+        Returns the parts (n, 4, 3) [m], the elements that they are of (n,), and the elements in which some of the patch
+        lies.
         """
         mesh = self._mesh
         parts, owner, crossed = mesh.nodes[mesh.tetrahedra[mixed]], mixed, [mixed[:0]]
@@ -300,7 +301,7 @@ def _add(outer, mu, lam, matrix, row, column):
 
 @numba.njit(cache=True)
 def product_of(matrix, nodes, right):
-    """Return the product of the blocks of some nodes (k,) in ``matrix`` (3n, 3n) and ``right`` (3k, p)."""
+    """Return the rows of ``nodes`` (k,) of a node-wise ``matrix`` (3n, 3n), columns alike, times ``right`` (3k, p)."""
     found, rows = np.empty_like(right), np.empty((3 * ROWS, len(right)), dtype=right.dtype)
     for begin in range(0, len(nodes), ROWS):
         count = min(ROWS, len(nodes) - begin)
@@ -316,7 +317,7 @@ def product_of(matrix, nodes, right):
 
 @numba.njit(cache=True, fastmath=True)
 def combined(rows, nodes, factors):
-    """Return Σ of the rows (3n, s, 3) of some nodes (k,) times ``factors`` (3k,), (s, 3)."""
+    """Return the sum (s, 3) of the rows of ``nodes`` (k,) in ``rows`` (3n, s, 3) times ``factors`` (3k,)."""
     total = np.zeros(rows.shape[1] * 3, dtype=rows.dtype)
     for a in range(len(nodes)):
         for i in range(3):

@@ -1,8 +1,8 @@
-"""Answer with linear responses: the compliance of the whole body, updated by what a cut has severed, or prepared anew.
+"""Answer with linear responses: the whole body's compliance, updated by what a cut has severed, or prepared anew.
 
 The compliance of all nodes is known before the cut; James and Pai (1999) keep that of the surface. A cut changes the
-stiffness between few nodes, and new nodes are joined to these alone: they are eliminated from the change at once. Then
-the forces of the change and those of the hooks follow from one dense system of their places, the capacitance matrix.
+stiffness between few nodes, and new nodes are joined to these alone: they are eliminated at once. The forces of the
+change and of the hooks then follow from one dense system of their nodes, the capacitance matrix.
 """
 
 from collections.abc import Sequence
@@ -31,10 +31,10 @@ TOGETHER = 64
 
 
 def online(case: CutCase, level: int, update: bool, way: str = VIRTUAL_NODES) -> "Anew | Updated":
-    """Return what answers for a ``level`` that is cut in one of the ways.
+    """Return linear responses of a ``level`` that is cut in a ``way``.
 
-    update : whether the compliance of the whole level is, or the cut one is factorised; Refused where it would be too
-        large, or nodes are lost
+    update : whether the whole level's compliance is updated, and not the cut level's stiffness factorised; Refused
+        where it would be too large, or nodes are lost
     """
     return (Updated if update else Anew)(case, level, way)
 
@@ -127,7 +127,7 @@ def dofs(nodes: np.ndarray) -> np.ndarray:
 
 
 def _stiffness(mesh: TetMesh, tissue: Tissue, elements: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Return the stiffness at rest of some elements between ``nodes`` (k,), increasing, (3k, 3k) [N/m]."""
+    """Return the stiffness (3k, 3k) [N/m] of some ``elements`` at rest between ``nodes`` (k,), increasing."""
     share = None if tissue.share is None else tissue.share[elements]
     own = TetMesh(mesh.nodes[np.minimum(nodes, len(mesh.nodes) - 1)], np.searchsorted(nodes, mesh.tetrahedra[elements]))
     return LinearElements(own, Tissue(tissue.materials, tissue.region[elements], share)).stiffness(own.nodes).toarray()

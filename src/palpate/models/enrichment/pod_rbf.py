@@ -23,9 +23,9 @@ KERNELS = [("linear", 1.0)] + [
 
 
 class PodRbf:
-    """Fine displacements in POD modes, their coefficients interpolated from the coarse surface displacements.
+    """Fine displacements in POD modes, whose coefficients are interpolated from coarse surface displacements.
 
-    Cross-validation chooses kernel, its width and, unless ``modes`` are given, their number.
+    Cross-validation chooses the kernel, its width and, unless ``modes`` are given, their number.
     """
 
     sigma_m = np.nan

@@ -1,6 +1,6 @@
-"""Fit spring moduli to presses in every way: by closed forms, one modulus for all, evolution, and descent.
+"""Fit spring moduli to presses by any method: closed forms, one modulus for all, evolution, or descent.
 
-Evolution is paper 2's genetic algorithm, and its rival CMA-ES.
+Evolution is paper 2's genetic algorithm, or CMA-ES, its rival.
 """
 
 from collections.abc import Callable
@@ -76,7 +76,7 @@ def evolve(
     generations: int,
     report: Callable[[int, float], None] = lambda generation, best: None,
 ) -> Fit:
-    """Run so many ``generations``, and call ``report`` with each one's number and best fitness [m]."""
+    """Run ``generations`` of the genetic algorithm; ``report`` gets each one's number and best fitness [m]."""
     search = Genetic(fitness, nodes, population, limits, seed)
     while search.generation < generations:
         search.advance()

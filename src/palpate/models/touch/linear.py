@@ -1,9 +1,9 @@
 """Answer a touch with linear responses of its place, and contact solved in them: the classic of haptics.
 
-Unit forces on small discs that cover what may be touched have linear responses (James and Pai 1999, "ArtDefo"), of
-which the answer is made that ``disc_contact`` finds. They press along the inward normals of the surface at rest,
-whichever way the instrument comes. *Warped*, responses and normals are turned by the rotations of the sum of the
-responses at the surface, as ``warped_response`` does for presses: a linear body alone is 10 to 20 % too hard.
+Linear responses to unit forces on small discs that cover what may be touched (James and Pai 1999, "ArtDefo") are
+superposed; ``disc_contact`` finds the forces. Discs press along the inward normals of the surface at rest, whichever
+way the instrument comes. *Warped*, responses and normals are turned by the rotations of the summed responses at the
+surface, as ``warped_response`` does for presses: a linear body alone is 10 to 20 % too hard.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, Tou
 from palpate.benchmark.touch_mesh import TouchedMeshes, contact_radius
 from palpate.bodies.contacts import spread_over
 from palpate.bodies.mesh import Mesh, TetMesh
-from palpate.effects.instrument import GRASP, PUNCH, Instrument, Pose
+from palpate.effects.instrument import GRASP, PUNCH, Pose
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.touch.disc_contact import OFF, Discs, combined, settle_discs
 from palpate.models.touch.reduced_touch import doubt_beyond
@@ -41,7 +41,7 @@ SHORTER = (1, 2, 4)
 
 
 def settings(case: TouchCase) -> list[Setting]:
-    """List the numbers of discs, the levels of the mesh and whether responses are warped; of a grasp the levels."""
+    """List the numbers of discs, levels of the mesh and whether responses are warped; of a grasp the levels alone."""
     grid = case.grid.linear
     if case.instrument.kind != GRASP:
         return [dict(each) for each in grid]
@@ -50,7 +50,7 @@ def settings(case: TouchCase) -> list[Setting]:
 
 
 def online(case: TouchCase, held: int, level: int, discs: int = 0, warped: bool = False) -> TouchSolver:
-    """Return the model; each place is prepared when it is asked to. LeftOut for an instrument that sticks."""
+    """Return the solver of a setting, which prepares places when asked to. LeftOut for an instrument that sticks."""
     if case.instrument.kind == GRASP:
         return GraspedResponses(case, held, level)
     refuse_sticking(case, "linear responses of a place")
@@ -58,7 +58,7 @@ def online(case: TouchCase, held: int, level: int, discs: int = 0, warped: bool 
 
 
 class LinearTouch(TouchSolver):
-    """Linear responses of places, by node."""
+    """Linear responses of discs around places, by the node of the place."""
 
     def __init__(self, case: TouchCase, where: tuple[int, int], discs: int, warped: bool):
         self._case, self._asked = case, (where, discs, warped)
@@ -69,7 +69,7 @@ class LinearTouch(TouchSolver):
             self._places[touch.node] = _discs(self._case, touch.node, *self._asked)
 
     def respond(self, touch: Touch) -> Touched:
-        """Answer as ``TouchSolver`` does; TouchDoubted where contact is not solved, or unprepared."""
+        """Answer as ``TouchSolver`` does; TouchDoubted where contact is not solved, or beyond what is prepared."""
         discs, body = self._places[touch.node], self._case.body
         doubt_beyond(touch, body.fine.normals[touch.node], self._case.deepest_m)
         forces, off = _settled(discs, touch, touch.pose(body))
@@ -114,9 +114,13 @@ class GraspedResponses(TouchSolver):
 
 
 def _settled(discs: Discs, touch: Touch, begin: Pose) -> tuple[np.ndarray, float]:
-    """Return the forces of discs under a touch that begins at ``begin``, and what is off, as ``settle_discs`` does."""
-    way, least = touch.depth_m * touch.direction, int(np.ceil(touch.depth_m / _longest(touch.instrument)))
-    fixed, tool = (discs.rest, discs.motions, discs.spins, discs.shares), (begin.axes, touch.instrument.shape)
+    """Return the forces of discs under a touch that begins at ``begin``, and contact's error, as ``settle_discs``."""
+    instrument, way = touch.instrument, touch.depth_m * touch.direction
+    # a step leaves the end of a punch nearer than its side to all that is inside
+    edge = max(instrument.edge_m, SHARP * instrument.radius_m)
+    longest = edge if instrument.kind == PUNCH else STEP * instrument.radius_m
+    least = int(np.ceil(touch.depth_m / longest))
+    fixed, tool = (discs.rest, discs.motions, discs.spins, discs.shares), (begin.axes, instrument.shape)
     for factor in SHORTER:
         forces, off = settle_discs(*fixed, begin.tip, way, factor * least, *tool)
         if off <= OFF:
@@ -124,13 +128,8 @@ def _settled(discs: Discs, touch: Touch, begin: Pose) -> tuple[np.ndarray, float
     return forces, off
 
 
-def _longest(instrument: Instrument) -> float:
-    """Return the longest step [m]: of a punch, one that leaves its end nearer than its side to all that is inside."""
-    radius, punch = instrument.radius_m, instrument.kind == PUNCH
-    return max(instrument.edge_m, SHARP * radius) if punch else STEP * radius
-
-
 def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warped: bool) -> Discs:
+    """Compute linear responses of ``count`` discs around ``node``, on the mesh with the levels ``where``."""
     place, outward, instrument = case.body.fine.nodes[node], case.body.fine.normals[node], case.instrument
     meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
     deepest = Touch(instrument, node, -outward, case.deepest_m)

@@ -1,7 +1,7 @@
-"""Answer a touch with a reduced model of its place, whose shapes are presses of quadratic elements by the instrument.
+"""Answer a touch with a reduced model of its place, whose modes are presses of quadratic elements by the instrument.
 
 A place is prepared by pushing the instrument straight in and along eight tilted directions, on a mesh that is refined
-there; the shapes found are the coordinates, and few cells give the energy, as those of ``contact_modes`` do.
+there. The displacements are the modes, and few cubature points give the energy, as in ``contact_modes``.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.effects.instrument import upright
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.reduced.basis import coordinates, orthonormal
-from palpate.models.reduced.cubature import like_elements
+from palpate.models.reduced.cubature import energy_of_elements
 from palpate.models.touch.reduced_touch import (
     LOOKED_AT,
     TILT,
@@ -30,7 +30,7 @@ STRAIGHT, TILTED = (0.25, 0.5, 0.75, 1.0), (0.35, 0.7, 1.0)
 PUSH_TOLERANCE = 3e-2
 """Of the residual of a push. At a third of it, models are no better (0.3 to 0.4 % from elements, force 0.8 %)."""
 THINNED = 1e-2
-"""Tolerance to which few cells pull as all do."""
+"""Tolerance to which few cubature points pull as all do."""
 
 
 def settings(case: TouchCase) -> list[Setting]:
@@ -102,7 +102,7 @@ class _Place:
         modes = orthonormal(elements, snapshots)
         states = coordinates(elements, snapshots, modes).T
         nowhere, rng = np.zeros(len(elements.couples), dtype=bool), np.random.default_rng(case.seed)
-        model = like_elements(elements, modes, nowhere, states, THINNED, rng, moved=moved)
+        model = energy_of_elements(elements, modes, nowhere, states, THINNED, rng, moved=moved)
         self.reduced = ReducedTouch(model, modes, points, near, rest, mesh.up)
         self._outward, self._deepest = outward, case.deepest_m
         self._pushes = Pushes(case.deepest_m, np.array(pushed), states)

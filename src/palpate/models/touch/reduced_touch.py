@@ -1,4 +1,4 @@
-"""A body in few coordinates that an instrument is pushed into: elastic energy of cells, and contact at points."""
+"""A body in few coordinates that an instrument is pushed into: elastic energy of cubature points, contact at points."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ from palpate.solvers.indentation import ContactPoints
 def settle_touching(q, body, base, points, tip, axes, shape, tolerance, iterations):
     """Settle ``q`` (r,) in place under an instrument; return its force (3,) [N], the area touched [m²], the residual.
 
-    base, points, tip, axes, shape : as ``search.touched`` has them; the area is that at rest
+    base, points, tip, axes, shape : as in ``search.touched``; the area is that at rest
     """
     count, force, area = len(points[2]), np.zeros(3), 0.0
     normals, pressures = np.empty((count, 3)), np.empty(count)
@@ -40,12 +40,12 @@ STIFFER = 2.0
 
 
 class ReducedTouch:
-    """One place of a body in r coordinates.
+    """A reduced model of one place of a body, in r coordinates.
 
-    model : its energy; modes : (n, 3, r) the motion of the nodes; points : of the surface, those ``near`` (q,) bool
-    are looked at; rest : (n, 3) [m]; up : the map (n_surface, n) to the fine surface
-    Its ``points`` are what ``settle_touching`` takes; ``surface`` (3 n_surface, r) is the motion of the fine surface,
-    in single precision, as it takes long to read.
+    model : its energy; modes : (n, 3, r) the motion of the nodes; points : of the surface, of which those ``near`` (q,)
+        bool may be touched; rest : (n, 3) [m]; up : the map (n_surface, n) to the fine surface
+    Its own ``points`` are what ``settle_touching`` takes; ``surface`` (3 n_surface, r) is the motion of the fine
+    surface, in float32, as it takes long to read.
     """
 
     def __init__(
@@ -74,9 +74,9 @@ class ReducedTouch:
         return settle_touching(q, self.model.body, self.model.base, *where, RESIDUAL, ITERATIONS)
 
     def answer(self, touch: Touch, pose: Pose, q: np.ndarray, stretched: float = 1.0) -> Touched:
-        """Return the answer to ``touch``, which begins at ``pose``, from coordinates ``q`` (r,), which are settled.
+        """Answer ``touch``, which begins at ``pose``; the search begins at coordinates ``q`` (r,) and overwrites them.
 
-        stretched : areas that touch over those at rest. TouchDoubted where the search stops above its tolerance.
+        stretched : areas touched over those at rest. TouchDoubted where the search stops above its tolerance.
         """
         force, area, left = self.settle(pose.moved(touch.depth_m * touch.direction), q)
         if not left <= RESIDUAL:
@@ -98,7 +98,7 @@ RIDGE = 1e-6
 
 
 def tilted(axes: np.ndarray, tilt: float, turn: float) -> np.ndarray:
-    """Return the unit vector (3,) into the body, ``tilt`` [degrees] off straight in and turned about that by ``turn``.
+    """Return the unit vector (3,) into the body, ``tilt`` [degrees] off the normal and turned about it by ``turn``.
 
     axes : (3, 3), of an upright instrument
     """
@@ -107,7 +107,7 @@ def tilted(axes: np.ndarray, tilt: float, turn: float) -> np.ndarray:
 
 
 def tilted_ways(axes: np.ndarray, tilts: Sequence[float], around: int) -> np.ndarray:
-    """Return straight in, and for each of ``tilts`` [degrees] so many ways ``around``: (1 + around · tilts, 3)."""
+    """Return straight in, and for each of ``tilts`` [degrees] ``around`` directions: (1 + around · tilts, 3)."""
     turns = 360.0 / around * np.arange(around)
     return np.array([tilted(axes, 0.0, 0.0), *(tilted(axes, tilt, turn) for tilt in tilts for turn in turns)])
 
@@ -121,9 +121,9 @@ def doubt_beyond(touch: Touch, outward: np.ndarray, deepest_m: float) -> None:
 
 
 class Pushes:
-    """Pushes that a place was prepared by, between which a search begins.
+    """Pushes of one place whose results are known, from which the state under another push is predicted.
 
-    deepest_m : of the pushes [m]; ways : (k, 3) [m]; states : (k, r), where they came to
+    deepest_m : of the pushes [m]; ways : (k, 3) [m], their displacements; states : (k, r), their results
     """
 
     def __init__(self, deepest_m: float, ways: np.ndarray, states: np.ndarray):
@@ -131,7 +131,7 @@ class Pushes:
         self._weights = np.linalg.solve(_alike(self._ways, self._ways) + RIDGE * np.eye(len(ways)), states)
 
     def begin(self, push: np.ndarray) -> np.ndarray:
-        """Return the coordinates (r,) at which the search for what a ``push`` (3,) [m] comes to begins."""
+        """Return the coordinates (r,) that are expected under a ``push`` (3,) [m], where its search begins."""
         return _alike(push / self._deepest, self._ways) @ self._weights
 
 

@@ -1,10 +1,10 @@
-"""Make what reduced models of contacts are made of, for one body under discs of one radius: settings share it.
+"""Compute offline what reduced models of a body's contacts are made of, once for all settings that share it.
 
-Beside elements and snapshots these are the target, which is the fine operator's answer or the limit of ever finer
-levels, and how hard a contact bears to be pressed. Errors of nested levels fall by one ratio with each (Richardson
-1911): the linear part of an answer is extrapolated by the columns of all levels there are; what is beyond it, by the
-two levels that a contact's snapshots are pressed on. A thin lobe may fold or snap, on fine elements at smaller forces
-than on coarse ones, which what is reduced from these does not see.
+Beside elements and snapshots these are the responses that a model aims at, of the finest level or of the limit of ever
+finer levels, and the hardest presses that have an answer. Errors of nested levels fall by one ratio with each
+(Richardson 1911): linear responses are extrapolated by those of all levels, and what is beyond them by the two levels
+that a contact's snapshots are pressed on. A thin lobe may fold or snap on fine elements at smaller forces than on
+coarse ones, which a model reduced from these does not see.
 """
 
 from collections.abc import Callable, Sequence
@@ -44,7 +44,7 @@ SMOOTH = 0.005
 
 
 class Change(NamedTuple):
-    """Keep what s answers to presses of a contact change from one level to the next.
+    """How answers to s presses of a contact change from one level to the next.
 
     forces : (s, 3) [N]; answers : (n, 3, s) [m], on the level that is reduced; change : (n_surface, 3, s) [m]
     """
@@ -59,10 +59,10 @@ def bring_to_surface(up: sparse.csr_array, moved: np.ndarray) -> np.ndarray:
     return (up @ moved.reshape(len(moved), -1)).reshape(-1, *moved.shape[1:])
 
 
-def fitted(seen: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Fit the matrix (n, 3, r) whose products with ``seen`` (r, s) are ``wanted`` (n, 3, s), by penalised squares.
+def penalised_fit(seen: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Return the matrix (n, 3, r) whose products with ``seen`` (r, s) are ``wanted`` (n, 3, s), by penalised squares.
 
-    Each of the s pairs counts over its size, so that weak presses are met as well as hard ones.
+    Each of the s pairs is divided by its size, so that weak presses count as much as hard ones.
     """
     norms = np.linalg.norm(seen, axis=0)
     weights = np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)
@@ -83,13 +83,13 @@ def reduced_level(body: Body, most: int) -> int:
     return max((level for level, size in enumerate(sizes) if size <= most), default=0)
 
 
-class Workshop:
-    """Reduces quadratic elements on one ``level`` of ``body``.
+class Offline:
+    """Quadratic elements on one ``level`` of ``body``, which are reduced, and what models of contacts need of them.
 
     radius_m : of the disc that is pressed; 0 presses one node
     gap : number of levels between the one that is reduced and the body's finest
     pressable : the nodes of the fine surface that are not held
-    seconds : what each thing that was made has taken, by its name
+    seconds : the time that each named quantity has taken
     """
 
     def __init__(self, body: Body, radius_m: float, level: int):
@@ -99,8 +99,8 @@ class Workshop:
         self._made: dict[Any, Any] = {}
         self.seconds: dict[Any, float] = {}
 
-    def make(self, name: Any, how: Callable[[], Made]) -> Made:
-        """Return the thing called ``name``, made by ``how`` at its first use."""
+    def once(self, name: Any, how: Callable[[], Made]) -> Made:
+        """Return the quantity called ``name``, computed by ``how`` at its first use."""
         if name not in self._made:
             begin, before = perf_counter(), sum(self.seconds.values())
             self._made[name] = how()
@@ -109,40 +109,46 @@ class Workshop:
 
     def elements(self, level: int) -> ElementsAtRest:
         """Return the quadratic elements of a level."""
-        return self.make(("elements", level), lambda: ElementsAtRest(with_unknowns(self._body, level, ORDER), level))
+        return self.once(("elements", level), lambda: ElementsAtRest(with_unknowns(self._body, level, ORDER), level))
 
     def up(self, level: int) -> Any:
         """Return the interpolation (n_surface, n) from the nodes of the quadratic elements of a level."""
-        return self.make(("up", level), lambda: to_surface(self._body, level, ORDER))
+        return self.once(("up", level), lambda: to_surface(self._body, level, ORDER))
 
     def refine(self, level: int) -> Any:
         """Return the interpolation (n_finer, n) from the nodes of a level's quadratic elements to the next level's."""
         levels = self._body.levels
-        return self.make(("refine", level), lambda: quadratic_prolongation(levels[level], levels[level + 1]))
+        return self.once(("refine", level), lambda: quadratic_prolongation(levels[level], levels[level + 1]))
 
     def disc(self, node: int, level: int) -> tuple[np.ndarray, np.ndarray]:
         """Return nodes (k,) and shares (k,) of the disc around fine surface ``node``."""
         return patch_shares(self._body.levels[level], self._patch(node), ORDER)
 
-    def shown(self, node: int, modes: str) -> ContactSnapshots:
-        """Return columns of the disc around ``node`` with answers: the elements' own if ``modes`` is "snapshots"."""
-        columns = self.make(("columns", node), lambda: self._columns(node))
-        return columns if modes == "columns" else self.make((modes, node), lambda: press_contact(columns))
+    def contact(self, node: int, modes: str) -> ContactSnapshots:
+        """Return columns of the disc around ``node``, and answers to presses there.
+
+        modes : "snapshots" for the answers of the elements, "columns" for those of a reduced model of the columns
+        """
+        columns = self.once(("columns", node), lambda: self._columns(node))
+        return columns if modes == "columns" else self.once((modes, node), lambda: press_contact(columns))
 
     def linear(self, node: int, before: int = 0) -> np.ndarray:
-        """Return the linear columns (n, 3, 3) [m/N] at all nodes of the elements that are reduced, or those before."""
+        """Return linear responses (n, 3, 3) [m/N] to unit forces at ``node``, at all nodes of the elements.
+
+        before : 0 for the level that is reduced, 1 for the level before
+        """
         level = self.level - before
         elements, disc = self.elements(level), self.disc(node, level)
-        return self.make(("columns before" if before else "linear", node), lambda: linear_columns(elements, *disc))
+        return self.once(("columns before" if before else "linear", node), lambda: linear_columns(elements, *disc))
 
     def reduced_columns(self, node: int, before: int = 0) -> np.ndarray:
-        """Return the same at the fine surface, (n_surface, 3, 3) [m/N]."""
+        """Return the responses of ``linear`` at the fine surface, (n_surface, 3, 3) [m/N]."""
         return bring_to_surface(self.up(self.level - before), self.linear(node, before))
 
     def pressed_once(self, node: int, level: int) -> np.ndarray:
-        """Return the linear response (n_surface, 3) [m/N] of a level to a unit force into ``node``.
+        """Return the linear response (n_surface, 3) [m/N] of any ``level`` to a unit force into ``node``.
 
-        The level may be finer than the body's; elements are not kept.
+        The level may be finer than the body's; its elements are not kept.
         """
         whole = finer(self._body, max(0, level + ORDER - len(self._body.levels)))
         elements, patch = ElementsAtRest(whole, level), self._patch(node)
@@ -163,10 +169,13 @@ class Workshop:
         return columns_of_contact(elements, *disc, normal, newtons, self.linear(node))
 
 
-def _from_coarser(shop: Workshop, node: int, modes: str) -> Change:
-    """Press as hard as ``shop.shown`` does on the level before, and return the change to the answers there."""
-    shown, level, linear = shop.shown(node, modes), shop.level, shop.linear(node, 1)
-    coarse, disc = shop.elements(level - 1), shop.disc(node, level - 1)
+def _from_coarser(offline: Offline, node: int, modes: str) -> Change:
+    """Return how answers to presses at ``node`` change from the level before to the one that is reduced.
+
+    The presses are the hardest of the snapshots, or for "columns" the straight and most tilted ones.
+    """
+    shown, level, linear = offline.contact(node, modes), offline.level, offline.linear(node, 1)
+    coarse, disc = offline.elements(level - 1), offline.disc(node, level - 1)
     if shown.found:
         hardest = slice(None, len(shown.forces) // len(SHARES))
         forces, answers = shown.forces[hardest], shown.answers[:, :, hardest]
@@ -179,25 +188,25 @@ def _from_coarser(shop: Workshop, node: int, modes: str) -> Change:
         coarse.settle(coarse.nodal(*disc, force), np.ascontiguousarray(starts[:, :, s]), LEVEL_STEPS, COARSER_RESIDUAL)
         for s, force in enumerate(forces)
     ]
-    before = bring_to_surface(shop.up(level - 1), np.stack(moved, axis=2))
-    return Change(forces, answers, bring_to_surface(shop.up(level), answers) - before)
+    before = bring_to_surface(offline.up(level - 1), np.stack(moved, axis=2))
+    return Change(forces, answers, bring_to_surface(offline.up(level), answers) - before)
 
 
 def _settled(shown: ContactSnapshots, k: int) -> np.ndarray:
-    """Return the elements' answer (n, 3) [m] to the k-th press of ``shown``, from that of the model."""
+    """Return the elements' answer (n, 3) [m] to the k-th press of ``shown``, searched for from the model's."""
     load = shown.elements.nodal(shown.nodes, shown.shares, shown.forces[k])
     return shown.elements.settle(load, np.ascontiguousarray(shown.answers[:, :, k]), LEVEL_STEPS, SNAPSHOT_RESIDUAL)
 
 
-def _to_finer(shop: Workshop, node: int, share: float) -> Change:
-    """Press on the next level, by ``share`` of the hardest straight and most tilted presses of the snapshots.
+def _to_finer(offline: Offline, node: int, share: float) -> Change:
+    """Return how answers to presses at ``node`` change from the level that is reduced to the next.
 
-    What has changed at one press tells where the search of the next begins. A press that is not found, or that inverts
-    an element, is left out.
+    The presses are ``share`` times the hardest straight and most tilted ones of the snapshots. The change at one press
+    predicts where the search of the next begins. A press without an answer, or that inverts an element, is left out.
     """
-    level, shown = shop.level, shop.shown(node, "snapshots")
-    elements, finer = shown.elements, shop.elements(level + 1)
-    disc, refine, up = shop.disc(node, level + 1), shop.refine(level), shop.up(level)
+    level, shown = offline.level, offline.contact(node, "snapshots")
+    elements, finer = shown.elements, offline.elements(level + 1)
+    disc, refine, up = offline.disc(node, level + 1), offline.refine(level), offline.up(level)
     forces: list[np.ndarray] = []
     answers: list[np.ndarray] = []
     changes: list[np.ndarray] = []
@@ -218,7 +227,7 @@ def _to_finer(shop: Workshop, node: int, share: float) -> Change:
         return Change(np.empty((0, 3)), shown.answers[:, :, :0], np.empty((up.shape[0], 3, 0)))
     before = np.stack(answers, axis=2)
     after = np.stack([refine @ each for each in answers], axis=2) + np.stack(changes, axis=2)
-    change = bring_to_surface(shop.up(level + 1), after) - bring_to_surface(up, before)
+    change = bring_to_surface(offline.up(level + 1), after) - bring_to_surface(up, before)
     return Change(np.array(forces), before, change)
 
 
@@ -232,41 +241,44 @@ TRIAL_STEPS, TRIAL_FALLS = 16, 8
 """Most steps of L-BFGS of a trial, of which 8 are usual, and how often a press that has no answer is lowered."""
 
 
-def bearing(shop: Workshop, nodes: Sequence[int], modes: str) -> np.ndarray:
-    """Return (k, 3) [1/N], the inward normals at ``nodes`` over the largest inward forces known to have an answer.
+def bearing(offline: Offline, nodes: Sequence[int], modes: str) -> np.ndarray:
+    """Return inward normals at ``nodes`` over the hardest inward forces known to have an answer, (k, 3) [1/N].
 
-    A force of which the product with its row is above 1 goes beyond them.
+    A force of which the product with its row is above 1 is harder than any that is known.
     """
 
     def most(node: int) -> float:
-        return shop.make((f"{modes} bear", node), lambda: _bears(shop, node, modes))
+        return offline.once((f"{modes} bear", node), lambda: _bears(offline, node, modes))
 
-    return np.array([-shop.shown(node, modes).normal / most(node) for node in nodes])
+    return np.array([-offline.contact(node, modes).normal / most(node) for node in nodes])
 
 
-def _bears(shop: Workshop, node: int, modes: str) -> float:
-    """Return the force [N] of the hardest straight press of a contact, or of the hardest that is sound, if less."""
-    shown, level = shop.shown(node, modes), shop.level
+def _bears(offline: Offline, node: int, modes: str) -> float:
+    """Return the force [N] of the hardest straight press at ``node`` whose answer on the next finer level is sound.
+
+    It is at most the hardest straight press of the contact's snapshots.
+    """
+    shown, level = offline.contact(node, modes), offline.level
     newtons = float(np.linalg.norm(shown.forces[0]))
-    if shop.gap == 0:
+    if offline.gap == 0:
         return newtons
     start = shown.answers[:, :, 0]
     for _ in range(TRIAL_FALLS):
         force = -newtons * shown.normal
-        moved, least = _tried(shop, node, level, start, force)
+        moved, least = _tried(offline, node, level, start, force)
         if least >= SURE:
             break
-        if least >= HOPELESS and _tried(shop, node, level + 1, shop.refine(level) @ moved, force)[1] >= SOUND:
+        if least >= HOPELESS and _tried(offline, node, level + 1, offline.refine(level) @ moved, force)[1] >= SOUND:
             break
         newtons *= FORCE_FACTOR
         start = shown.modelled(-newtons * shown.normal)
     return newtons
 
 
-def _tried(shop: Workshop, node: int, level: int, start: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the displacement (n, 3) [m] of a level under ``force`` (3,) [N], and its smallest det F; -inf if none."""
-    elements = shop.elements(level)
-    load = elements.nodal(*shop.disc(node, level), force)
+def _tried(offline: Offline, node: int, level: int, start: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the displacement (n, 3) [m] of a level under ``force`` (3,) [N], and its least det F or −∞."""
+    elements = offline.elements(level)
+    load = elements.nodal(*offline.disc(node, level), force)
     moved = elements.settle(load, start, TRIAL_STEPS, TRIAL_RESIDUAL)
     return moved, elements.least_det(moved) if elements.residual(moved, load) <= TRIAL_RESIDUAL else -np.inf
 
@@ -275,68 +287,78 @@ LEAST_RATIO = 1.5
 """Smallest ratio that is extrapolated by; below, levels hardly approach a limit."""
 
 
-def target_columns(shop: Workshop, case: Case, target: str, node: int) -> np.ndarray:
-    """Return the linear responses (n_surface, 3, 3) [m/N] of ``target`` to unit forces at ``node``."""
-    gap, reduced = shop.gap, shop.reduced_columns(node)
-    fine = _fine_columns(shop, case, node)
+def target_columns(offline: Offline, case: Case, target: str, node: int) -> np.ndarray:
+    """Return linear responses (n_surface, 3, 3) [m/N] to unit forces at ``node``.
+
+    target : "operator" for those of the finest level, "limit" for those of ever finer levels
+    """
+    gap, reduced = offline.gap, offline.reduced_columns(node)
+    fine = _fine_columns(offline, case, node)
     if target == "operator":
         return fine
     if gap:
-        return fine + (fine - reduced) / (target_ratio(shop, case, node) ** gap - 1.0)
-    return fine + (fine - shop.reduced_columns(node, 1)) / (target_ratio(shop, case, node) - 1.0)
+        return fine + (fine - reduced) / (target_ratio(offline, case, node) ** gap - 1.0)
+    return fine + (fine - offline.reduced_columns(node, 1)) / (target_ratio(offline, case, node) - 1.0)
 
 
-def target_change(shop: Workshop, case: Case, model: kinds.ContactModes, node: int, borne: float) -> Change | None:
-    """Return by how much answers beyond their linear part are to be changed for the target of ``model``; or None.
+def target_change(offline: Offline, case: Case, model: kinds.ContactModes, node: int, borne: float) -> Change | None:
+    """Return the change that brings nonlinear answers at ``node`` to the target of ``model``; None where there is none.
 
-    With the modes "finer" it is what the next level changes, if there is one, else what has changed since the last one.
-    borne : part of the hardest press that the next level is known to bear
+    It is extrapolated from what the next level changes with the modes "finer", and otherwise from what the last level
+    has changed.
+    borne : share of the hardest press that the next level is known to bear
     """
-    target, modes, gap = model.target, model.modes, shop.gap
+    target, modes, gap = model.target, model.modes, offline.gap
     if target == "operator" and gap == 0:
         return None
     if modes == "finer" and gap:
-        found = shop.make(("to finer", node), lambda: _to_finer(shop, node, borne))
-        linear = _fine_columns(shop, case, node) - shop.reduced_columns(node)
-        share = 1.0 if gap == 1 and target == "operator" else _share(target, target_ratio(shop, case, node), gap - 1, 1)
-    elif shop.level == 0:
+        found = offline.once(("to finer", node), lambda: _to_finer(offline, node, borne))
+        linear = _fine_columns(offline, case, node) - offline.reduced_columns(node)
+        share = (
+            1.0 if gap == 1 and target == "operator" else _share(target, target_ratio(offline, case, node), gap - 1, 1)
+        )
+    elif offline.level == 0:
         return None
     else:
         shown = "columns" if modes == "columns" else "snapshots"
-        found = shop.make((f"from coarser {shown}", node), lambda: _from_coarser(shop, node, shown))
-        linear = shop.reduced_columns(node) - shop.reduced_columns(node, 1)
-        share = _share(target, target_ratio(shop, case, node), gap, 0)
+        found = offline.once((f"from coarser {shown}", node), lambda: _from_coarser(offline, node, shown))
+        linear = offline.reduced_columns(node) - offline.reduced_columns(node, 1)
+        share = _share(target, target_ratio(offline, case, node), gap, 0)
     return found._replace(change=share * (found.change - linear @ found.forces.T))
 
 
 def _share(target: str, ratio: float, count: int, first: int) -> float:
-    """Return the sum of so many changes after one of size 1, or of all of them; and of that ``first`` one, too."""
+    """Return the factor of a level's change for the target: that of ``count`` further changes, or of all to the limit.
+
+    first : 1 if the change itself counts too, else 0
+    """
     return first + (_sum_of_powers(ratio, count) if target == "operator" else 1.0 / (ratio - 1.0))
 
 
-def target_ratio(shop: Workshop, case: Case, node: int) -> float:
-    """Return by how much each level divides the error, LEAST_RATIO or more: at ``node`` if it knows three levels.
+def target_ratio(offline: Offline, case: Case, node: int) -> float:
+    """Return by how much each level divides the error, LEAST_RATIO or more.
 
-    Otherwise at one contact for the whole body, which may take a level more than it has.
+    The ratio is that at ``node`` where three levels' responses are known there. Otherwise it is that at one contact for
+    the whole body, which may take a level finer than the body's.
     """
     stored = case.prepared_contacts
-    known = shop.gap == 1 and shop.level > 0 and node in stored
+    known = offline.gap == 1 and offline.level > 0 and node in stored
     where = node if known else int(stored[0] if len(stored) else kept_contacts(case.body, 1)[0])
-    return shop.make(("ratio", where), lambda: max(LEAST_RATIO, _ratio(shop, case, where)))
+    return offline.once(("ratio", where), lambda: max(LEAST_RATIO, _ratio(offline, case, where)))
 
 
-def _fine_columns(shop: Workshop, case: Case, node: int) -> np.ndarray:
-    """Return the columns of the finest level: stored ones, or extrapolated to it from the levels before."""
-    reduced = shop.reduced_columns(node)
-    if shop.gap == 0:
+def _fine_columns(offline: Offline, case: Case, node: int) -> np.ndarray:
+    """Return the linear responses of the finest level at ``node``: stored, or extrapolated from the levels before."""
+    reduced = offline.reduced_columns(node)
+    if offline.gap == 0:
         return reduced
     if node in case.prepared_contacts:
         compliance = case.use_compliance()
         return compliance.fine[compliance.row(node)].transpose(1, 2, 0)
-    if shop.level == 0:
+    if offline.level == 0:
         return reduced
-    return reduced + _sum_of_powers(target_ratio(shop, case, node), shop.gap) * (
-        reduced - shop.reduced_columns(node, 1)
+    return reduced + _sum_of_powers(target_ratio(offline, case, node), offline.gap) * (
+        reduced - offline.reduced_columns(node, 1)
     )
 
 
@@ -345,12 +367,13 @@ def _sum_of_powers(ratio: float, count: int) -> float:
     return sum(ratio**-k for k in range(1, count + 1))
 
 
-def _ratio(shop: Workshop, case: Case, node: int) -> float:
-    if shop.gap == 1 and shop.level > 0 and node in case.prepared_contacts:
-        levels = [shop.reduced_columns(node, 1), shop.reduced_columns(node), _fine_columns(shop, case, node)]
+def _ratio(offline: Offline, case: Case, node: int) -> float:
+    """Return by how much the linear response at ``node`` changes less from level to level, of three levels."""
+    if offline.gap == 1 and offline.level > 0 and node in case.prepared_contacts:
+        levels = [offline.reduced_columns(node, 1), offline.reduced_columns(node), _fine_columns(offline, case, node)]
     else:
         # the last three levels, or the first three, some of them finer than the body's
-        finest = max(shop.level + shop.gap, 2)
-        levels = [shop.pressed_once(node, level) for level in range(finest - 2, finest + 1)]
+        finest = max(offline.level + offline.gap, 2)
+        levels = [offline.pressed_once(node, level) for level in range(finest - 2, finest + 1)]
     before, last = (float(np.linalg.norm(levels[i] - levels[i - 1])) for i in (1, 2))
     return before / last if last > 0.0 else np.inf

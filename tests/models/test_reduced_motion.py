@@ -244,7 +244,7 @@ def test_what_modes_cannot_do_is_refused(box, pressed, rest, monkeypatch):
         with pytest.raises(InputError, match="another body"):
             rest.check(other)
     rest.check(pressed.body)
-    monkeypatch.setattr(cubature, "some_points", lambda *given: points_and_means(*given[:2], given[2], 8).take(*few()))
+    monkeypatch.setattr(cubature, "candidate_points", lambda *given: points_and_means(*given[:2], given[2], 8).take(*few()))
     with pytest.raises(NotConverged, match="misplace"):
         prepare(rest, FALLING, pressed.rayleigh, 3, 0.01)
 

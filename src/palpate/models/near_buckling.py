@@ -23,7 +23,7 @@ class NearBuckling:
         self._buckling = case.share(name, lambda: Buckling(case.body, case.radius_m), "buckling")
 
     def checked(self, load: Load, answer: np.ndarray | Answer) -> np.ndarray | Answer:
-        """Return the ``answer`` to ``load``; Doubted where the body may buckle under the load and the answer's forces."""
+        """Return the ``answer`` to ``load``; Doubted where its forces are near those that buckle the body."""
         whole = answer if isinstance(answer, Answer) else Answer(answer)
         nodes = [press.node for press in load.presses]
         share = self._buckling.share(

@@ -244,10 +244,7 @@ def test_what_modes_cannot_do_is_refused(box, pressed, rest, monkeypatch):
         with pytest.raises(InputError, match="another body"):
             rest.check(other)
     rest.check(pressed.body)
-    monkeypatch.setattr(cubature, "candidate_points", lambda *given: points_and_means(*given[:2], given[2], 8).take(*few()))
+    five = np.arange(5), np.ones(5)
+    monkeypatch.setattr(cubature, "candidate_points", lambda *given: points_and_means(*given[:3], 8).take(*five))
     with pytest.raises(NotConverged, match="misplace"):
         prepare(rest, FALLING, pressed.rayleigh, 3, 0.01)
-
-
-def few() -> tuple[np.ndarray, np.ndarray]:
-    return np.arange(5), np.ones(5)

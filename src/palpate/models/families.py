@@ -3,17 +3,7 @@
 from typing import Literal
 
 from palpate.models import kinds
-from palpate.setting_types import (
-    Block,
-    Count,
-    Distinct,
-    Inside,
-    Share,
-    Some,
-    Switch,
-    key,
-    rows,
-)  # fmt: skip
+from palpate.setting_types import Block, Count, Distinct, Inside, Share, Some, Switch, key, rows
 
 RESIDUALS = "Relative residuals to stop at, from rest, after as many iterations as it takes"
 SHARES = "Shares of the training samples to learn from"

@@ -13,7 +13,7 @@ from palpate.benchmark.settings import ProjectiveDynamics as Projective
 from palpate.benchmark.settings import VertexBlockDescent as Descent
 from palpate.benchmark.settings import Xpbd
 from palpate.errors import InputError
-from palpate.setting_types import Block, Count, Index, Inside, NotNegative, Positive, Switch, key
+from palpate.setting_types import Count, Index, Inside, NotNegative, Positive, Switch, key
 
 if TYPE_CHECKING:
     from palpate.models.families import Families
@@ -117,18 +117,15 @@ class FastFEM(Elements):
         return distinct(found)
 
 
-class LocalMesh(Block):
+class LocalFEM(Model):
+    """Finite elements on a mesh for each contact, fine around it and coarse elsewhere."""
+
+    place, law, prepared = "palpate.models.fem_local", BODYS, True
     depth: Count = key("Level that is reached near the contact, from 1; bodies with fewer levels leave it out", 1)
     reach: NotNegative = key(
         "Radius of what is refined, over that of the patch; 0 refines the elements at the contact", 1.5
     )
     order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2", 2)
-
-
-class LocalFEM(LocalMesh, Model):
-    """Finite elements on a mesh for each contact, fine around it and coarse elsewhere."""
-
-    place, law, prepared = "palpate.models.fem_local", BODYS, True
     start: Literal["rest", "frame"] = key(
         "Where iterations start: at rest, or at the answer to 97 % of the load", "rest"
     )

@@ -4,9 +4,6 @@ Proper orthogonal decomposition, a Galerkin projection, and energy-conserving sa
 Chapman and Cortial 2014): the textbook's way, whose modes have to serve contacts that no sample has pressed.
 """
 
-from time import perf_counter
-from typing import NamedTuple
-
 import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load, loads_of
@@ -34,17 +31,6 @@ LARGEST_SHARE = 0.9
 """Share of the load under which the body buckles, in shapes that samples may lack, above which it does not know."""
 
 
-class Volumes(NamedTuple):
-    """Training samples on all nodes of quadratic elements.
-
-    answers : those that have settled, each (n, 3) [m]; rows : their numbers; seconds : what they took
-    """
-
-    answers: list[np.ndarray]
-    rows: np.ndarray
-    seconds: float
-
-
 class Galerkin(Solver):
     """A Galerkin projection of quadratic elements; on the surface its modes are those of the samples themselves.
 
@@ -56,19 +42,18 @@ class Galerkin(Solver):
         what = case.body, case.radius_m, reduced_level(case.body, model.nodes)
         offline = case.share(("galerkin", *what), lambda: Offline(*what))
         name = "volumes", case.database, case.radius_m, offline.level
-        volumes = case.share(name, lambda: _volumes(case, offline.level))
-        case.charge("volumes", volumes.seconds)
+        displacements, rows = case.share(name, lambda: _volumes(case, offline.level), "volumes")
         elements = offline.elements(offline.level)
-        answers = np.stack(volumes.answers, axis=2)
+        answers = np.stack(displacements, axis=2)
         square = products(answers, elements.multiply(answers))
         mixes = independent(square)[:, -model.modes :]  # each answer counts by itself over its own energy
         coordinates = mixes.T @ square
         self._modes = answers @ mixes
-        self._surface = np.tensordot(database.fine[volumes.rows], mixes, (0, 0)).reshape(-1, mixes.shape[1])
+        self._surface = np.tensordot(database.fine[rows], mixes, (0, 0)).reshape(-1, mixes.shape[1])
         self._soft = softness(self._surface.reshape(-1, 3, mixes.shape[1]))
         self._shares, self._buckling = ContactShares(case, offline.level, 2), NearBuckling(case, LARGEST_SHARE)
         self._pulls: dict[int, np.ndarray] = {}
-        loads = zip(database.contact[volumes.rows], database.force[volumes.rows], strict=True)
+        loads = zip(database.contact[rows], database.force[rows], strict=True)
         pulls = np.stack([force @ self._pull(int(contact)) for contact, force in loads], axis=1)
         self._reduced = _reduced(elements, self._modes, coordinates, pulls, model.thinned)
         self._reach = float(np.linalg.norm(coordinates, axis=0).max())
@@ -103,12 +88,12 @@ class Galerkin(Solver):
         return self._pulls[node]
 
 
-def _volumes(case: Case, level: int) -> Volumes:
-    """Simulate the training samples' loads on quadratic elements of a ``level``, for displacements of all nodes.
+def _volumes(case: Case, level: int) -> tuple[list[np.ndarray], np.ndarray]:
+    """Return displacements (n, 3) [m] of all nodes of quadratic elements under training samples' loads, and the rows.
 
-    A database has displacements of the surface only. NotConverged where no sample has an answer.
+    A database has displacements of the surface only. Samples without an answer are left out; NotConverged if all are.
     """
-    begin, db = perf_counter(), case.database
+    db = case.database
     simulation = Simulation(case, level, RESIDUAL, None, 2, FastEquilibrium)
     answers, rows = [], []
     for row, load in enumerate(loads_of(db.contact, db.force)):
@@ -121,7 +106,7 @@ def _volumes(case: Case, level: int) -> Volumes:
             rows.append(row)
     if not answers:
         raise NotConverged("no training sample has an answer on the level that is reduced", [float("nan")])
-    return Volumes(answers, np.array(rows), perf_counter() - begin)
+    return answers, np.array(rows)
 
 
 def _reduced(

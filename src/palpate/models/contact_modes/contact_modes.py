@@ -78,34 +78,34 @@ class Prepared(NamedTuple):
 
 def spent(offline: Offline, model: kinds.ContactModes, nodes: tuple[int, ...]) -> float:
     """Return the time [s] that preparing the contacts ``nodes`` has taken, with what other settings prepared before."""
-    kind = _shown(model)
+    kind = _snapshot_kind(model)
     parts = {"linear", "columns", kind, "columns before", f"from coarser {kind}", f"{kind} bear"}
     parts |= {"to finer"} if model.modes == "finer" else set()
     names = [*_names(model, nodes), *((part, node) for part in sorted(parts) for node in nodes)]
     return sum(offline.seconds.get(name, 0.0) for name in names)
 
 
-def _shown(model: kinds.ContactModes) -> str:
+def _snapshot_kind(model: kinds.ContactModes) -> str:
     """Return which snapshots the modes of ``model`` are made of; "finer" has those of "snapshots"."""
     return "columns" if model.modes == "columns" else "snapshots"
 
 
 def _names(model: kinds.ContactModes, nodes: tuple[int, ...]) -> tuple[tuple, tuple]:
     """Return the names of the reduced energy, which several settings may share, and of the whole model."""
-    reduced = (_shown(model), model.rings, model.thinned)
+    reduced = (_snapshot_kind(model), model.rings, model.thinned)
     return ("reduced", nodes, reduced), ("target", nodes, reduced, model.modes, model.target)
 
 
-def _reduced(
+def _reduced_energy(
     offline: Offline, case: Case, model: kinds.ContactModes, nodes: Sequence[int]
 ) -> tuple[np.ndarray, ReducedEnergy]:
     """Return the modes (n, 3, r) of the contacts at ``nodes``, and the energy of few cubature points in them."""
-    shown = [offline.contact(node, _shown(model)) for node in nodes]
+    shown = [offline.contact(node, _snapshot_kind(model)) for node in nodes]
     modes = basis_of(shown)
     return modes, contact_energy(shown, modes, model.rings, model.thinned, case.options.seed)
 
 
-def _brought(
+def _completed(
     offline: Offline,
     case: Case,
     model: kinds.ContactModes,
@@ -114,38 +114,43 @@ def _brought(
     reduced: ReducedEnergy,
 ) -> Prepared:
     """Return all that answers presses: a reduced model at the surface, corrected to the target of ``model``."""
-    kind, target = _shown(model), model.target
-    shown, surface = [offline.contact(node, kind) for node in nodes], offline.up(offline.level)
-    rest, linear, bent = bring_to_surface(surface, modes), reduced.loads.T @ reduced.loads, reduced.loads.T
-    fine, soft = case.body.fine, softness(rest)
+    kind = _snapshot_kind(model)
+    contacts, up = [offline.contact(node, kind) for node in nodes], offline.up(offline.level)
+    rest, loads, fine = bring_to_surface(up, modes), reduced.loads, case.body.fine
+    soft = softness(rest)
     discs = [patch_shares(fine, patch_at(case.body, node, case.radius_m)) for node in nodes]
     weights = [(np.searchsorted(fine.surface, at), shares) for at, shares in discs]
-    known = _stably_borne(reduced, soft, bearing(offline, nodes, kind))
-    hard = [
-        float(-(row @ each.normal) * np.linalg.norm(each.forces[0])) for row, each in zip(known, shown, strict=True)
-    ]
-    changes = [target_change(offline, case, model, node, 1.0 / h) for node, h in zip(nodes, hard, strict=True)]
-    if seen := [each for each in changes if each]:
+    limits = _stably_borne(reduced, soft, bearing(offline, nodes, kind))
+
+    # the nonlinear part, changed as presses on another level show
+    at_discs, changes = loads.T, []
+    for node, limit, contact in zip(nodes, limits, contacts, strict=True):
+        hardest = float(-(limit @ contact.normal) * np.linalg.norm(contact.forces[0]))
+        changes.append(target_change(offline, case, model, node, 1.0 / hardest))
+    if seen := [(k, each) for k, each in enumerate(changes) if each]:
         beyond = [
-            coordinates(shown[0].elements, each.answers, modes) - reduced.loads[:, 3 * k : 3 * k + 3] @ each.forces.T
-            for k, each in enumerate(changes)
-            if each
+            coordinates(contacts[0].elements, each.answers, modes) - loads[:, 3 * k : 3 * k + 3] @ each.forces.T
+            for k, each in seen
         ]
-        more = penalised_fit(np.hstack(beyond), np.dstack([each.change for each in seen]))
-        rest, bent = rest + more, bent + _at_discs(weights, more)
-    columns = np.dstack([target_columns(offline, case, target, node) for node in nodes])
-    linear = linear + _at_discs(weights, columns - np.dstack([offline.reduced_columns(node) for node in nodes]))
+        more = penalised_fit(np.hstack(beyond), np.dstack([each.change for _, each in seen]))
+        rest, at_discs = rest + more, at_discs + _at_discs(weights, more)
+
+    # the linear part, that of the target
+    columns = np.dstack([target_columns(offline, case, model.target, node) for node in nodes])
+    lacked = columns - np.dstack([offline.reduced_columns(node) for node in nodes])
+    linear = loads.T @ loads + _at_discs(weights, lacked)
+
     reach = 0.0
-    for k, each in enumerate(shown):
-        forces = np.zeros((len(each.forces), 3 * len(shown)))
-        forces[:, 3 * k : 3 * k + 3] = each.forces
+    for k, contact in enumerate(contacts):
+        forces = np.zeros((len(contact.forces), 3 * len(contacts)))
+        forces[:, 3 * k : 3 * k + 3] = contact.forces
         reach += max(float(np.linalg.norm(reduced.settle(force, RESIDUAL).q)) for force in forces)
     flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
     straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
-    firm_n = _firm(reduced, soft, shown[0]) if len(shown) == 1 else 0.0
-    inward = -np.concatenate([each.normal for each in shown]) / TILT
+    firm_n = _firm(reduced, soft, contacts[0]) if len(contacts) == 1 else 0.0
+    inward = -np.concatenate([contact.normal for contact in contacts]) / TILT
     together = _together(case, nodes)
-    return Prepared(reduced, reach, straight, flat, (linear, bent), known, together, soft, firm_n, inward)
+    return Prepared(reduced, reach, straight, flat, (linear, at_discs), limits, together, soft, firm_n, inward)
 
 
 def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -253,8 +258,8 @@ class ContactSolver(Solver):
                     refuse(node)
             offline, case, model = self.offline, self._case, self._model
             reduced_name, target_name = _names(model, nodes)
-            made = offline.once(reduced_name, lambda: _reduced(offline, case, model, nodes))
-            self.prepared[nodes] = offline.once(target_name, lambda: _brought(offline, case, model, nodes, *made))
+            made = offline.once(reduced_name, lambda: _reduced_energy(offline, case, model, nodes))
+            self.prepared[nodes] = offline.once(target_name, lambda: _completed(offline, case, model, nodes, *made))
             self._seconds += spent(self.offline, self._model, nodes)
             self._case.charge("contacts", self._seconds)
         return self.prepared[nodes]
@@ -267,8 +272,8 @@ class ContactSolver(Solver):
         """Answer with an estimate of the error, which grows with the coordinates; Doubted beyond the model's range."""
         model = self.prepare_contact(*(press.node for press in load.presses))
         given = [press.force for press in load.presses if press.force is not None]
-        force = np.concatenate(given) if len(given) == len(load.presses) else _found(model, load)
-        q, why, residual = _at_rest(model, force)
+        force = np.concatenate(given) if len(given) == len(load.presses) else _all_forces(model, load)
+        q, why, residual = _settled(model, force)
         moved = model.columns @ force + model.rest @ model.beyond(q, force).astype(np.float32)
         found = None if len(given) == len(load.presses) else force.reshape(-1, 3)
         answer = Answer(moved.reshape(-1, 3), found, OWN_ERROR * sqrt(q @ q) / model.reach)
@@ -278,14 +283,14 @@ class ContactSolver(Solver):
         return answer
 
 
-def _found(model: Prepared, load: Load) -> np.ndarray:
+def _all_forces(model: Prepared, load: Load) -> np.ndarray:
     """Return the forces (3 k,) [N] of all presses of ``load``; those of discs pushed to a depth are searched for."""
     unknown = np.repeat([press.force is None for press in load.presses], 3)
     given = np.concatenate([press.moved if press.force is None else press.force for press in load.presses])
     linear, rest = model.discs
 
     def moved(force: np.ndarray) -> np.ndarray:
-        q, why, residual = _at_rest(model, force)
+        q, why, residual = _settled(model, force)
         if why:
             raise NotConverged(why, [residual])
         return linear @ force + rest @ model.beyond(q, force)
@@ -293,7 +298,7 @@ def _found(model: Prepared, load: Load) -> np.ndarray:
     return forces_for(moved, given, np.where(unknown, 0.0, given), unknown, linear)
 
 
-def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float]:
+def _settled(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float]:
     """Return the coordinates (r,) under ``force`` (3 k,) [N], why they are not to be believed or "", and the residual.
 
     NotConverged where the search finds no rest.

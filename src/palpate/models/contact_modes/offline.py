@@ -248,12 +248,12 @@ def bearing(offline: Offline, nodes: Sequence[int], modes: str) -> np.ndarray:
     """
 
     def most(node: int) -> float:
-        return offline.once((f"{modes} bear", node), lambda: _bears(offline, node, modes))
+        return offline.once((f"{modes} bear", node), lambda: _hardest_sound(offline, node, modes))
 
     return np.array([-offline.contact(node, modes).normal / most(node) for node in nodes])
 
 
-def _bears(offline: Offline, node: int, modes: str) -> float:
+def _hardest_sound(offline: Offline, node: int, modes: str) -> float:
     """Return the force [N] of the hardest straight press at ``node`` whose answer on the next finer level is sound.
 
     It is at most the hardest straight press of the contact's snapshots.
@@ -265,17 +265,17 @@ def _bears(offline: Offline, node: int, modes: str) -> float:
     start = shown.answers[:, :, 0]
     for _ in range(TRIAL_FALLS):
         force = -newtons * shown.normal
-        moved, least = _tried(offline, node, level, start, force)
+        moved, least = _trial(offline, node, level, start, force)
         if least >= SURE:
             break
-        if least >= HOPELESS and _tried(offline, node, level + 1, offline.refine(level) @ moved, force)[1] >= SOUND:
+        if least >= HOPELESS and _trial(offline, node, level + 1, offline.refine(level) @ moved, force)[1] >= SOUND:
             break
         newtons *= FORCE_FACTOR
         start = shown.modelled(-newtons * shown.normal)
     return newtons
 
 
-def _tried(offline: Offline, node: int, level: int, start: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, float]:
+def _trial(offline: Offline, node: int, level: int, start: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the displacement (n, 3) [m] of a level under ``force`` (3,) [N], and its least det F or −∞."""
     elements = offline.elements(level)
     load = elements.nodal(*offline.disc(node, level), force)
@@ -315,7 +315,9 @@ def target_change(offline: Offline, case: Case, model: kinds.ContactModes, node:
         found = offline.once(("to finer", node), lambda: _to_finer(offline, node, borne))
         linear = _fine_columns(offline, case, node) - offline.reduced_columns(node)
         share = (
-            1.0 if gap == 1 and target == "operator" else _share(target, target_ratio(offline, case, node), gap - 1, 1)
+            1.0
+            if gap == 1 and target == "operator"
+            else _change_factor(target, target_ratio(offline, case, node), gap - 1, 1)
         )
     elif offline.level == 0:
         return None
@@ -323,11 +325,11 @@ def target_change(offline: Offline, case: Case, model: kinds.ContactModes, node:
         shown = "columns" if modes == "columns" else "snapshots"
         found = offline.once((f"from coarser {shown}", node), lambda: _from_coarser(offline, node, shown))
         linear = offline.reduced_columns(node) - offline.reduced_columns(node, 1)
-        share = _share(target, target_ratio(offline, case, node), gap, 0)
+        share = _change_factor(target, target_ratio(offline, case, node), gap, 0)
     return found._replace(change=share * (found.change - linear @ found.forces.T))
 
 
-def _share(target: str, ratio: float, count: int, first: int) -> float:
+def _change_factor(target: str, ratio: float, count: int, first: int) -> float:
     """Return the factor of a level's change for the target: that of ``count`` further changes, or of all to the limit.
 
     first : 1 if the change itself counts too, else 0

@@ -13,14 +13,7 @@ from palpate.effects.instrument import upright
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.reduced.basis import coordinates, orthonormal
 from palpate.models.reduced.cubature import energy_of_elements
-from palpate.models.touch.reduced_touch import (
-    LOOKED_AT,
-    TILT,
-    Pushes,
-    ReducedTouch,
-    doubt_beyond,
-    tilted_ways,
-)
+from palpate.models.touch.reduced_touch import LOOKED_AT, TILT, Pushes, ReducedTouch, doubt_beyond, tilted_ways
 
 LAW = "the body's"
 AROUND = 8

@@ -1,16 +1,12 @@
-"""A body in few coordinates that an instrument is pushed into: elastic energy of cubature points, contact at points."""
+"""Settle a body in few coordinates under an instrument; the pushes that prepare it, and predict where it settles."""
 
 from collections.abc import Sequence
 
 import numba
 import numpy as np
-from scipy import sparse
 
-from palpate.benchmark.touch import Touch, TouchDoubted, Touched
-from palpate.effects.instrument import Pose
-from palpate.models.reduced.energy import ReducedEnergy
+from palpate.benchmark.touch import Touch, TouchDoubted
 from palpate.models.reduced.search import settle
-from palpate.solvers.indentation import ContactPoints
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -29,63 +25,6 @@ def settle_touching(q, body, base, points, tip, axes, shape, tolerance, iteratio
             for i in range(3):
                 force[i] += points[2][n] * pressures[n] * normals[n, i]
     return force, area, left
-
-
-RESIDUAL, ITERATIONS = 1e-3, 30
-"""Residual of an answer over the force of contact, and most of Newton's iterations."""
-
-
-STIFFER = 2.0
-"""Penalty over that of the elements, whose multipliers are lacking."""
-
-
-class ReducedTouch:
-    """A reduced model of one place of a body, in r coordinates.
-
-    model : its energy; modes : (n, 3, r) the motion of the nodes; points : of the surface, of which those ``near`` (q,)
-        bool may be touched; rest : (n, 3) [m]; up : the map (n_surface, n) to the fine surface
-    Its own ``points`` are what ``settle_touching`` takes; ``surface`` (3 n_surface, r) is the motion of the fine
-    surface, in float32, as it takes long to read.
-    """
-
-    def __init__(
-        self,
-        model: ReducedEnergy,
-        modes: np.ndarray,
-        points: ContactPoints,
-        near: np.ndarray,
-        rest: np.ndarray,
-        up: sparse.csr_array,
-    ):
-        count, flat, nodes = modes.shape[2], modes.reshape(len(rest), -1), points.interpolation[near]
-        moved = (nodes @ flat).reshape(-1, count)
-        self.points = (nodes @ rest).ravel(), moved, points.areas[near], STIFFER * points.penalty[near]
-        self.model = model
-        self.surface = (up @ flat).reshape(-1, count).astype(np.float32)
-
-    @property
-    def count(self) -> int:
-        """The number of coordinates."""
-        return len(self.model.rest)
-
-    def settle(self, pose: Pose, q: np.ndarray) -> tuple[np.ndarray, float, float]:
-        """Settle ``q`` (r,) in place; return the force (3,) [N], the area touched [m²] and the residual."""
-        where = self.points, pose.tip, pose.axes, pose.instrument.shape
-        return settle_touching(q, self.model.body, self.model.base, *where, RESIDUAL, ITERATIONS)
-
-    def answer(self, touch: Touch, pose: Pose, q: np.ndarray, stretched: float = 1.0) -> Touched:
-        """Answer ``touch``, which begins at ``pose``; the search begins at coordinates ``q`` (r,) and overwrites them.
-
-        stretched : areas touched over those at rest. TouchDoubted where the search stops above its tolerance.
-        """
-        force, area, left = self.settle(pose.moved(touch.depth_m * touch.direction), q)
-        if not left <= RESIDUAL:
-            raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
-        return Touched(
-            (self.surface @ q.astype(np.float32)).reshape(-1, 3).astype(float),
-            float(force @ touch.direction),
-            stretched * area,
-        )
 
 
 TILT = 45.0

@@ -183,6 +183,11 @@ def with_unknowns(body: Body, level: int, order: int) -> Body:
     return with_midpoints(body, level) if order == 2 else body
 
 
+def coordinates_of(nodes: np.ndarray) -> np.ndarray:
+    """Return the numbers (3k,) of the coordinates of ``nodes`` (k,)."""
+    return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+
 def held_on(body: Body, level: int) -> np.ndarray:
     """Return which nodes (n,) bool of a level are anchors."""
     return np.isin(np.arange(len(body.levels[level].nodes)), body.anchors[level])

@@ -15,6 +15,7 @@ from scipy.linalg.lapack import dpotrf, dpotri
 
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.fem_statics import coordinates_of
 from palpate.solvers.indentation import ContactPoints
 
 SOFTER = 1.2
@@ -122,11 +123,6 @@ def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPo
         places[q, : end - begin] = np.maximum(number, 0)
     by_node = np.ascontiguousarray((0.5 * (own + own.T)).reshape(len(free), 3, -1, 3).transpose(0, 2, 1, 3))
     return LocalAnswers(free, elements.rest[free], flat[of], by_node, far, weights, places)
-
-
-def coordinates_of(nodes: np.ndarray) -> np.ndarray:
-    """Return the numbers (3m,) of the coordinates of ``nodes`` (m,)."""
-    return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 
 def turn_of(rest: np.ndarray, moved: np.ndarray) -> np.ndarray:

@@ -27,8 +27,9 @@ from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold
 from palpate.linalg.multigrid import Factor
-from palpate.models.cut.linear import TOGETHER, dofs
+from palpate.models.cut.linear import TOGETHER
 from palpate.models.cut.opened import CutCase
+from palpate.models.fem_statics import coordinates_of
 
 LARGEST = 4500
 """Nodes up to which the compliance of all of them is kept, of 730 MB in single precision."""
@@ -110,10 +111,11 @@ class Enriched:
             units = np.zeros((count, 3, len(part), 3))
             units[ordered[part], :, np.arange(len(part))] = np.eye(3)
             found = factor.solve(units.reshape(count, 3, -1))[ordered].reshape(3 * count, -1)
-            self._compliance[dofs(part)] = found.T
+            self._compliance[coordinates_of(part)] = found.T
         self._shown = np.ascontiguousarray(self._compliance.reshape(-1, count, 3)[:, self._seen])
 
     def cut(self, cuts: Sequence[Cut]) -> None:
+        """Divide elements along the cut, integrate the enrichment, and factorise the Schur complement of its jumps."""
         if len(cuts) != 1:
             raise Refused("one cut is followed at a time")
         cut = cuts[0]
@@ -159,6 +161,7 @@ class Enriched:
             raise NotConverged("nothing holds a piece that is cut free", [float("nan")])
 
     def pull(self) -> Pulled:
+        """Return the uncut body's answer to the hooks, and what is added by the jumps that leave the lips without force."""
         pulls = self._pulls[:, self._around].reshape(len(self._pulls), -1)
         before = self._before[self._around].ravel()
         jumps = -self._scale * cho_solve(self._factor, self._scale * (before @ self._coupling))

@@ -21,7 +21,7 @@ from palpate.linalg.block_pattern import hold
 from palpate.linalg.multigrid import Factor
 from palpate.models.cut.elements import grasping
 from palpate.models.cut.opened import CutCase, LevelModel
-from palpate.models.fem_statics import held_on
+from palpate.models.fem_statics import coordinates_of, held_on
 from palpate.solvers.grasping import SMALL
 
 LARGEST = 3000
@@ -67,7 +67,7 @@ class Updated(LevelModel):
         self._held = held_on(case.body, level)
         matrix = LinearElements(mesh, case.body.tissue(level)).stiffness(mesh.nodes)
         hold(matrix.indptr, matrix.indices, matrix.data, self._held)
-        factor, free = Factor(matrix), dofs(np.flatnonzero(~self._held))
+        factor, free = Factor(matrix), coordinates_of(np.flatnonzero(~self._held))
         self._compliance = np.zeros((3 * count, 3 * count))
         for part in np.array_split(free, max(1, len(free) // TOGETHER)):
             units = np.zeros((3 * count, len(part)))
@@ -75,6 +75,7 @@ class Updated(LevelModel):
             self._compliance[:, part] = factor.solve(units.reshape(count, 3, -1)).reshape(3 * count, -1)
 
     def cut(self, cuts: Sequence[Cut]) -> None:
+        """Eliminate new nodes from the change of stiffness, and factorise the capacitance matrix of its nodes and hooks."""
         cut = self._opened = self._part(cuts)
         parted, count, given = cut.parted, len(self._held), cut.held | cut.moved
         changed = (parted.origin[parted.mesh.tetrahedra] != parted.mesh.tetrahedra).any(axis=1)
@@ -88,7 +89,7 @@ class Updated(LevelModel):
         self._outer = self._outer[~self._held[self._outer]]
         self._inner = near[(near >= count) & ~given[near]]
         self._kept = near[(near >= count) & given[near]]
-        at = [dofs(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
+        at = [coordinates_of(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
         (oo, of, op), (fo, ff, fp), _ = self._new = [[new[np.ix_(a, b)] for b in at] for a in at]
         self._outward = (
             np.linalg.solve(ff, np.hstack([fo, fp])) if len(at[1]) else np.zeros((0, len(at[0]) + len(at[2])))
@@ -96,7 +97,7 @@ class Updated(LevelModel):
         change = np.hstack([oo - old[np.ix_(at[0], at[0])], op]) - of @ self._outward
         self._change, self._pull_of_kept = change[:, : len(at[0])], change[:, len(at[0]) :]
         self._driven = np.flatnonzero(given[:count] & ~self._held)
-        o, h = dofs(self._outer), dofs(self._driven)
+        o, h = coordinates_of(self._outer), coordinates_of(self._driven)
         compliance = self._compliance[np.ix_(np.append(o, h), np.append(o, h))]
         capacitance = np.vstack([self._change @ compliance[: len(o)], compliance[len(o) :]])
         capacitance[: len(o), : len(o)] += np.eye(len(o))
@@ -106,8 +107,9 @@ class Updated(LevelModel):
         self._capacitance = lu_factor(capacitance)
 
     def pull(self) -> Pulled:
+        """Solve for the forces of the change and the hooks, and sum the whole body's responses to them."""
         cut, count = self._opened, len(self._held)
-        o, h = dofs(self._outer), dofs(self._driven)
+        o, h = coordinates_of(self._outer), coordinates_of(self._driven)
         kept = cut.shifts[self._kept].ravel()
         right = np.append(-self._pull_of_kept @ kept, self._scale * cut.shifts[self._driven].ravel())
         found = lu_solve(self._capacitance, right)
@@ -120,10 +122,6 @@ class Updated(LevelModel):
         po, pf, pp = self._new[2]
         force[self._kept] -= (po @ outer + pf @ inner + pp @ kept).reshape(-1, 3)
         return cut.answer(cut.rest + moved, force)
-
-
-def dofs(nodes: np.ndarray) -> np.ndarray:
-    return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 
 def _stiffness(mesh: TetMesh, tissue: Tissue, elements: np.ndarray, nodes: np.ndarray) -> np.ndarray:

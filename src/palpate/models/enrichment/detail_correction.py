@@ -41,6 +41,7 @@ class NodalRotations:
 
 @numba.njit(cache=True)
 def _nodal_rotations(displacement, tetrahedra, gradients, volumes, means):
+    """Write the rotation of the volume-weighted mean deformation gradient around each node into ``means`` (n, 3, 3)."""
     u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     f = np.empty((3, 3))
     for e in range(len(tetrahedra)):
@@ -185,6 +186,7 @@ class DetailCorrection:
         return fine
 
     def _query(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> Query:
+        """Return the parts of a fine answer for the displacement ``coarse`` (N, 3) [m] of all coarse nodes."""
         row, local = self._compliance.row(contact), force
         if self._rotations:
             nodal = self._rotations.at(coarse)

@@ -141,6 +141,7 @@ class Ordered:
         return self._views[contact]
 
     def _look(self, contact: int) -> View:
+        """Return the view of a contact: its nearest nodes in order and, if framed, its frame."""
         if contact not in self._numbers:
             raise InputError(f"enrichment: contact {contact} is not a coarse surface node; choose one that is.")
         row = np.searchsorted(self._numbers, contact)

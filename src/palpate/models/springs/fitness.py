@@ -118,6 +118,7 @@ def _evaluate(
     found, stiffness, damping, corners, shares, positions, velocities, every,
     nodes, pairs, rest, tetrahedra, volume_rest, volume, mobility, load, factors, h,
 ):  # fmt: skip
+    """Write the fitness of each lane of each block into ``found``: distances from the reference, summed on the way."""
     k = len(LANES)
     for block in numba.prange(len(stiffness)):
         x = nodes.repeat(k).reshape((len(nodes), 3 * k))

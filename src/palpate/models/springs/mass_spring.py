@@ -210,6 +210,7 @@ class _Search:
         minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
 
     def _evaluate(self, unknowns: np.ndarray, count: int) -> tuple[float, np.ndarray]:
+        """Return the misfit and its gradient by ``unknowns``, of which the first ``count`` are moduli."""
         nodes, samples = len(self._network.rest), len(self._peaks)
         young = self._young * np.exp(np.broadcast_to(unknowns[:count], nodes))
         volume = float(unknowns[-1]) * self.stiff
@@ -358,6 +359,7 @@ class Torn(Parted):
     cuts: Sequence[Cut]
 
     def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
+        """Return ``rows`` without the shares of corners on another side than the point, ``sides`` (k, cuts); rows sum to 1."""
         rows = sparse.csr_array(rows)
         at, places = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), rows @ self.whole.nodes
         own = np.ones(len(at), dtype=bool)
@@ -387,6 +389,7 @@ class CutSprings(LevelModel):
         self._ready(self._looked_at(Torn(**vars(before), cuts=cuts), cuts), deleted=cuts)
 
     def _ready(self, cut: Opened, deleted: Sequence[Cut] = ()) -> None:
+        """Build the springs of ``cut`` without those that the cuts ``deleted`` cross, and factorise their preconditioner."""
         self._opened, rest = cut, cut.rest
         particles = particles_of(cut.parted.body, 0, surface=False)
         model = spring_model(particles)

@@ -55,6 +55,7 @@ class Genetic:
         self.individuals, self.fitness = individuals[order], fitness[order]
 
     def _child(self) -> np.ndarray:
+        """Return a new individual (n,) [Pa]: two parents' recombination or a copy of one, perhaps mutated."""
         random, limits, n = self._random, self._limits, self.generation
         first, second = self.individuals[random.integers(len(self.individuals), size=2)]
         child = first.copy()

@@ -233,6 +233,7 @@ def advance(
 def _record(
     x, v, stiffness, damping, nodes, pairs, rest, tetrahedra, volume_rest, volume, mobility, load, factors, h
 ):  # fmt: skip
+    """Write the positions ``x`` and velocities ``v`` after each step, (steps + 1, n, 3)."""
     force, work = np.empty_like(nodes), np.empty(12)
     x[0], v[0] = nodes, 0.0
     for s in range(len(factors)):

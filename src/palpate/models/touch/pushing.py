@@ -96,6 +96,7 @@ def calibration(case: TouchCase) -> list[tuple[Touch, Touched]]:
 
 
 def _answered(case: TouchCase) -> list[tuple[Touch, Touched]]:
+    """Choose touches that elements finer than the models' answer, and return these with the answers."""
     meshes, answers = TouchedMeshes(case.body), {}
 
     def bears(touch: Touch) -> bool:

@@ -153,6 +153,7 @@ def misses(motion: ReducedMotion, found: MotionInModes) -> float:
     body, h, elements = motion.body, found.step_s, motion.body.at_rest.motion
     count, modes = len(found.reached), body.modes
     numbers = np.unique(np.linspace(0, count - 1, SAMPLES + 1).round().astype(int)[1:])
+    # residuals of the elements at some instants, within the modes and outside
     shares, outside = [np.zeros_like(motion.rest)], 0.0
     for number in numbers:
         before = found.reached[number - 1].v if number else np.zeros_like(motion.rest)
@@ -165,6 +166,7 @@ def misses(motion: ReducedMotion, found: MotionInModes) -> float:
         shares.append(motion.elastic_energy.clamped(q) @ inside)
         outside += float(np.sum((body.at_rest.surface @ (lacking - modes.own @ inside[:, 0])) ** 2))
     outside /= len(numbers) * len(body.at_rest.body.fine.surface)
+    # how the motion changes with the residuals within the modes as loads
     times = np.append(0.0, (numbers + 0.5) * h)
     motion.extra = interp1d(times, np.array(shares), axis=0, bounds_error=False, fill_value="extrapolate")
     try:

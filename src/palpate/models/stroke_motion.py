@@ -38,7 +38,9 @@ STRAY = 0.1
 """Of its radius, by which nothing that a motion is believed of is inside an instrument."""
 MISSED_RESIDUAL = 0.03
 """Relative residual of what modes lack."""
-NOTHING = np.zeros(0), 0.0, math.inf, np.zeros((0, 0))
+Problem = tuple[np.ndarray, np.ndarray, float, np.ndarray, np.ndarray]
+Known = tuple[np.ndarray, float, float, np.ndarray]
+NOTHING: Known = np.zeros(0), 0.0, math.inf, np.zeros((0, 0))
 """What is known of a point where no search has ended, as ``minimise`` takes it."""
 AHEAD = (1.0 - 2.0 * STAGE) / STAGE
 """Of the change in the first stage, by which the base of the second one is beyond the first's end."""
@@ -238,6 +240,7 @@ class TouchingMotion:
         The Euler step starts at the last state plus ``share`` of the change since the one before.
         """
         contact, now, earlier = self.contact, self._now, self._before
+        # the Euler step's inertia about its base
         base = now.ahead(earlier, share)
         lag = self._beta / reach
         inertia = self._masses * (1.0 / reach**2 + self._alpha / reach)
@@ -245,6 +248,7 @@ class TouchingMotion:
         seen, tools = self._tools, contact.at(end)
         start = seen._replace(tips=seen.tips + share * (seen.tips - self._tools_before.tips))
         self._rescale(inertia, 1.0 + lag)
+        # unknowns are coordinates, from where they would swing freely, and dents
         q = now.q + h * now.w
         touch = self._touch(tools, q)
         dent, dent_before = (self._dented(each) for each in self._dents[:2])
@@ -258,7 +262,8 @@ class TouchingMotion:
                 if not (contact.friction and self._forces.any()):
                     break
                 rubbing = self._rubbing(touch, z, tools, z_base, start, reach)
-            known = self._found(z, inertia, centre, 1.0 + lag, outer, touch, rubbing, known)
+            known = self._found(z, (inertia, centre, 1.0 + lag, outer, self._local), touch, rubbing, known)
+        # the state that is reached, its contact and its energy
         g, energy, *_ = known
         begun = placed(np.append(now.q, dent), touch)
         self._places = placed(z, touch)
@@ -343,19 +348,9 @@ class TouchingMotion:
         ways, slip = touch[3].tips - start.tips, self.contact.slip_m_s * reach
         return rubbing_of(placed(z, touch), touch[2], at, self.contact.friction, placed(base, touch), ways, slip)
 
-    def _found(
-        self,
-        z: np.ndarray,
-        inertia: np.ndarray,
-        centre: np.ndarray,
-        share: float,
-        outer: np.ndarray,
-        touch: tuple,
-        rubbing: Rubbing,
-        known: tuple[np.ndarray, float, float, np.ndarray],
-    ) -> tuple[np.ndarray, float, float, np.ndarray]:
+    def _found(self, z: np.ndarray, problem: Problem, touch: tuple, rubbing: Rubbing, known: Known) -> Known:
         """Minimise from ``z`` on, in place, and return what ``minimise`` does; NotConverged if it is not found."""
-        problem, ends = (inertia, centre, share, outer, self._local), (self._floor, self._tolerance, ITERATIONS)
+        (inertia, _, share, *_), ends = problem, (self._floor, self._tolerance, ITERATIONS)
         for _ in range(2):
             known = minimise(z, *problem, self._hessian, self._body, touch, rubbing, self._forces, ends, known)
             left = known[2]

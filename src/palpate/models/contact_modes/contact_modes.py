@@ -96,63 +96,6 @@ def _names(model: kinds.ContactModes, nodes: tuple[int, ...]) -> tuple[tuple, tu
     return ("reduced", nodes, reduced), ("target", nodes, reduced, model.modes, model.target)
 
 
-def _reduced_energy(
-    offline: Offline, case: Case, model: kinds.ContactModes, nodes: Sequence[int]
-) -> tuple[np.ndarray, ReducedEnergy]:
-    """Return the modes (n, 3, r) of the contacts at ``nodes``, and the energy of few cubature points in them."""
-    shown = [offline.contact(node, _snapshot_kind(model)) for node in nodes]
-    modes = basis_of(shown)
-    return modes, contact_energy(shown, modes, model.rings, model.thinned, case.options.seed)
-
-
-def _completed(
-    offline: Offline,
-    case: Case,
-    model: kinds.ContactModes,
-    nodes: Sequence[int],
-    modes: np.ndarray,
-    reduced: ReducedEnergy,
-) -> Prepared:
-    """Return all that answers presses: a reduced model at the surface, corrected to the target of ``model``."""
-    kind = _snapshot_kind(model)
-    contacts, up = [offline.contact(node, kind) for node in nodes], offline.up(offline.level)
-    rest, loads, fine = bring_to_surface(up, modes), reduced.loads, case.body.fine
-    soft = softness(rest)
-    discs = [patch_shares(fine, patch_at(case.body, node, case.radius_m)) for node in nodes]
-    weights = [(np.searchsorted(fine.surface, at), shares) for at, shares in discs]
-    limits = _stably_borne(reduced, soft, bearing(offline, nodes, kind))
-
-    # the nonlinear part, changed as presses on another level show
-    at_discs, changes = loads.T, []
-    for node, limit, contact in zip(nodes, limits, contacts, strict=True):
-        hardest = float(-(limit @ contact.normal) * np.linalg.norm(contact.forces[0]))
-        changes.append(target_change(offline, case, model, node, 1.0 / hardest))
-    if seen := [(k, each) for k, each in enumerate(changes) if each]:
-        beyond = [
-            coordinates(contacts[0].elements, each.answers, modes) - loads[:, 3 * k : 3 * k + 3] @ each.forces.T
-            for k, each in seen
-        ]
-        more = penalised_fit(np.hstack(beyond), np.dstack([each.change for _, each in seen]))
-        rest, at_discs = rest + more, at_discs + _at_discs(weights, more)
-
-    # the linear part, that of the target
-    columns = np.dstack([target_columns(offline, case, model.target, node) for node in nodes])
-    lacked = columns - np.dstack([offline.reduced_columns(node) for node in nodes])
-    linear = loads.T @ loads + _at_discs(weights, lacked)
-
-    reach = 0.0
-    for k, contact in enumerate(contacts):
-        forces = np.zeros((len(contact.forces), 3 * len(contacts)))
-        forces[:, 3 * k : 3 * k + 3] = contact.forces
-        reach += max(float(np.linalg.norm(reduced.settle(force, RESIDUAL).q)) for force in forces)
-    flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
-    straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
-    firm_n = _firm(reduced, soft, contacts[0]) if len(contacts) == 1 else 0.0
-    inward = -np.concatenate([contact.normal for contact in contacts]) / TILT
-    together = _together(case, nodes)
-    return Prepared(reduced, reach, straight, flat, (linear, at_discs), limits, together, soft, firm_n, inward)
-
-
 def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Return the limits ``known`` (k, 3) [1/N] of straight presses, lowered to forces at which the body is still stiff.
 
@@ -256,13 +199,61 @@ class ContactSolver(Solver):
             for node in nodes:
                 if node not in self.offline.pressable:
                     refuse(node)
-            offline, case, model = self.offline, self._case, self._model
+            offline, model = self.offline, self._model
             reduced_name, target_name = _names(model, nodes)
-            made = offline.once(reduced_name, lambda: _reduced_energy(offline, case, model, nodes))
-            self.prepared[nodes] = offline.once(target_name, lambda: _completed(offline, case, model, nodes, *made))
+            made = offline.once(reduced_name, lambda: self._reduced_energy(nodes))
+            self.prepared[nodes] = offline.once(target_name, lambda: self._completed(nodes, *made))
             self._seconds += spent(self.offline, self._model, nodes)
             self._case.charge("contacts", self._seconds)
         return self.prepared[nodes]
+
+    def _reduced_energy(self, nodes: Sequence[int]) -> tuple[np.ndarray, ReducedEnergy]:
+        """Return the modes (n, 3, r) of the contacts at ``nodes``, and the energy of few cubature points in them."""
+        offline, case, model = self.offline, self._case, self._model
+        shown = [offline.contact(node, _snapshot_kind(model)) for node in nodes]
+        modes = basis_of(shown)
+        return modes, contact_energy(shown, modes, model.rings, model.thinned, case.options.seed)
+
+    def _completed(self, nodes: Sequence[int], modes: np.ndarray, reduced: ReducedEnergy) -> Prepared:
+        """Return all that answers presses: a reduced model at the surface, corrected to the target of ``model``."""
+        offline, case, model = self.offline, self._case, self._model
+        kind = _snapshot_kind(model)
+        contacts, up = [offline.contact(node, kind) for node in nodes], offline.up(offline.level)
+        rest, loads, fine = bring_to_surface(up, modes), reduced.loads, case.body.fine
+        soft = softness(rest)
+        discs = [patch_shares(fine, patch_at(case.body, node, case.radius_m)) for node in nodes]
+        weights = [(np.searchsorted(fine.surface, at), shares) for at, shares in discs]
+        limits = _stably_borne(reduced, soft, bearing(offline, nodes, kind))
+
+        # the nonlinear part, changed as presses on another level show
+        at_discs, changes = loads.T, []
+        for node, limit, contact in zip(nodes, limits, contacts, strict=True):
+            hardest = float(-(limit @ contact.normal) * np.linalg.norm(contact.forces[0]))
+            changes.append(target_change(offline, case, model, node, 1.0 / hardest))
+        if seen := [(k, each) for k, each in enumerate(changes) if each]:
+            beyond = [
+                coordinates(contacts[0].elements, each.answers, modes) - loads[:, 3 * k : 3 * k + 3] @ each.forces.T
+                for k, each in seen
+            ]
+            more = penalised_fit(np.hstack(beyond), np.dstack([each.change for _, each in seen]))
+            rest, at_discs = rest + more, at_discs + _at_discs(weights, more)
+
+        # the linear part, that of the target
+        columns = np.dstack([target_columns(offline, case, model.target, node) for node in nodes])
+        lacked = columns - np.dstack([offline.reduced_columns(node) for node in nodes])
+        linear = loads.T @ loads + _at_discs(weights, lacked)
+
+        reach = 0.0
+        for k, contact in enumerate(contacts):
+            forces = np.zeros((len(contact.forces), 3 * len(contacts)))
+            forces[:, 3 * k : 3 * k + 3] = contact.forces
+            reach += max(float(np.linalg.norm(reduced.settle(force, RESIDUAL).q)) for force in forces)
+        flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
+        straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
+        firm_n = _firm(reduced, soft, contacts[0]) if len(contacts) == 1 else 0.0
+        inward = -np.concatenate([contact.normal for contact in contacts]) / TILT
+        together = _together(case, nodes)
+        return Prepared(reduced, reach, straight, flat, (linear, at_discs), limits, together, soft, firm_n, inward)
 
     def prepare_nodes(self, nodes: tuple[int, ...]) -> float:
         self.prepare_contact(*nodes)

@@ -119,6 +119,7 @@ class Enriched:
         if len(cuts) != 1:
             raise Refused("one cut is followed at a time")
         cut = cuts[0]
+        # parts of the elements that the cut divides, and the elements beside them
         corners, at = self._mesh.tetrahedra, self._mesh.nodes
         above = (cut.across(at) >= 0.0)[corners]
         mixed = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
@@ -128,6 +129,7 @@ class Enriched:
         parts, owner = np.concatenate([at[corners[beside]], parts]), np.append(np.flatnonzero(beside), owner)
         slopes, volumes = shape_gradients(TetMesh(parts.reshape(-1, 3), np.arange(4 * len(parts)).reshape(-1, 4)))
         volumes, sign = np.abs(volumes), np.where(cut.across(parts.mean(axis=1)) >= 0.0, 1.0, -1.0)
+        # corners where the lips open, and integrals of the enrichment over the parts around them
         opened = self._opened(crossed, owner, volumes, sign)
         self._number = np.where(opened, np.cumsum(opened) - 1, -1)
         self._count = int(opened.sum())
@@ -141,6 +143,7 @@ class Enriched:
             parts[kept], number[owner[kept]], values, np.swapaxes(values, 1, 2) @ slopes[kept], volumes[kept],
             sign[kept], at[corners[near, 0]], self._gradients[near], QUADRATURE_POINTS,
         )  # fmt: skip
+        # stiffness between nodes and jumps, and among jumps, and its Schur complement
         own = self._nodes[near]
         self._around = np.unique(own)
         moduli = np.ascontiguousarray(self._moduli[:, near])
@@ -161,7 +164,7 @@ class Enriched:
             raise NotConverged("nothing holds a piece that is cut free", [float("nan")])
 
     def pull(self) -> Pulled:
-        """Return the uncut body's answer to the hooks, and what is added by the jumps that leave the lips without force."""
+        """Return the uncut body's answer to the hooks, with that to the jumps that leave the lips without force."""
         pulls = self._pulls[:, self._around].reshape(len(self._pulls), -1)
         before = self._before[self._around].ravel()
         jumps = -self._scale * cho_solve(self._factor, self._scale * (before @ self._coupling))

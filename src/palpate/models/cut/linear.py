@@ -75,8 +75,9 @@ class Updated(LevelModel):
             self._compliance[:, part] = factor.solve(units.reshape(count, 3, -1)).reshape(3 * count, -1)
 
     def cut(self, cuts: Sequence[Cut]) -> None:
-        """Eliminate new nodes from the change of stiffness, and factorise the capacitance matrix of its nodes and hooks."""
+        """Eliminate new nodes from the change of stiffness; factorise the capacitance matrix of its nodes and hooks."""
         cut = self._opened = self._part(cuts)
+        # elements that the cut has changed, and the stiffness of their nodes before and after it
         parted, count, given = cut.parted, len(self._held), cut.held | cut.moved
         changed = (parted.origin[parted.mesh.tetrahedra] != parted.mesh.tetrahedra).any(axis=1)
         changed |= parted.body.tissue(0).share != 1.0
@@ -85,6 +86,7 @@ class Updated(LevelModel):
         near = np.unique(np.append(parted.whole.tetrahedra[parents], parted.mesh.tetrahedra[changed]))
         old = _stiffness(parted.whole, self.case.body.tissue(self._level), parents, near)
         new = _stiffness(parted.mesh, parted.body.tissue(0), changed, near)
+        # old nodes, new free nodes, which are eliminated, and new nodes that are held or moved
         self._outer = near[near < count]
         self._outer = self._outer[~self._held[self._outer]]
         self._inner = near[(near >= count) & ~given[near]]
@@ -96,6 +98,7 @@ class Updated(LevelModel):
         )
         change = np.hstack([oo - old[np.ix_(at[0], at[0])], op]) - of @ self._outward
         self._change, self._pull_of_kept = change[:, : len(at[0])], change[:, len(at[0]) :]
+        # forces of the change and on held or moved old nodes
         self._driven = np.flatnonzero(given[:count] & ~self._held)
         o, h = coordinates_of(self._outer), coordinates_of(self._driven)
         compliance = self._compliance[np.ix_(np.append(o, h), np.append(o, h))]

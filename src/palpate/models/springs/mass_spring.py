@@ -359,7 +359,7 @@ class Torn(Parted):
     cuts: Sequence[Cut]
 
     def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
-        """Return ``rows`` without the shares of corners on another side than the point, ``sides`` (k, cuts); rows sum to 1."""
+        """Return ``rows`` without shares of corners on another side than the points, ``sides`` (k, cuts)."""
         rows = sparse.csr_array(rows)
         at, places = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), rows @ self.whole.nodes
         own = np.ones(len(at), dtype=bool)
@@ -389,7 +389,7 @@ class CutSprings(LevelModel):
         self._ready(self._looked_at(Torn(**vars(before), cuts=cuts), cuts), deleted=cuts)
 
     def _ready(self, cut: Opened, deleted: Sequence[Cut] = ()) -> None:
-        """Build the springs of ``cut`` without those that the cuts ``deleted`` cross, and factorise their preconditioner."""
+        """Build the springs of ``cut`` without those that the cuts ``deleted`` cross, and their preconditioner."""
         self._opened, rest = cut, cut.rest
         particles = particles_of(cut.parted.body, 0, surface=False)
         model = spring_model(particles)

@@ -136,11 +136,13 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
     found = meshes.around(deepest, *where)
     points, mesh = found.contact.points, found.problem.mesh
     at, up = points.interpolation @ mesh.nodes, points.interpolation @ mesh.normals
+    # centres of the discs among points near the place, denser in the middle
     reach = REACH * contact_radius(instrument, case.deepest_m) + 0.5 * instrument.length_m
     away = np.linalg.norm(at - place, axis=1)
     near = np.flatnonzero(away <= reach)
     graded = (at - place) * ((np.maximum(away, 1e-9 * reach) / reach) ** -GRADED)[:, None]
     centers = graded[near[spread_over(graded[near], count)]]
+    # pressures of the discs on the points, and the responses to them
     away = np.linalg.norm(graded[:, None] - centers, axis=2) / (WIDE * reach * np.sqrt(np.pi / count))
     pressures = points.areas[:, None] * np.clip(1.0 - away**2, 0.0, None)
     pressures /= pressures.sum(axis=0)
@@ -148,6 +150,7 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     loads = (points.interpolation.T @ pressures)[:, None, :] * ways.T
     columns = ElementsAtRest(found.body, found.level).solve(np.ascontiguousarray(loads), COLUMN_RESIDUAL)
+    # places where gaps are looked at, with the pressures of the points nearest to each
     on = np.flatnonzero(pressures.any(axis=1))
     looked = on[spread_over(graded[on], PLACES * count)]
     nearest = np.linalg.norm(graded[on][:, None] - graded[looked], axis=2).argmin(axis=1)

@@ -12,10 +12,7 @@ linear responses miss 12 to 16 % there and warped ones 2 %; at 0.54 they miss 24
 
 
 class NearBuckling:
-    """The buckling loads of a case's body, which all its models share.
-
-    largest : share of the buckling load above which a model doubts, LARGEST_SHARE if None
-    """
+    """The buckling loads of a case's body; a model doubts above the share ``largest``, LARGEST_SHARE if None."""
 
     def __init__(self, case: Case, largest: float | None = None):
         name = "buckling", case.body, case.radius_m

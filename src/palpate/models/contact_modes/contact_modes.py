@@ -113,14 +113,14 @@ def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, known: np.ndarray) -
     return rows
 
 
-def _firm(reduced: ReducedEnergy, soft: np.ndarray, shown: ContactSnapshots) -> float:
+def _firm(reduced: ReducedEnergy, soft: np.ndarray, contact: ContactSnapshots) -> float:
     """Return the force [N] up to which the body keeps the share FIRM of its stiffness in presses of nine directions.
 
     Forces are tried in SIZES steps up to the hardest snapshot. No fold hides between them: towards it stiffness falls
     as the root of what is left of the force.
     """
-    ways, firm_n = directions(shown.normal), 0.0
-    hardest = float(np.linalg.norm(shown.forces, axis=1).max())
+    ways, firm_n = directions(contact.normal), 0.0
+    hardest = float(np.linalg.norm(contact.forces, axis=1).max())
     for newtons in hardest / SIZES * np.arange(1, SIZES + 1):
         answers = [reduced.settle(newtons * way, RESIDUAL) for way in ways]
         if not all(each.residual <= RESIDUAL and reduced.is_stiff(each.q, FIRM * soft) for each in answers):
@@ -137,10 +137,7 @@ def _together(case: Case, nodes: Sequence[int]) -> np.ndarray:
 
 
 def _at_discs(weights: list[tuple[np.ndarray, np.ndarray]], moved: np.ndarray) -> np.ndarray:
-    """Return the mean displacements (3 k, j) of discs, of displacements ``moved`` (n_surface, 3, j) of the surface.
-
-    weights : of each disc, rows of the fine surface nodes and their shares in the mean
-    """
+    """Return the discs' means (3 k, j) of ``moved`` (n, 3, j), by their ``weights``: rows of nodes and shares."""
     return np.concatenate([np.tensordot(share, moved[rows], 1) for rows, share in weights])
 
 
@@ -210,9 +207,9 @@ class ContactSolver(Solver):
     def _reduced_energy(self, nodes: Sequence[int]) -> tuple[np.ndarray, ReducedEnergy]:
         """Return the modes (n, 3, r) of the contacts at ``nodes``, and the energy of few cubature points in them."""
         offline, case, model = self.offline, self._case, self._model
-        shown = [offline.contact(node, _snapshot_kind(model)) for node in nodes]
-        modes = basis_of(shown)
-        return modes, contact_energy(shown, modes, model.rings, model.thinned, case.options.seed)
+        contacts = [offline.contact(node, _snapshot_kind(model)) for node in nodes]
+        modes = basis_of(contacts)
+        return modes, contact_energy(contacts, modes, model.rings, model.thinned, case.options.seed)
 
     def _completed(self, nodes: Sequence[int], modes: np.ndarray, reduced: ReducedEnergy) -> Prepared:
         """Return all that answers presses: a reduced model at the surface, corrected to the target of ``model``."""

@@ -174,16 +174,16 @@ def _from_coarser(offline: Offline, node: int, modes: str) -> Change:
 
     The presses are the hardest of the snapshots, or for "columns" the straight and most tilted ones.
     """
-    shown, level, linear = offline.contact(node, modes), offline.level, offline.linear(node, 1)
+    contact, level, linear = offline.contact(node, modes), offline.level, offline.linear(node, 1)
     coarse, disc = offline.elements(level - 1), offline.disc(node, level - 1)
-    if shown.found:
-        hardest = slice(None, len(shown.forces) // len(SHARES))
-        forces, answers = shown.forces[hardest], shown.answers[:, :, hardest]
+    if contact.found:
+        hardest = slice(None, len(contact.forces) // len(SHARES))
+        forces, answers = contact.forces[hardest], contact.answers[:, :, hardest]
     else:  # a model of the columns is farther off than a level changes
-        forces = shown.forces[list(CORNERS)]
-        answers = np.stack([_settled(shown, k) for k in CORNERS], axis=2)
+        forces = contact.forces[list(CORNERS)]
+        answers = np.stack([_settled(contact, k) for k in CORNERS], axis=2)
     count = len(coarse.rest)
-    starts = answers[:count] + (linear - shown.linear[:count]) @ forces.T
+    starts = answers[:count] + (linear - contact.linear[:count]) @ forces.T
     moved = [
         coarse.settle(coarse.nodal(*disc, force), np.ascontiguousarray(starts[:, :, s]), LEVEL_STEPS, COARSER_RESIDUAL)
         for s, force in enumerate(forces)
@@ -192,10 +192,10 @@ def _from_coarser(offline: Offline, node: int, modes: str) -> Change:
     return Change(forces, answers, bring_to_surface(offline.up(level), answers) - before)
 
 
-def _settled(shown: ContactSnapshots, k: int) -> np.ndarray:
-    """Return the elements' answer (n, 3) [m] to the k-th press of ``shown``, searched for from the model's."""
-    load = shown.elements.nodal(shown.nodes, shown.shares, shown.forces[k])
-    return shown.elements.settle(load, np.ascontiguousarray(shown.answers[:, :, k]), LEVEL_STEPS, SNAPSHOT_RESIDUAL)
+def _settled(contact: ContactSnapshots, k: int) -> np.ndarray:
+    """Return the elements' answer (n, 3) [m] to the k-th press of ``contact``, searched for from the model's."""
+    load = contact.elements.nodal(contact.nodes, contact.shares, contact.forces[k])
+    return contact.elements.settle(load, np.ascontiguousarray(contact.answers[:, :, k]), LEVEL_STEPS, SNAPSHOT_RESIDUAL)
 
 
 def _to_finer(offline: Offline, node: int, share: float) -> Change:
@@ -204,17 +204,17 @@ def _to_finer(offline: Offline, node: int, share: float) -> Change:
     The presses are ``share`` times the hardest straight and most tilted ones of the snapshots. The change at one press
     predicts where the search of the next begins. A press without an answer, or that inverts an element, is left out.
     """
-    level, shown = offline.level, offline.contact(node, "snapshots")
-    elements, finer = shown.elements, offline.elements(level + 1)
+    level, contact = offline.level, offline.contact(node, "snapshots")
+    elements, finer = contact.elements, offline.elements(level + 1)
     disc, refine, up = offline.disc(node, level + 1), offline.refine(level), offline.up(level)
     forces: list[np.ndarray] = []
     answers: list[np.ndarray] = []
     changes: list[np.ndarray] = []
     for k in CORNERS:
-        force, moved = share * shown.forces[k], shown.answers[:, :, k]
+        force, moved = share * contact.forces[k], contact.answers[:, :, k]
         if share < 0.99:  # rounding aside
-            load = elements.nodal(shown.nodes, shown.shares, force)
-            moved = elements.settle(load, shown.modelled(force), LEVEL_STEPS, FINER_RESIDUAL)
+            load = elements.nodal(contact.nodes, contact.shares, force)
+            moved = elements.settle(load, contact.modelled(force), LEVEL_STEPS, FINER_RESIDUAL)
         start, load = refine @ moved, finer.nodal(*disc, force)
         if forces:
             start = start + np.tensordot(likeness(np.array(forces), force, 1), np.array(changes), 1)
@@ -224,7 +224,7 @@ def _to_finer(offline: Offline, node: int, share: float) -> Change:
             answers.append(moved)
             changes.append(found - refine @ moved)
     if not forces:
-        return Change(np.empty((0, 3)), shown.answers[:, :, :0], np.empty((up.shape[0], 3, 0)))
+        return Change(np.empty((0, 3)), contact.answers[:, :, :0], np.empty((up.shape[0], 3, 0)))
     before = np.stack(answers, axis=2)
     after = np.stack([refine @ each for each in answers], axis=2) + np.stack(changes, axis=2)
     change = bring_to_surface(offline.up(level + 1), after) - bring_to_surface(up, before)
@@ -258,20 +258,20 @@ def _hardest_sound(offline: Offline, node: int, modes: str) -> float:
 
     It is at most the hardest straight press of the contact's snapshots.
     """
-    shown, level = offline.contact(node, modes), offline.level
-    newtons = float(np.linalg.norm(shown.forces[0]))
+    contact, level = offline.contact(node, modes), offline.level
+    newtons = float(np.linalg.norm(contact.forces[0]))
     if offline.gap == 0:
         return newtons
-    start = shown.answers[:, :, 0]
+    start = contact.answers[:, :, 0]
     for _ in range(TRIAL_FALLS):
-        force = -newtons * shown.normal
+        force = -newtons * contact.normal
         moved, least = _trial(offline, node, level, start, force)
         if least >= SURE:
             break
         if least >= HOPELESS and _trial(offline, node, level + 1, offline.refine(level) @ moved, force)[1] >= SOUND:
             break
         newtons *= FORCE_FACTOR
-        start = shown.modelled(-newtons * shown.normal)
+        start = contact.modelled(-newtons * contact.normal)
     return newtons
 
 
@@ -322,8 +322,8 @@ def target_change(offline: Offline, case: Case, model: kinds.ContactModes, node:
     elif offline.level == 0:
         return None
     else:
-        shown = "columns" if modes == "columns" else "snapshots"
-        found = offline.once((f"from coarser {shown}", node), lambda: _from_coarser(offline, node, shown))
+        kind = "columns" if modes == "columns" else "snapshots"
+        found = offline.once((f"from coarser {kind}", node), lambda: _from_coarser(offline, node, kind))
         linear = offline.reduced_columns(node) - offline.reduced_columns(node, 1)
         share = _change_factor(target, target_ratio(offline, case, node), gap, 0)
     return found._replace(change=share * (found.change - linear @ found.forces.T))

@@ -120,21 +120,21 @@ class ContactSnapshots:
         return self.modes @ self.model.settle(force, MODEL_RESIDUAL).q
 
 
-def basis_of(shown: Sequence[ContactSnapshots]) -> np.ndarray:
+def basis_of(contacts: Sequence[ContactSnapshots]) -> np.ndarray:
     """Return modes (n, 3, r) of contacts, in which the stiffness at rest is the identity.
 
     They are made of columns and, where these were computed, snapshots. Modes of several contacts are united, with
     second-order columns between them.
     """
-    parts = [np.dstack([each.columns, each.answers]) if each.found else each.columns for each in shown]
-    elements = shown[0].elements
-    pairs = [bending_loads(elements, one.linear, two.linear) for one, two in combinations(shown, 2)]
+    parts = [np.dstack([each.columns, each.answers]) if each.found else each.columns for each in contacts]
+    elements = contacts[0].elements
+    pairs = [bending_loads(elements, one.linear, two.linear) for one, two in combinations(contacts, 2)]
     between = [elements.solve(loads, SECOND_RESIDUAL) for loads in pairs]
     return orthonormal(elements, np.dstack(parts + between))
 
 
 def contact_energy(
-    shown: Sequence[ContactSnapshots], modes: np.ndarray, rings: int, tolerance: float, seed: int
+    contacts: Sequence[ContactSnapshots], modes: np.ndarray, rings: int, tolerance: float, seed: int
 ) -> ReducedEnergy:
     """Return the energy of few cubature points in ``modes`` (n, 3, r), fitted to contacts' snapshots to ``tolerance``.
 
@@ -142,10 +142,10 @@ def contact_energy(
     have all elements, they are the points near a disc and others that ``seed`` draws, fitted to the forces of the
     elements. Snapshots of several contacts are added up in random order.
     """
-    elements, rng = shown[0].elements, np.random.default_rng(seed)
-    states = np.sum([rng.permutation(coordinates(elements, each.answers, modes).T) for each in shown], axis=0)
-    nodes = np.concatenate([each.nodes for each in shown])
-    loads = np.hstack([carried(each.nodes, each.shares, modes) for each in shown])
+    elements, rng = contacts[0].elements, np.random.default_rng(seed)
+    states = np.sum([rng.permutation(coordinates(elements, each.answers, modes).T) for each in contacts], axis=0)
+    nodes = np.concatenate([each.nodes for each in contacts])
+    loads = np.hstack([carried(each.nodes, each.shares, modes) for each in contacts])
     exact = rings_around(elements, nodes, rings)
     if exact.all():
         near = rings_around(elements, nodes, NEAR_RINGS)

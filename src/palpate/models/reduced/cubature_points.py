@@ -63,10 +63,7 @@ def scratch_of(body):
 
 @numba.njit(cache=True, error_model="numpy")
 def pulled_by_each(p, slopes, pulls):
-    """Write the gradient (r,) of the energy of each of k cubature points into ``pulls`` (k, r).
-
-    p : (9, k) stresses times volumes [J]; slopes : (9, k, r)
-    """
+    """Write each point's gradient into ``pulls`` (k, r), from P V ``p`` (9, k) [J] and ``slopes`` (9, k, r)."""
     pulls[:] = 0.0
     for i in range(9):
         for k in range(pulls.shape[0]):
@@ -90,7 +87,6 @@ def least_det(q, slopes, count):
 def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
     """Return the corotational Hessian (r, r) of the points ``begin`` to ``end``, less that of 2 μ V |δF|².
 
-    q : (r,); slopes : (9, k, r); volumes, mu, lam : (k,)
     With the columns g of R it is λ V (Σ g · δF g)² + tᵀ M t for t = Σ g × δF g, M as in ``corotational.turned``. NaN
     where the rotation of a point is not known.
     """
@@ -158,10 +154,7 @@ def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume
 
 @numba.njit(cache=True, error_model="numpy")
 def add_tangent(q, slopes, volumes, mu, lam, shape, measure, volume, found):
-    """Add the part of the energy's Hessian that changes with ``q`` (r,) to ``found`` (r, r).
-
-    slopes : (9, k, r) of k cubature points; volumes, mu, lam : (k,)
-    """
+    """Add the part of the energy's Hessian that changes with ``q`` (r,) to ``found`` (r, r); slopes : (9, k, r)."""
     for begin in range(0, len(volumes), BLOCK):
         end = min(begin + BLOCK, len(volumes))
         if shape is None:
@@ -172,10 +165,7 @@ def add_tangent(q, slopes, volumes, mu, lam, shape, measure, volume, found):
 
 @numba.njit(cache=True, error_model="numpy")
 def clamped_tangent(q, slopes, volumes, mu, lam, shape, measure, volume):
-    """Return the Hessian (r, r) of k cubature points at ``q`` (r,), that of each point clamped to be positive.
-
-    slopes : (9, k, r); volumes, mu, lam : (k,)
-    """
+    """Return the Hessian (r, r) at ``q`` (r,), that of each of k points clamped positive; slopes : (9, k, r)."""
     found = np.zeros((len(q), len(q)))
     for begin in range(0, len(volumes), BLOCK):
         end = min(begin + BLOCK, len(volumes))

@@ -28,7 +28,7 @@ LEAST_DET, LARGEST_NORM, LEAST_STIFFNESS = 0.4, 2.0, 0.15
 """Smallest det F of an answer's cubature points, its largest energy norm over that of the farthest sample, and its
 least stiffness over that of the softest motion at rest; beyond any the model says that it does not know."""
 LARGEST_SHARE = 0.9
-"""Share of the load under which the body buckles, in shapes that samples may lack, above which it does not know."""
+"""Share of the buckling load, as samples may lack the buckled shape, above which the model doubts."""
 
 
 class Galerkin(Solver):

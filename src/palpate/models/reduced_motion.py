@@ -24,9 +24,9 @@ from palpate.solvers.quadratic_motion import Midpoint, Reached
 TOLERANCE = 1e-3
 """Relative residual of a step."""
 BALANCE = 0.05
-"""Of the work that loads have done or taken back, what may be neither kept nor damped."""
+"""Largest imbalance of energy, over the work that loads have done or taken back."""
 SAMPLES, MISSED_RESIDUAL = 8, 0.03
-"""Instants at which what a motion misses is looked for, and the relative residual of what is found."""
+"""Instants at which residuals of the elements are answered, and the relative residual of these answers."""
 LEAST_DET = 0.3
 """Smallest det F of a cubature point that is believed: below, elements around it may be flat or inverted."""
 

@@ -31,11 +31,11 @@ from palpate.solvers.touched_motion import STAGE
 REACH_M = 0.006
 """Distance from an instrument at which points may come to touch it within a step."""
 FAR_M, CLOSE_M = 0.012, 0.001
-"""The same before the dents of a step are known, and after; their nodes are many coordinates."""
+"""The same distance before the dents of a step are known, and after, as their nodes are many unknowns."""
 SPARE = 1.25
-"""Nodes over those that points near an instrument have, up to which those of the step before are kept."""
+"""Largest number of nodes of the step before, over those needed now, at which the former are used again."""
 STRAY = 0.1
-"""Of its radius, by which nothing that a motion is believed of is inside an instrument."""
+"""Depth inside an instrument, over its radius, beyond which a motion is not believed."""
 MISSED_RESIDUAL = 0.03
 """Relative residual of what modes lack."""
 Problem = tuple[np.ndarray, np.ndarray, float, np.ndarray, np.ndarray]
@@ -43,17 +43,17 @@ Known = tuple[np.ndarray, float, float, np.ndarray]
 NOTHING: Known = np.zeros(0), 0.0, math.inf, np.zeros((0, 0))
 """What is known of a point where no search has ended, as ``minimise`` takes it."""
 AHEAD = (1.0 - 2.0 * STAGE) / STAGE
-"""Of the change in the first stage, by which the base of the second one is beyond the first's end."""
+"""Share of the first stage's change by which the second stage's base is beyond the first one's end."""
 ITERATIONS = 60
-"""Of a search, after which it counts as not found."""
+"""Most steps of a search."""
 PASSES = 2
 """Searches of a stage with friction: with directions and forces of its beginning, then those of the first's end."""
 LEAST_ENERGY = 0.01
-"""Of the largest elastic energy so far: what is left of a search is compared with no less."""
+"""Least energy that a residual is compared with, over the largest elastic energy so far."""
 FAINTEST_J = 1e-9
-"""As much, before anything has moved."""
+"""The same before anything has moved."""
 COURSE = 240
-"""Places of a course at which it may meet what is held, beside its corners."""
+"""Times at which an instrument's course is tested against the held surface, beside its corners."""
 LATTICE = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
 """Places on a triangle, barycentric (15, 3)."""
 

@@ -24,7 +24,7 @@ MARGIN, PLACES = 1.2, 60
 """Distance of an instrument's skin on its path from points at rest, over its radius, within which it may touch them,
 and at how many places of the path that is seen."""
 LEAST_SHARE = 0.5
-"""Of the strokes, which finite elements have to find; others lead into what is held."""
+"""Least share of the strokes whose motion is found; others lead into what is held."""
 BESIDE = ((0.0, 0.6, 0.3), (0.0, -0.6, 0.3), (0.6, 0.0, -0.2), (-0.6, 0.0, 0.4), (0.0, 0.0, 0.8))
 """How far a path's neighbours are from it, over an instrument's radius: two ways across the way down, and up."""
 TIMES_S = (0.0, 0.22, 0.27, 0.45, 0.58)
@@ -32,7 +32,7 @@ TIMES_S = (0.0, 0.22, 0.27, 0.45, 0.58)
 LENGTH_M, DEPTHS_M = 0.035, (0.008, 0.02)
 DURATION_S = 0.6
 CLEAR_M, WITHIN_M = 0.003, 0.012
-"""Above all that is below it an instrument begins; the surface is where its highest node so near is."""
+"""Height of an instrument's start above all below it; the surface is as high as its highest node within the other."""
 
 
 def frame_of(contact: Contact) -> np.ndarray:

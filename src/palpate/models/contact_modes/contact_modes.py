@@ -151,8 +151,8 @@ LEAST_STIFFNESS = 0.15
 and what an answer has wrong there grows as its inverse: of a column that is pressed 1° off its axis 0.2 % at 0.8, 1.1 %
 at 0.25, 1.4 % at 0.13 and 2.1 % at 0.08."""
 FIRM, SIZES, TILT = 0.5, 10, 0.7
-"""The same of answers far from that, of how many sizes these are looked for in advance, and the least cosine of the
-angle to the inward normal of the presses that they stand for, which were tilted by 45° at most."""
+"""Least stiffness of answers that are far from buckling, at how many forces it is looked for in advance, and the least
+cosine of the angle of presses that this covers to the inward normal: those tried are tilted by 45° at most."""
 LARGEST_SHARE = 0.9
 """Share of the load under which the body buckles, linearised at rest, in shapes that a contact's modes may lack."""
 LINEAR_BELOW = 1e-9

@@ -83,7 +83,7 @@ def dragged(
 
 
 COUNT, DEPTHS = 4, (0.3, 0.7)
-"""Touches that serve, and their depths over the radius of the instrument, at most the deepest of the case."""
+"""Calibrating touches, and their depths over the radius of the instrument, at most the deepest of the case."""
 ALONG, TOLERANCE = 2.0, 1e-3
 """Elements along the radius of what touches, and the residual at which their answers stop."""
 SEED = 1000

@@ -152,7 +152,7 @@ def find_forces(means: Callable[[np.ndarray], np.ndarray], ways: np.ndarray, com
         return np.zeros_like(ways)
 
     def missing(reached: np.ndarray) -> np.ndarray:
-        """Return what is missing of the way, as a share of it, where a linear body would have moved by ``reached``."""
+        """Return what is missing of the way, over its size, if a linear body would have moved by ``reached``."""
         return (wanted - means((inverse @ reached).reshape(ways.shape)).ravel()) / size
 
     try:

@@ -115,19 +115,19 @@ class Simulation:
 
 
 class LinearCoarse:
-    """The coarse mesh's linear response, computed in advance: three stored columns for each contact."""
+    """The linear response of the coarse mesh, computed in advance: three stored columns for each contact."""
 
     def __init__(self, case: Case):
         compliance = case.use_compliance()
         self._contacts, self._columns = compliance.contacts, compliance.coarse
 
     def displacement(self, load: Load) -> np.ndarray:
-        """Return displacements (n_nodes, 3) [m] of all coarse nodes under ``load``; InputError as above."""
+        """Return displacements (n_nodes, 3) [m] of coarse nodes under ``load``; InputError for an unprepared contact."""
         parts = [np.tensordot(f, self._columns[row_of(self._contacts, c)], 1) for c, f in load.forces()]
         return np.sum(parts, axis=0)
 
     def answer(self, load: Load) -> tuple[np.ndarray, None]:
-        """Return the same, and no forces, as a depth is refused."""
+        """Return the displacements as ``displacement`` does, and None for forces, as a depth is refused."""
         return self.displacement(load), None
 
 
@@ -189,7 +189,7 @@ def coordinates_of(nodes: np.ndarray) -> np.ndarray:
 
 
 def held_on(body: Body, level: int) -> np.ndarray:
-    """Return which nodes (n,) bool of a level are anchors."""
+    """Return which nodes of a level are anchors, (n,) bool."""
     return np.isin(np.arange(len(body.levels[level].nodes)), body.anchors[level])
 
 

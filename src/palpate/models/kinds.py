@@ -213,7 +213,7 @@ class LinearResidual(Model):
     samples: Index | None = key(SAMPLES, None)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return how many training samples are learnt from."""
+        """Return numbers of training samples that are learnt from."""
         return [self.having(samples=count) for count in training_counts(case, SHARES)]
 
 
@@ -226,7 +226,7 @@ class WarpedCompliance(Model):
     target: Literal["limit"] | None = key(TARGET, None)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return how many training samples are learnt from; with none, the published method, and its limit."""
+        """Return numbers of training samples that are learnt from; with none the published method, and its limit."""
         counts = training_counts(case, (0, *SHARES[1:]))
         plain, *learnt = [self.having(samples=count) for count in counts]
         return [plain, self.having(samples=0, target=LIMIT), *learnt]

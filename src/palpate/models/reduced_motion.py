@@ -189,7 +189,6 @@ def _nodal(rest: BodyAtRest, loads: Loads) -> list[tuple[np.ndarray, Load | None
 
 
 def _sum(loads: Sequence[tuple[np.ndarray, Load | None]], t: float) -> np.ndarray:
-    """Return the sum of ``loads`` at ``t`` [s]."""
     return np.sum([force if push is None else factor(push, t) * force for force, push in loads], axis=0)
 
 

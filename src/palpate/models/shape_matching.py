@@ -122,7 +122,7 @@ class Shapes:
         self._shares = ContactShares(case, 0)
 
     def soften(self, softness: Softness) -> None:
-        """Make its shapes as soft as that."""
+        """Set how soft the shapes are."""
         self._scale = softness.scale_s2
         asked = {"mode": self._mode, "clusters": self._clusters, "alpha": softness.alpha, "beta": softness.beta}
         self._matching = shape_matching.make(self.particles, effects.ShapeMatching.model_validate(asked))
@@ -280,7 +280,7 @@ class ShapesTouch(NodeTouch):
 
 
 def _rmse(one: Touched, other: Touched) -> float:
-    """Return the RMSE over the peak of the displacement, infinite if it is not a number."""
+    """Return the RMSE of ``one`` displacement from the ``other`` over its peak, ∞ if it is not a number."""
     off = np.sqrt(np.mean(np.sum((one.displacement - other.displacement) ** 2, axis=1)))
     peak = np.linalg.norm(other.displacement, axis=1).max()
     return float(off / peak) if np.isfinite(off) else np.inf

@@ -42,15 +42,15 @@ class ElementsAtRest:
 
     @property
     def points(self) -> int:
-        """The number of points of integration of an element."""
+        """The number of integration points of an element."""
         return len(self._slopes)
 
     def gradients_at(self, elements: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return gradients of shape functions (k, a, 3) [1/m] at ``points`` (k,), one of each of ``elements`` (k,)."""
+        """Return gradients (k, a, 3) [1/m] of shape functions at ``points`` (k,), one in each of ``elements`` (k,)."""
         return np.matmul(self._slopes[points], self._gradients[elements, 1:])
 
     def mean_gradients(self, elements: np.ndarray) -> np.ndarray:
-        """Return the means of the same over the points of each of k ``elements``, (k, a, 3) [1/m]."""
+        """Return the means of these gradients over the points of each of k ``elements``, (k, a, 3) [1/m]."""
         return np.matmul(self._slopes.mean(axis=0), self._gradients[elements, 1:])
 
     def nodal(self, nodes: np.ndarray, shares: np.ndarray, forces: np.ndarray) -> np.ndarray:

@@ -49,7 +49,7 @@ class PartedElements(LevelModel):
 
 
 def grasping(cut: Opened) -> Grasping:
-    """Return the static problem of linear elements on a cut level whose hooks are moved."""
+    """Return the static problem of linear elements on a cut level whose hooks are moved by given shifts."""
     body = replace(cut.parted.body, anchors=[np.flatnonzero(cut.held & ~cut.moved)])
     return Grasping(body, 0, 1, Nodes(np.empty((0, 3, 3)), np.flatnonzero(cut.moved)))
 

@@ -50,7 +50,7 @@ class Experiment:
         return volume_stiffness(self.model, self.particles.material)
 
     def fitness(self, press: str, references: dict[str, Motion]) -> Fitness:
-        """Return the fitness function of one press against its reference."""
+        """Return the fitness of one press against its reference."""
         return Fitness(self.model, self.presses[press], self.settings, *references[press])
 
 

@@ -109,7 +109,7 @@ class Network(LoadedSprings):
         self._factor = Factor(self.stiffness(self.rest))
 
     def press(self, contact: int, force: np.ndarray) -> None:
-        """Load it with ``force`` (3,) [N] at coarse node ``contact``; InputError if that cannot be pressed."""
+        """Load the network with ``force`` (3,) [N] at coarse node ``contact``; InputError if that cannot be pressed."""
         self.load(self._shares.spread([(contact, force)], len(self.rest)))
 
     def approach(self, iterations: int, start: np.ndarray | None = None) -> np.ndarray:

@@ -89,7 +89,8 @@ class LinearTouch(TouchSolver):
 class GraspedResponses(TouchSolver):
     """Linear responses to motions of what is grasped along three axes, by node.
 
-    Warped, they would move the patch elsewhere than it is held: by 9 % on average where the liver is pulled.
+    They are not warped: that would move the patch elsewhere than it is held, by 9 % on average where the liver is
+    pulled.
     """
 
     def __init__(self, case: TouchCase, held: int, level: int):
@@ -167,7 +168,7 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
 
 
 def by_column(rows: sparse.csr_array, field: np.ndarray) -> np.ndarray:
-    """Return what ``rows`` (k, n) see of each of the m columns of ``field`` (n, 3, m), (m, k, 3)."""
+    """Return the interpolation by ``rows`` (k, n) of each of m columns of ``field`` (n, 3, m), (m, k, 3)."""
     seen = (rows @ field.reshape(len(field), -1)).reshape(rows.shape[0], *field.shape[1:])
     return np.ascontiguousarray(seen.transpose(2, 0, 1))
 

@@ -70,7 +70,7 @@ class ReducedTouch:
             depths = [share * case.deepest_m for share in shares]
 
             def guess(depth: float, x: np.ndarray, way: np.ndarray = touch.direction) -> np.ndarray:
-                """Return what pushes so far say, with which a search takes a quarter less."""
+                """Return the positions that earlier pushes predict; a search from there takes a quarter less."""
                 if not pushed:
                     return x
                 known = Pushes(case.deepest_m, np.array(pushed), np.reshape(moved, (len(moved), -1)))
@@ -104,7 +104,7 @@ class ReducedTouch:
         return len(self.model.rest)
 
     def expected(self, touch: Touch) -> np.ndarray:
-        """Return the coordinates (r,) that are expected under ``touch``, from pushes like it."""
+        """Return the coordinates (r,) that pushes like ``touch`` predict for it."""
         return self._pushes.begin(touch.depth_m * touch.direction)
 
     def answer(self, touch: Touch, q: np.ndarray) -> Touched:

@@ -75,6 +75,6 @@ class Pushes:
 
 
 def _alike(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return how alike ways (..., 3) and (m, 3) are, (..., m): the kernel of polynomials of the degrees 1 to 3."""
+    """Return the polynomial kernel of degrees 1 to 3 of displacements (..., 3) and (m, 3), (..., m)."""
     product = a @ b.T
     return product + product**2 + product**3

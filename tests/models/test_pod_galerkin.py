@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused, loads_of
 from palpate.errors import InputError, NotConverged
-from palpate.models.contact_modes.workshop import Workshop
+from palpate.models.contact_modes.offline import Offline
 from palpate.models.families import Families
 from palpate.models.kinds import FEM, PODGalerkin
 
@@ -45,7 +45,7 @@ def test_its_samples_are_its_answers(case, solver):
 def test_all_points_are_full_galerkin(case):
     """The elements' own energy, minimised over the same modes by another search, has the same minimum."""
     solver = PODGalerkin(modes=5, thinned=0.0, nodes=1).prepare(case)
-    elements, load = Workshop(case.body, RADIUS_M, 0).elements(0), load_of(case, 3)
+    elements, load = Offline(case.body, RADIUS_M, 0).elements(0), load_of(case, 3)
     modes, pull = solver._modes, load.presses[0].force @ solver._pull(load.presses[0].node)
     assert modes.shape[2] == 5
 
@@ -62,8 +62,8 @@ def test_all_points_are_full_galerkin(case):
 
 def test_few_cells_answer_as_all_do_with_weights_that_are_not_negative(case, solver):
     whole = MODEL.having(thinned=0.0).prepare(case)
-    assert (solver._reduced.cells.volumes > 0.0).all()
-    assert len(solver._reduced.cells.volumes) < 0.05 * len(whole._reduced.cells.volumes)
+    assert (solver._reduced.points.volumes > 0.0).all()
+    assert len(solver._reduced.points.volumes) < 0.05 * len(whole._reduced.points.volumes)
     for row in (0, 5):
         load = load_of(case, row).times(0.7)
         assert errors(solver.respond(load), whole.respond(load)).rmse_of_peak < 0.01

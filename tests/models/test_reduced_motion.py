@@ -15,10 +15,10 @@ from palpate.errors import InputError, NotConverged
 from palpate.models import reduced_body, reduced_motion
 from palpate.models.reduced import basis, cubature
 from palpate.models.reduced.basis import bending_loads, vibrations
-from palpate.models.reduced.cubature import cells_of
+from palpate.models.reduced.cubature import points_and_means
 from palpate.models.reduced.energy import ReducedEnergy
 from palpate.models.reduced_body import BodyAtRest, Modes, ReducedBody, limit_modes
-from palpate.models.reduced_motion import CellEnergy, ReducedMotion, misses, move, prepare
+from palpate.models.reduced_motion import CubatureEnergy, ReducedMotion, misses, move, prepare
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.dynamic.accuracy import told_in_modes
 
@@ -65,8 +65,8 @@ def whole(rest: BodyAtRest) -> ReducedBody:
     flat = np.zeros((n, len(masses)))
     flat[free] = vectors
     shape = flat.reshape(-1, 3, len(masses))
-    cells = cells_of(elements, shape, np.ones(len(elements.couples), dtype=bool))
-    model = ReducedEnergy(cells, np.zeros((len(masses), 1)), elements.law)
+    points = points_and_means(elements, shape, np.ones(len(elements.couples), dtype=bool))
+    model = ReducedEnergy(points, np.zeros((len(masses), 1)), elements.law)
     return ReducedBody(rest, Modes(shape, shape, shape, masses), model, 0.0, 0.0)
 
 
@@ -142,16 +142,16 @@ def test_all_points_as_cells_have_the_energy_the_forces_and_the_clamped_hessian_
     r, flat = len(body.modes.masses), body.modes.own.reshape(-1, len(body.modes.masses))
     q = np.random.default_rng(0).normal(size=(r, 1)) * np.sqrt(body.modes.masses)[:, None]
     q *= 0.05 * motion.mesh.size / np.abs(flat @ q).max()
-    x, cells = motion.rest + (flat @ q).reshape(-1, 3), CellEnergy(body.model)
+    x, points = motion.rest + (flat @ q).reshape(-1, 3), CubatureEnergy(body.model)
     motion.load = np.zeros_like(x)
-    assert cells.energy(q) == pytest.approx(motion.energy(x), rel=1e-8)
+    assert points.energy(q) == pytest.approx(motion.energy(x), rel=1e-8)
     force = flat.T @ motion.force(x).ravel()
-    assert cells.force(q)[:, 0] == pytest.approx(force, abs=1e-6 * np.abs(force).max())
+    assert points.force(q)[:, 0] == pytest.approx(force, abs=1e-6 * np.abs(force).max())
     tangent = motion._tangent(x, True)
     few = flat[:, -5:]
     dense = flat.T @ np.array([tangent(each.reshape(-1, 3)).ravel() for each in few.T]).T
-    assert cells.clamped(q)[:, -5:] == pytest.approx(dense, abs=1e-6 * np.abs(dense).max())
-    assert cells.least_det(q) == pytest.approx(motion.least_det(x))
+    assert points.clamped(q)[:, -5:] == pytest.approx(dense, abs=1e-6 * np.abs(dense).max())
+    assert points.least_det(q) == pytest.approx(motion.least_det(x))
 
 
 def test_all_modes_move_as_the_elements_do(box):
@@ -186,7 +186,7 @@ def test_few_modes_are_near_the_truth_and_say_so(pressed, truth, reduced):
     found, told = asked(reduced, pressed, 4 * pressed.frames)
     error = wrong(found.moved, truth)
     assert error < 0.005 and 0.3 * error < told < 0.02
-    assert len(reduced.model.cells.volumes) < 200 and (reduced.model.cells.volumes > 0.0).all()
+    assert len(reduced.model.points.volumes) < 200 and (reduced.model.points.volumes > 0.0).all()
     coarse, rough = asked(reduced, pressed, pressed.frames)
     assert 3.0 * error < wrong(coarse.moved, truth) < 3.0 * rough, "steps of 40 ms"
 
@@ -244,10 +244,7 @@ def test_what_modes_cannot_do_is_refused(box, pressed, rest, monkeypatch):
         with pytest.raises(InputError, match="another body"):
             rest.check(other)
     rest.check(pressed.body)
-    monkeypatch.setattr(cubature, "some_points", lambda *given: cells_of(*given[:2], given[2], 8).take(*few()))
+    five = np.arange(5), np.ones(5)
+    monkeypatch.setattr(cubature, "candidate_points", lambda *given: points_and_means(*given[:3], 8).take(*five))
     with pytest.raises(NotConverged, match="misplace"):
         prepare(rest, FALLING, pressed.rayleigh, 3, 0.01)
-
-
-def few() -> tuple[np.ndarray, np.ndarray]:
-    return np.arange(5), np.ones(5)

@@ -1,4 +1,4 @@
-"""Get the coarse answer that a method makes a fine one of: stored, stopped early, loose or converged.
+"""Compute the coarse answer that a method makes a fine one of: stored, stopped early, loose or converged.
 
 Methods are trained on the same kind of coarse answer that queries will receive.
 """
@@ -20,7 +20,7 @@ LOOSE_TOLERANCE = 1e-3
 
 
 def coarse_solver(case: Case, kind: str) -> Simulation | LinearCoarse:
-    """Prepare coarse answers of a ``kind``, as ``kinds.CoarseAnswer`` names them; iterations are from rest."""
+    """Return what computes coarse answers of a ``kind`` of ``kinds.CoarseAnswer``; iterations are from rest."""
     if kind == LINEAR:
         return LinearCoarse(case)
     if kind in (LOOSE, CONVERGED):
@@ -29,7 +29,7 @@ def coarse_solver(case: Case, kind: str) -> Simulation | LinearCoarse:
 
 
 def seen_with(case: Case, kind: str, coarse: Simulation | LinearCoarse) -> Case:
-    """Return the case with coarse answers to its training samples as queries will get them from ``coarse``.
+    """Return the case with coarse answers to its training samples by ``coarse``, as queries will get them.
 
     Converged ones are those of the database. NotConverged if a sample has none.
     """
@@ -54,7 +54,7 @@ def fitting_to(case: Case) -> Fitting:
 
 
 def enriched(case: Case, kind: str, samples: int | None, fit: Callable[[Fitting], Method]) -> "Enriched":
-    """Return coarse answers of a ``kind`` with what ``fit`` makes of so many samples, None all, that have such ones."""
+    """Return a method that ``fit`` trains on ``samples`` samples, None all, with coarse answers of a ``kind``."""
     coarse = coarse_solver(case, kind)
     return Enriched(fit(fitting_to(seen_with(case, kind, coarse).first(samples))), coarse)
 

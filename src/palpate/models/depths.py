@@ -23,12 +23,12 @@ def forces_for(
     unknown: np.ndarray,
     slope: np.ndarray,
 ) -> np.ndarray:
-    """Return forces (f,) [N] at which ``moved`` (f,) [m] is ``wanted`` (f,) where ``unknown`` (f,) says so.
+    """Return forces (f,) [N] at which ``moved`` (f,) [m] is ``wanted`` (f,) in the components ``unknown`` (f,) bool.
 
     force : (f,) the given ones, and 0 where they are unknown; slope : (f, f) [m/N], the response to small forces
-    Broyden's method (1965), from the linear response. It differs from ``find_forces`` by halving a step that leads no
-    nearer, or to forces that ``moved`` raises NotConverged for, as a model does beyond what it was made of.
-    Refused for two discs that are pushed at the same place.
+    Broyden's method (1965), from the linear response. Unlike ``find_forces`` it halves a step that leads no nearer, or
+    to forces for which ``moved`` raises NotConverged, as a reduced model does beyond its range. Refused for two discs
+    that are pushed at the same place.
     """
     compliance = _apart(slope[np.ix_(unknown, unknown)])
 
@@ -61,7 +61,7 @@ def forces_for(
 
 
 def _apart(compliance: np.ndarray) -> np.ndarray:
-    """Return the responses of discs, ``compliance`` (f, f) [m/N]; Refused if two of the discs are the same one."""
+    """Return ``compliance`` (f, f) [m/N] between discs; Refused if two of the discs are the same one."""
     if not np.linalg.cond(compliance) < WORST_CONDITION:
         raise Refused("two discs are pushed to a depth at the same place; push one of them")
     return compliance
@@ -76,8 +76,8 @@ DEPTH_TOLERANCE, DEPTH_ITERATIONS = 1e-6, 30
 class Discs:
     """Mean displacements of the discs of prepared contacts, and the forces that push these discs to a depth.
 
-    A disc's mean is exact for the linear response, as it is stored; only what the model adds to that is interpolated
-    between surface nodes.
+    A disc's mean is exact for the linear response, as it is stored; the model's deviation from it is interpolated
+    linearly between surface nodes.
     """
 
     def __init__(self, case: Case):
@@ -104,7 +104,7 @@ class Discs:
         return load.with_found(np.linalg.solve(self._between_discs(load), np.concatenate(missing)).reshape(-1, 3))
 
     def answer(self, load: Load, respond: Callable[[Presses], np.ndarray]) -> Answer:
-        """Return the answer to a ``load`` with depths of a model whose displacement under forces is ``respond``."""
+        """Return the answer to a ``load`` with depths, by a model whose displacement under forces is ``respond``."""
         pushed = [(row, p.node) for row, p in enumerate(load.presses) if p.force is None]
         nodes = [press.node for press in load.presses]
         inexact = {
@@ -152,7 +152,7 @@ def find_forces(means: Callable[[np.ndarray], np.ndarray], ways: np.ndarray, com
         return np.zeros_like(ways)
 
     def missing(reached: np.ndarray) -> np.ndarray:
-        """Return what is missing of the way, as a share of it, where a linear body would have moved by ``reached``."""
+        """Return what is missing of the way, over its size, if a linear body would have moved by ``reached``."""
         return (wanted - means((inverse @ reached).reshape(ways.shape)).ravel()) / size
 
     try:

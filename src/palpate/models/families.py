@@ -1,19 +1,9 @@
-"""What each family of models is tried with in the trade-off: a point in the diagram for each setting."""
+"""The settings that the trade-off tries of each family of models: a point in the diagram for each."""
 
 from typing import Literal
 
 from palpate.models import kinds
-from palpate.setting_types import (
-    Block,
-    Count,
-    Distinct,
-    Inside,
-    Share,
-    Some,
-    Switch,
-    key,
-    rows,
-)  # fmt: skip
+from palpate.setting_types import Block, Count, Distinct, Inside, Share, Some, Switch, key, rows
 
 RESIDUALS = "Relative residuals to stop at, from rest, after as many iterations as it takes"
 SHARES = "Shares of the training samples to learn from"
@@ -58,7 +48,7 @@ class PodRbf(Block):
 class PodGalerkin(Block):
     modes: Some[Count] = key("Modes kept, at most as many as there are training samples", [8, 24, 48])
     tolerances: Some[Inside] = key(
-        "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; fewer modes "
+        "Relative errors of the elastic forces of few cubature points, which stand for all, loosest first; fewer modes "
         "are tried with the last one",
         [0.1, 0.03],
     )

@@ -1,4 +1,4 @@
-"""Answer with finite elements on a level of the body, stopped early or converged, from rest, linear or warm."""
+"""Answer with finite elements on a level of the body, converged or stopped early, from one of several starts."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -22,14 +22,14 @@ second adds so much a frame."""
 
 
 class Settles(Protocol):
-    """A simulation that can find the frame before."""
+    """A simulation that can compute the answer to the load of the frame before."""
 
     def settled(self, load: Load) -> np.ndarray:
         """Return converged displacements (n_nodes, 3) [m]."""
 
 
 class Rest:
-    """Begin Newton's method at rest; other starts are kinds of this one."""
+    """Newton's method begins at rest; the other starts derive from this class."""
 
     def __init__(self, case: Case, simulation: Settles, elements: tuple[float, ...]):
         """Take what all starts take: the case, the simulation, and the numbers that name its mesh and elements."""
@@ -39,17 +39,17 @@ class Rest:
         return None
 
     def precede(self, load: Load) -> None:
-        """Do what happened before this query was asked; not timed."""
+        """Compute what was known before this query was asked; not timed."""
 
 
 def stored_columns(case: Case, simulation: Simulation, elements: tuple[int, int]) -> np.ndarray:
-    """Return linear responses (n_contacts, 3, n_nodes, 3) [m/N] of ``elements``, by level and order, of one case."""
+    """Return linear responses (n_contacts, 3, n_nodes, 3) [m/N] of ``elements``, a level and an order, of a case."""
     name = "columns", case.database, *elements
     return case.share(name, lambda: simulation.linear_columns(case.prepared_contacts), "columns")
 
 
 class LinearStart(Rest):
-    """Begin at the linear response of the same elements, whose columns were stored for each prepared contact."""
+    """Begin at the linear response of the same elements, which is stored for each prepared contact."""
 
     def __init__(self, case: Case, simulation: Simulation, elements: tuple[int, int]):
         self._contacts, self._columns = case.prepared_contacts, stored_columns(case, simulation, elements)
@@ -57,7 +57,7 @@ class LinearStart(Rest):
     def at(self, load: Load) -> np.ndarray | None:
         """Return the linear response; InputError for a contact that is not prepared.
 
-        To a depth, whose force is not known, a search begins at its own linear response.
+        None where a depth is asked for, as its force is not known: the search begins at a linear response of its own.
         """
         by_force, to_depth = load.parted()
         rows = [row_of(self._contacts, contact) for contact, _ in by_force + to_depth]
@@ -68,9 +68,9 @@ class LinearStart(Rest):
 
 
 class FrameBefore(Rest):
-    """Begin at the converged answer to BEFORE times the same force; where there is none, at rest.
+    """Begin at the converged answer to BEFORE times the same load, or at rest where it has no answer.
 
-    Frames that a setting has found serve the later ones. A solver holds the last one only.
+    All settings of a case share these answers. A solver holds the last one only.
     """
 
     def __init__(self, case: Case, simulation: Settles, elements: tuple[float, ...]):

@@ -5,7 +5,6 @@ of its own, made in advance for the prepared ones, and at the first query for ot
 """
 
 from dataclasses import replace
-from time import perf_counter
 
 import numpy as np
 from scipy import sparse
@@ -25,9 +24,8 @@ class LocalFem(Solver):
 
     def __init__(self, case: Case, model: kinds.LocalFEM):
         mesh = model.depth, model.reach, model.order
-        name = "meshes of contacts", case.body, case.radius_m, case.tolerance, *mesh
-        self._meshes = case.share(name, lambda: _Meshes(case, *mesh))
-        self._meshes.prepare(case)
+        name = "meshes of contacts", case.body, case.radius_m, case.tolerance, case.response, *mesh
+        self._meshes = case.share(name, lambda: _Meshes(case, *mesh), "meshes")
         self._stop = model.tolerance or case.tolerance, model.iterations
         start = FrameBefore if model.start == "frame" else Rest
         self._start = start(case, self._meshes, mesh)
@@ -43,34 +41,24 @@ class LocalFem(Solver):
 
 
 class _Meshes:
-    """The mesh of each contact that was asked for: its simulation, and the map to the fine surface.
+    """The locally refined mesh of each contact: its simulation, and the interpolation to the fine surface.
 
-    depth : how many of the body's levels are refined; reach : radius of what is refined, over that of the patch;
+    depth : how many of the body's levels are refined; reach : radius of what is refined, over that of the patch
     order : of the elements
     """
 
     def __init__(self, case: Case, depth: int, reach: float, order: int):
-        begin = perf_counter()
         # without what models learn from, and without prepared contacts: patches are integrated where they are needed
         self._case = replace(case, response=None, database=case.meshes)
         self._depth, self._radius_m, self._order = depth, reach * case.radius_m, order
         self._refinement, self._surface = LocalRefinement(case.body, depth), FineSurfaceMap(case.body)
         self._contacts = contacts_of(case.body)
         self._made: dict[int, tuple[Simulation, sparse.csr_array]] = {}
-        self._seconds = perf_counter() - begin
-
-    def prepare(self, case: Case) -> None:
-        """Make the meshes of the prepared contacts, or charge what that took for another setting."""
-        missing = [int(c) for c in case.prepared_contacts if int(c) not in self._made]
-        if not missing:
-            case.charge("meshes", self._seconds)
-        begin = perf_counter()
-        for contact in missing:
-            self.of(contact)
-        self._seconds += perf_counter() - begin
+        for contact in case.prepared_contacts:
+            self.of(int(contact))
 
     def of(self, contact: int) -> tuple[Simulation, sparse.csr_array]:
-        """Return the simulation on the mesh of ``contact``, and its map; InputError for a bad contact."""
+        """Return the simulation on the mesh of ``contact`` and its interpolation; InputError for a bad contact."""
         if contact not in self._made:
             row_of(self._contacts, contact)
             center = self._case.body.fine.nodes[contact]

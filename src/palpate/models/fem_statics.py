@@ -21,13 +21,13 @@ from palpate.solvers.pushed_discs import push
 
 
 class Simulation:
-    """Static equilibrium of ``level`` under presses, with linear or, of ``order`` 2, quadratic elements.
+    """Static equilibrium under presses, by linear or, of ``order`` 2, quadratic elements on ``level``.
 
     tolerance : relative residual to stop at
-    solver : of its equilibrium, with Newton's method or L-BFGS
+    solver : the class that finds the equilibrium, by Newton's method or L-BFGS
     shares : how discs are spread over its nodes
-    iterations : cap on their iterations, or None for as many as it takes, with smaller loads in between. With a
-        cap, the answer is what the last iteration reached: its error is measured, and its residual is not checked.
+    iterations : most iterations; the last one is then the answer, whatever its residual. None: as many as the tolerance
+        takes, with smaller loads in between.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class Simulation:
         self.shares = ContactShares(case, level, order)
 
     def stopped(self, tolerance: float, iterations: int | None) -> Self:
-        """Return the same simulation with another stop; the two share their matrices."""
+        """Return a simulation with another stop, which shares the matrices of this one."""
         other = copy(self)
         other._tolerance, other._iterations = tolerance, iterations
         return other
@@ -74,7 +74,7 @@ class Simulation:
         return self._equilibrium.approach(nodal, tolerance, iterations, x).x - self._rest, None
 
     def settled(self, load: Load) -> np.ndarray:
-        """Return displacements (n_nodes, 3) [m] converged to the case's tolerance, whatever those of queries are."""
+        """Return displacements (n_nodes, 3) [m] converged to the case's tolerance, whatever this stops at."""
         return self.stopped(self._converged, None).displacement(load)
 
     def means(self, load: Load, displacement: np.ndarray) -> np.ndarray:
@@ -100,7 +100,7 @@ class Simulation:
         return weights.tocsr()
 
     def correction(self, load: Load, moved: np.ndarray) -> np.ndarray:
-        """Return what one multigrid cycle on the residual of ``moved`` (n_nodes, 3) [m] would add to it, the same."""
+        """Return the displacement (n_nodes, 3) [m] that one multigrid cycle adds to ``moved``, from its residual."""
         return self._equilibrium.correction(self._rest + moved, self.nodal(load))
 
     def linear_responses(self, loads: Sequence[Load], tolerance: float) -> Iterator[np.ndarray]:
@@ -115,27 +115,27 @@ class Simulation:
 
 
 class LinearCoarse:
-    """The coarse mesh's linear response, computed in advance: three stored columns for each contact."""
+    """The linear response of the coarse mesh, computed in advance: three stored columns for each contact."""
 
     def __init__(self, case: Case):
         compliance = case.use_compliance()
         self._contacts, self._columns = compliance.contacts, compliance.coarse
 
     def displacement(self, load: Load) -> np.ndarray:
-        """Return displacements (n_nodes, 3) [m] of all coarse nodes under ``load``; InputError as above."""
+        """Return displacements (n_nodes, 3) [m] of coarse nodes under ``load``; InputError for an unprepared contact."""
         parts = [np.tensordot(f, self._columns[row_of(self._contacts, c)], 1) for c, f in load.forces()]
         return np.sum(parts, axis=0)
 
     def answer(self, load: Load) -> tuple[np.ndarray, None]:
-        """Return the same, and no forces, as a depth is refused."""
+        """Return the displacements as ``displacement`` does, and None for forces, as a depth is refused."""
         return self.displacement(load), None
 
 
 class ContactShares:
-    """For each free node of the fine surface: the nodes that carry a press there, and the share that each carries.
+    """The nodes that carry a press at a free node of the fine surface, and the share of the force that each carries.
 
-    The nodes are those of elements of ``order`` on ``level``. Patches of the prepared contacts are integrated in
-    advance, and once for all models of a body; those of others at their first use.
+    The nodes are those of elements of ``order`` on ``level``. Shares are computed in advance for prepared contacts,
+    once for all models of a body, and at their first use for others.
     """
 
     def __init__(self, case: Case, level: int, order: int = 1):
@@ -149,7 +149,7 @@ class ContactShares:
             self.of(int(contact))
 
     def spread(self, forces: Iterable[tuple[int, np.ndarray]], count: int) -> np.ndarray:
-        """Return the sum (count, 3) [N] of forces (3,) [N] at nodes of the fine surface; InputError as in ``of``."""
+        """Return nodal forces (count, 3) [N] of ``forces``, pairs of a fine surface node and its force (3,) [N]."""
         nodal = np.zeros((count, 3))
         for contact, force in forces:
             nodes, shares = self.of(contact)
@@ -157,7 +157,7 @@ class ContactShares:
         return nodal
 
     def of(self, contact: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return node numbers and shares of a press at one node; InputError if it cannot be pressed."""
+        """Return node numbers and shares of a press at fine surface node ``contact``; InputError where it is held."""
         if contact in self._placed:
             return self._placed[contact]
         if contact not in self._shares:
@@ -172,27 +172,32 @@ class ContactShares:
         return self._shares[contact]
 
     def place(self, number: int, patch: Patch) -> int:
-        """Return what loads name as a node to press a disc anywhere on the surface, until ``number`` is placed anew."""
+        """Return the name by which loads press a disc anywhere on the surface, until ``number`` is placed anew."""
         name = -1 - number
         self._placed[name] = patch_shares(self._body.levels[self._level], patch, self._order)
         return name
 
 
 def with_unknowns(body: Body, level: int, order: int) -> Body:
-    """Return ``body`` with the level that elements of ``order`` on ``level`` have their nodes on."""
+    """Return ``body`` with the level whose nodes are those of elements of ``order`` on ``level``."""
     return with_midpoints(body, level) if order == 2 else body
 
 
+def coordinates_of(nodes: np.ndarray) -> np.ndarray:
+    """Return the numbers (3k,) of the coordinates of ``nodes`` (k,)."""
+    return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+
 def held_on(body: Body, level: int) -> np.ndarray:
-    """Return which nodes (n,) bool of a level are anchors."""
+    """Return which nodes of a level are anchors, (n,) bool."""
     return np.isin(np.arange(len(body.levels[level].nodes)), body.anchors[level])
 
 
 def to_surface(body: Body, level: int, order: int = 1) -> sparse.csr_array:
-    """Return the interpolation from the nodes of elements to the fine surface nodes, (n_surface, n_nodes).
+    """Return the interpolation (n_surface, n_nodes) from the nodes of elements to the fine surface nodes.
 
-    Linear elements on ``level`` interpolate linearly, those of ``order`` 2 quadratically; these have the nodes of the
-    next level, which on the finest level are more than the fine ones.
+    It is linear or, of ``order`` 2, quadratic. Quadratic elements on ``level`` have the nodes of the next level, which
+    on the finest level are more than the fine ones.
     """
     if order == 2 and level == len(body.levels) - 1:
         columns = len(body.fine.nodes) + len(body.fine.edges)
@@ -201,9 +206,9 @@ def to_surface(body: Body, level: int, order: int = 1) -> sparse.csr_array:
 
 
 def to_fine(body: Body, level: int, order: int = 1) -> sparse.csr_array:
-    """Return the interpolation from the nodes of elements to all fine nodes, (n_fine, n_nodes), as ``to_surface``.
+    """Return the interpolation (n_fine, n_nodes) from the nodes of elements to all fine nodes, as ``to_surface`` does.
 
-    Quadratic elements on the finest level have more nodes than that, and none is left out: level is below it.
+    Quadratic elements have to be below the finest level, where they have more nodes than the fine mesh.
     """
     up = sparse.eye_array(len(body.fine.nodes), format="csr")
     for start in range(len(body.levels) - order - 1, level - 1, -1):

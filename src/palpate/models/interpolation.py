@@ -1,4 +1,4 @@
-"""Interpolate the coarse answer linearly: the rival that any user has before learning anything."""
+"""Answer with the coarse answer, interpolated linearly: the rival that any user has before learning anything."""
 
 import numpy as np
 
@@ -29,7 +29,7 @@ def fit(fitting: Fitting) -> Interpolation:
 
 
 class Interpolated(Solver):
-    """The coarse answer to whatever load it has one for, brought to the fine surface by one sparse product."""
+    """A coarse answer, brought to the fine surface by one sparse product."""
 
     def __init__(self, case: Case, model: kinds.Interpolation):
         self._coarse, self._prolongation = coarse_solver(case, model.coarse), case.meshes.prolongation

@@ -13,7 +13,7 @@ from palpate.benchmark.settings import ProjectiveDynamics as Projective
 from palpate.benchmark.settings import VertexBlockDescent as Descent
 from palpate.benchmark.settings import Xpbd
 from palpate.errors import InputError
-from palpate.setting_types import Block, Count, Index, Inside, NotNegative, Positive, Switch, key
+from palpate.setting_types import Count, Index, Inside, NotNegative, Positive, Switch, key
 
 if TYPE_CHECKING:
     from palpate.models.families import Families
@@ -25,7 +25,7 @@ ITERATIONS = "Iterations after which it stops; null: as many as the tolerance ta
 TOLERANCE = "Relative residual to stop at; null: the tolerance of the case"
 TARGET = "limit: brought to the limit of ever finer levels, which stored responses are extrapolated to; null: as it is"
 SAMPLES = "Training samples that are learnt from; null: all"
-THINNED = "Error, relative to the whole, by which few cells may pull otherwise than all do"
+THINNED = "Relative error of the elastic forces of few cubature points, which stand for all"
 NODES = "Nodes that the level which is reduced has at most, edges' midpoints included; it is the finest such level"
 
 
@@ -56,7 +56,7 @@ class Elements(Model):
         return last if self.level is None else self.level
 
     def stopped(self, iterations: Iterable[int], tolerances: Iterable[float] = ()) -> list[Self]:
-        """Return the same with each of these caps, and with each of these tolerances."""
+        """Return this setting with each of these caps on ``iterations``, and with each of these ``tolerances``."""
         capped = [self.having(iterations=count) for count in iterations]
         return capped + [self.having(tolerance=tolerance) for tolerance in tolerances]
 
@@ -72,11 +72,11 @@ class FEM(Elements):
         return f"fem_p{self.order}"
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return for each level, coarse first, the starts, and for each of them how far the mesh is solved.
+        """Return for each level, coarse first, the starts, and with each of them the caps on iterations and tolerances.
 
         Quadratic elements on the finest level, which have many more nodes than all others and take seconds, are solved
-        from rest to the loosest tolerance, which is far below their own error. What an iteration from the frame before
-        answers is brought to the limit of the levels, too.
+        from rest to the loosest tolerance, which is far below their own error. The answer of one iteration from the
+        frame before is also extrapolated to the limit of the levels.
         """
         asked, last, found = grid.fem, len(case.body.levels) - 1, []
         for level in range(last + 1):
@@ -102,7 +102,8 @@ class FastFEM(Elements):
     def tried(self, case: Case, grid: "Families") -> list[Self]:
         """Return for the two finest levels, coarse first, each start with its caps on iterations, and tolerances.
 
-        What has most iterations, from rest and from the frame before, is also extrapolated to the limit of the levels.
+        The settings with most iterations, from rest and from the frame before, are also extrapolated to the limit of
+        levels.
         """
         asked, last, found = grid.fast_fem, len(case.body.levels) - 1, []
         for level in range(max(0, last - 1), last + 1):
@@ -116,18 +117,15 @@ class FastFEM(Elements):
         return distinct(found)
 
 
-class LocalMesh(Block):
+class LocalFEM(Model):
+    """Finite elements on a mesh for each contact, fine around it and coarse elsewhere."""
+
+    place, law, prepared = "palpate.models.fem_local", BODYS, True
     depth: Count = key("Level that is reached near the contact, from 1; bodies with fewer levels leave it out", 1)
     reach: NotNegative = key(
         "Radius of what is refined, over that of the patch; 0 refines the elements at the contact", 1.5
     )
     order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2", 2)
-
-
-class LocalFEM(LocalMesh, Model):
-    """Finite elements on a mesh for each contact, fine around it and coarse elsewhere."""
-
-    place, law, prepared = "palpate.models.fem_local", BODYS, True
     start: Literal["rest", "frame"] = key(
         "Where iterations start: at rest, or at the answer to 97 % of the load", "rest"
     )
@@ -153,7 +151,9 @@ class ContactModes(Model):
         "Linear presses (columns), simulated ones (snapshots), or these pressed on the next level, too (finer)",
         "snapshots",
     )
-    rings: Index = key("Rings of elements around the disc with cells of their own; 50 are all of a body", 50)
+    rings: Index = key(
+        "Rings of elements around the disc whose integration points are candidates; 50 are all of a body", 50
+    )
     thinned: Inside = key(THINNED, 0.003)
     target: Literal["operator", "limit"] = key(
         "operator: the answer of quadratic elements on the finest level; limit: that of ever finer levels", "operator"
@@ -161,12 +161,12 @@ class ContactModes(Model):
     nodes: Count = key(NODES, 12000)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return columns alone, snapshots with fewer rings, with all thinned more and less, and pressed finer.
+        """Return columns alone; snapshots with fewer rings, fewer cubature points, and more of both; pressed finer.
 
-        These presses on the next level are only tried if the grid asks for them, as they take long to prepare, and if a
-        level above the one that is reduced is the body's own.
+        Presses on the next level are only tried if the grid asks for them, as they take long to prepare, and if the
+        body has a level above the one that is reduced.
         """
-        from palpate.models.contact_modes.workshop import reduced_level
+        from palpate.models.contact_modes.offline import reduced_level
 
         asked = grid.contact_modes
         whole = self.having(rings=50, thinned=0.003, modes="snapshots")
@@ -182,7 +182,7 @@ class PODGalerkin(Model):
     place, unsaid = "palpate.models.pod_galerkin", ("nodes",)
     law, reduces = BODYS, "p2"
     modes: Count = key("Modes kept, at most", 24)
-    thinned: NotNegative = key(f"{THINNED}; 0: all are cells", 0.03, lt=1)
+    thinned: NotNegative = key(f"{THINNED}; 0: all are kept", 0.03, lt=1)
     nodes: Count = key(NODES, 12000)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
@@ -213,7 +213,7 @@ class LinearResidual(Model):
     samples: Index | None = key(SAMPLES, None)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return how many training samples are learnt from."""
+        """Return numbers of training samples that are learnt from."""
         return [self.having(samples=count) for count in training_counts(case, SHARES)]
 
 
@@ -226,14 +226,14 @@ class WarpedCompliance(Model):
     target: Literal["limit"] | None = key(TARGET, None)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return how many training samples are learnt from; with none, the published method, and its limit."""
+        """Return numbers of training samples that are learnt from; with none the published method, and its limit."""
         counts = training_counts(case, (0, *SHARES[1:]))
         plain, *learnt = [self.having(samples=count) for count in counts]
         return [plain, self.having(samples=0, target=LIMIT), *learnt]
 
 
 class OfCoarse(Model):
-    """What makes a fine answer of a coarse one."""
+    """A method that makes a fine answer of a coarse one."""
 
     law = BODYS
     coarse: CoarseAnswer = key(
@@ -243,7 +243,7 @@ class OfCoarse(Model):
     )
 
     def with_each(self, case: Case, grid: "Families", fewer: Iterable[Self] = ()) -> list[Self]:
-        """Return the same with each coarse answer, cheapest first, and ``fewer`` with the last, best one alone.
+        """Return this setting with each kind of coarse answer, cheapest first, and ``fewer`` with the best kind.
 
         A stored answer is left out of a case that has none.
         """
@@ -262,10 +262,10 @@ class DetailCorrection(OfCoarse):
     target: Literal["limit"] | None = key(TARGET, None)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return the coarse answers, and with the best of them how many samples are learnt from.
+        """Return the coarse answers, and with the best of them the numbers of samples that are learnt from.
 
-        Without samples neither scale nor residual is learnt; nothing may be turned either. What is learnt from all of
-        them is brought to the limit of the levels, too.
+        Without samples neither scale nor residual is learnt, and in one setting nothing is turned. What is learnt from
+        all of them is also brought to the limit of the levels.
         """
         counts = training_counts(case, SHARES)
         fewer = [self.having(samples=0, turned=False), *(self.having(samples=count) for count in (0, *counts))]
@@ -307,7 +307,7 @@ class PODRBF(OfCoarse):
     modes: Count | None = key("Modes kept; null: chosen by cross-validation", None)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return the coarse answers with a mode for each sample but the mean, and with the best of them fewer modes."""
+        """Return the coarse answers with as many modes as possible, and with the best answer fewer modes."""
         most = case.n_training - 1
         fewer = [self.having(modes=count) for count in sorted({min(modes, most) for modes in grid.pod_rbf.modes})]
         return self.having(modes=most).with_each(case, grid, fewer)
@@ -328,7 +328,7 @@ class PaperEnrichment(OfCoarse):
         return f"{self.features}_{self.weights}"
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return coarse answers; with the best, training samples and the neighbours of the contact-ordered feature."""
+        """Return the coarse answers; with the best of them fewer training samples, and other numbers of neighbours."""
         asked, usual = grid.paper_enrichment, self
         if self.features != "unordered":
             usual = self.having(neighbours=case.options.neighbours)

@@ -1,8 +1,8 @@
 """Bring answers of elements to the limit of ever finer levels, by linear responses that are extrapolated there.
 
-Errors of nested levels fall by one ratio with each (Richardson 1911). What the limit of the linear response has beyond
+Errors of nested levels fall by one ratio with each (Richardson 1911). The difference of the limit's linear response and
 that of the elements is stored for each prepared contact, and is added to an answer, turned with the rotations of the
-linear response. What is beyond the linear part keeps the error of the elements.
+response. The nonlinear part keeps the error of the elements.
 """
 
 from dataclasses import replace
@@ -11,14 +11,14 @@ import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load, Refused, displacement_of
 from palpate.benchmark.model import LIMIT, Case, Solver, held_mb
-from palpate.models.contact_modes.workshop import Workshop, target_columns
+from palpate.models.contact_modes.offline import Offline, target_columns
 from palpate.models.warped_response import WarpedResponse
 
 
 def limit_columns(case: Case) -> np.ndarray:
-    """Return the limit of the linear responses, (n_contacts, 3, n_surface, 3) [m/N], as ``Compliance.fine`` has them.
+    """Return the limit of the linear responses, (n_contacts, 3, n_surface, 3) [m/N], for ``Compliance.fine``.
 
-    Made once for a case, and charged to all that use it. Refused for a body of one level.
+    They are computed once for a case, and charged to all that use them. Refused for a body of one level.
     """
     before = len(case.body.levels) - 2
     if before < 0:
@@ -26,8 +26,8 @@ def limit_columns(case: Case) -> np.ndarray:
 
     def make() -> np.ndarray:
         what = case.body, case.radius_m, before
-        shop = case.share(("workshop", *what), lambda: Workshop(*what))
-        found = [target_columns(shop, case, LIMIT, int(contact)) for contact in case.prepared_contacts]
+        offline = case.share(("workshop", *what), lambda: Offline(*what))
+        found = [target_columns(offline, case, LIMIT, int(contact)) for contact in case.prepared_contacts]
         return np.ascontiguousarray(np.moveaxis(np.array(found), 3, 1))
 
     case.use_compliance()
@@ -35,14 +35,14 @@ def limit_columns(case: Case) -> np.ndarray:
 
 
 def at_limit(case: Case) -> Case:
-    """Return the case with the limit's responses in the place of those stored, for models that have nothing else."""
+    """Return ``case`` with the limit's linear responses in the place of those stored."""
     return replace(case, response=replace(case.use_compliance(), fine=limit_columns(case), means=None))
 
 
 class ToLimit(Solver):
-    """The answers of ``solver`` to forces at prepared contacts, with what the limit has beyond them.
+    """The answers of ``solver`` to forces at prepared contacts, plus what the limit's linear responses add to them.
 
-    own : (n_contacts, 3, n_surface, 3) [m/N], the linear responses of the elements that it answers for
+    own : (n_contacts, 3, n_surface, 3) [m/N], the linear responses of the elements of ``solver``
     """
 
     def __init__(self, case: Case, solver: Solver, own: np.ndarray):

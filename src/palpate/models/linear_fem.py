@@ -1,6 +1,6 @@
-"""Answer with linear fine finite elements, whose compliance is computed in advance: three columns for each contact.
+"""Answer with linear responses of fine finite elements, computed in advance: three columns for each contact.
 
-Linear responses superpose; for prescribed disc displacements the forces follow from a 3k × 3k solve.
+Linear responses superpose; for prescribed disc displacements the forces follow from a 3k × 3k system.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from palpate.solvers.compliance import Compliance
 
 
 class LinearFem:
-    """The linear fine response to the force; the coarse simulation is not looked at."""
+    """The linear response of fine elements to a force; the coarse simulation is not used."""
 
     sigma_m = np.nan
 
@@ -29,7 +29,7 @@ class LinearFem:
         return (force @ self._columns[row_of(self._contacts, contact)]).reshape(-1, 3)
 
     def answer(self, contact: int, force: np.ndarray) -> tuple[np.ndarray, None]:
-        """Return the same, and no rotations; InputError for a contact that is not prepared."""
+        """Return the displacement as ``predict`` does, and None for rotations; InputError for an unprepared contact."""
         return self.predict(None, contact, force), None
 
     def superpose(self, presses: list[tuple[int, np.ndarray]]) -> np.ndarray:

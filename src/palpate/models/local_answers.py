@@ -1,8 +1,8 @@
-"""What modes of a body lack of its answers to forces at nodes of its surface: the dents under an instrument.
+"""The dents under an instrument, which modes of a body lack: responses to forces at nodes of its surface.
 
-Few modes bend a body as its strokes do, and are too stiff where an instrument touches. The rest of the linear answer to
-the nodal forces f there, w = C f with C = K⁻¹ − Φ Φᵀ (residual flexibility; MacNeal 1971), is at rest what all elements
-do. It follows what touches, as C is known for every node that may be touched, and turns with the surface there.
+Few modes bend a body as its strokes do, and are too stiff where an instrument touches. The rest of the linear response
+to the nodal forces f there, w = C f with C = K⁻¹ − Φ Φᵀ (residual flexibility; MacNeal 1971), makes the body at rest as
+soft as all elements are. C is known for every node that may be touched, and turns with the surface there.
 """
 
 from dataclasses import dataclass
@@ -15,6 +15,7 @@ from scipy.linalg.lapack import dpotrf, dpotri
 
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.fem_statics import coordinates_of
 from palpate.solvers.indentation import ContactPoints
 
 SOFTER = 1.2
@@ -41,12 +42,12 @@ FLAT = Dent(np.zeros(0, dtype=int), np.zeros((0, 3)), np.eye(3))
 
 @dataclass(frozen=True, eq=False)
 class LocalAnswers:
-    """Residual compliance of k nodes that instruments may touch.
+    """Residual compliance of k surface nodes that instruments may touch.
 
     nodes : (k,) their numbers; rest, modes : places (k, 3) [m] and rows (3k, r) of the modes
-    own : compliance (k, k, 3, 3) of these [m/N], of single precision; node by node, as a step reads few of them
-    corners : that (3k, 3c) of the c corners of elements
-    weights, places : (q, 6) of each point, shape functions of its triangle and the numbers of their nodes among the k;
+    own : compliance (k, k, 3, 3) of these nodes [m/N], float32, by pairs of nodes, as a step reads few of them
+    corners : compliance (3k, 3c) from these to the c corners of elements
+    weights, places : (q, 6) of each contact point, shape functions of its triangle and the nodes' numbers among the k;
         held nodes have no weight
     """
 
@@ -82,7 +83,7 @@ class LocalAnswers:
 
 @numba.njit(cache=True, error_model="numpy")
 def turned(matrix, turn):
-    """Return a symmetric ``matrix`` (3m, 3m) of nodes that are turned by ``turn`` (3, 3)."""
+    """Return a symmetric ``matrix`` (3m, 3m) between nodes, whose blocks are turned by ``turn`` (3, 3)."""
     found, part = np.empty_like(matrix), np.empty((3, 3))
     for a in range(0, len(matrix), 3):
         for b in range(0, a + 3, 3):
@@ -101,7 +102,7 @@ def turned(matrix, turn):
 
 
 def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPoints, corners: int) -> LocalAnswers:
-    """Answer unit forces at all free nodes of ``points``; so many first nodes are ``corners`` of elements."""
+    """Compute responses to unit forces at all free nodes of ``points``; the first ``corners`` nodes are corners."""
     inside, count = points.interpolation.tocsr(), len(elements.rest)
     free = np.setdiff1d(inside.indices, elements.held)
     of, flat = coordinates_of(free), modes.reshape(3 * count, -1)
@@ -124,11 +125,6 @@ def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPo
     return LocalAnswers(free, elements.rest[free], flat[of], by_node, far, weights, places)
 
 
-def coordinates_of(nodes: np.ndarray) -> np.ndarray:
-    """Return the numbers (3m,) of the coordinates of ``nodes`` (m,)."""
-    return (3 * nodes[:, None] + np.arange(3)).ravel()
-
-
 def turn_of(rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
     """Return the rotation (3, 3) that best takes places ``rest`` (m, 3) to ``moved`` (m, 3), apart from a shift."""
     left, _, right = np.linalg.svd((moved - moved.mean(axis=0)).T @ (rest - rest.mean(axis=0)))
@@ -138,7 +134,10 @@ def turn_of(rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
 
 @numba.njit(cache=True, error_model="numpy")
 def pushed(blocks, nodes, at, forces):
-    """Return the displacements (m, 3) of ``nodes`` (m,) under ``forces`` (c, 3) ``at`` others (c,), by their blocks."""
+    """Return displacements (m, 3) of ``nodes`` (m,) under ``forces`` (c, 3) on the nodes ``at`` (c,).
+
+    blocks : (k, k, 3, 3) compliance between nodes
+    """
     found = np.zeros((len(nodes), 3))
     for a in range(len(nodes)):
         for b in range(len(at)):
@@ -151,9 +150,10 @@ def pushed(blocks, nodes, at, forces):
 
 @numba.njit(cache=True, error_model="numpy")
 def carried(rest, weights, places, points, moved, numbers):
-    """Return where ``points`` (c,) of all, at ``rest`` (q, 3), are if nodes have ``moved`` (m, 3).
+    """Return the places (c, 3) of ``points`` (c,) of all contact points, which surface nodes carry along.
 
-    weights, places : (q, 6) as of ``LocalAnswers``; numbers : (k,) of each node among those that have moved
+    rest : (q, 3) places of all points at rest; weights, places : (q, 6) as of ``LocalAnswers``
+    moved : (m, 3) displacements of some nodes; numbers : (k,) of each node among these
     """
     found = np.empty((len(points), 3))
     for c in range(len(points)):
@@ -166,7 +166,7 @@ def carried(rest, weights, places, points, moved, numbers):
 
 
 def numbered(nodes: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return which of ``count`` nodes are among ``nodes``, (m,), and the number of each of all among them, or −1."""
+    """Return which of ``count`` nodes are in ``nodes``, (m,) increasing, and the number of each among them, or −1."""
     numbers = np.full(count, -1)
     numbers[nodes.ravel()] = 0
     some = np.flatnonzero(numbers == 0)

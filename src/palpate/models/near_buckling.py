@@ -1,4 +1,4 @@
-"""Doubt the answers of models that know no stability, near the load at which the body, linearised at rest, buckles."""
+"""Doubt answers near the load under which a body, linearised at rest, buckles, for models that know no stability."""
 
 import numpy as np
 
@@ -12,10 +12,7 @@ linear responses miss 12 to 16 % there and warped ones 2 %; at 0.54 they miss 24
 
 
 class NearBuckling:
-    """The buckling loads of a case's body, which all its models share.
-
-    largest : share above which a model doubts, LARGEST_SHARE of those that know no stability
-    """
+    """The buckling loads of a case's body; a model doubts above the share ``largest``, LARGEST_SHARE if None."""
 
     def __init__(self, case: Case, largest: float | None = None):
         name = "buckling", case.body, case.radius_m
@@ -23,7 +20,7 @@ class NearBuckling:
         self._buckling = case.share(name, lambda: Buckling(case.body, case.radius_m), "buckling")
 
     def checked(self, load: Load, answer: np.ndarray | Answer) -> np.ndarray | Answer:
-        """Return the ``answer`` to ``load``, with the forces of pushed discs; Doubted where the body may buckle."""
+        """Return the ``answer`` to ``load``; Doubted where its forces are near those that buckle the body."""
         whole = answer if isinstance(answer, Answer) else Answer(answer)
         nodes = [press.node for press in load.presses]
         share = self._buckling.share(

@@ -1,6 +1,6 @@
 """Answer from the load alone: POD modes of the samples, with coefficients by a Gaussian process or a network.
 
-No mesh is simulated and no response stored. Both learners answer no force with no displacement.
+No mesh is simulated and no response stored. Both learners map no force to no displacement.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,9 +31,10 @@ DESCENTS = 300
 def gaussian_process(
     places: np.ndarray, forces: np.ndarray, targets: np.ndarray, fold: np.ndarray, options: FitOptions
 ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Fit the mean of a Gaussian process; reach, share of the square and noise by cross-validation.
+    """Fit the mean of a Gaussian process; cross-validation chooses reach ℓ, share q of the square, and noise.
 
-    Its covariance is exp(−‖p − p'‖²/2ℓ²) (f·f' + q (f·f')²): near contacts answer alike, and nearly in proportion.
+    Its covariance is exp(−‖p − p'‖²/2ℓ²) (f·f' + q (f·f')²) of places p and forces f: near contacts answer alike, and
+    nearly in proportion to the force.
     """
     away = np.sum((places[:, None] - places) ** 2, axis=2)
     products = forces @ forces.T
@@ -57,7 +58,7 @@ def gaussian_process(
 
 
 def _held_out(kernel: np.ndarray, targets: np.ndarray, fold: np.ndarray) -> np.ndarray:
-    """Return the mean of the relative errors of samples that are held out, for each of LAMBDAS."""
+    """Return the mean relative errors of held-out samples, for each of LAMBDAS, (len(LAMBDAS),)."""
     total = np.zeros(len(LAMBDAS))
     for part in range(fold.max() + 1):
         train, validation = np.flatnonzero(fold != part), np.flatnonzero(fold == part)
@@ -73,10 +74,10 @@ def _relative(predicted: np.ndarray, targets: np.ndarray) -> np.ndarray:
 
 
 def network(hidden: int) -> Callable:
-    """Return a learner: a network of two layers of ``hidden`` tanh units; weight decay by cross-validation.
+    """Return a learner: a network of two layers of ``hidden`` tanh units, with weight decay by cross-validation.
 
-    It knows the place, from the mean one and over the spread of the training samples', and gives the coefficients'
-    derivatives by the force, of first and of second order.
+    Its input is the place, standardised by mean and spread of the training samples'; its output are the first and
+    second derivatives of the coefficients by the force.
     """
 
     def learn(
@@ -118,7 +119,7 @@ def _powers(forces: np.ndarray) -> np.ndarray:
 def _trained(
     places: np.ndarray, powers: np.ndarray, targets: np.ndarray, hidden: int, decay: float, seed: int
 ) -> list[np.ndarray]:
-    """Fit a network from a seeded start by L-BFGS; its weights, layer by layer, with a row for the constants."""
+    """Train a network by L-BFGS from a seeded start; return its weights, layer by layer, the last row for constants."""
     shapes = [(4, hidden), (hidden + 1, hidden), (hidden + 1, powers.shape[1] * targets.shape[1])]
     draw = np.random.default_rng(seed)
     start = np.concatenate([(draw.normal(size=shape) / np.sqrt(shape[0])).ravel() for shape in shapes])
@@ -140,7 +141,7 @@ def _layers(flat: np.ndarray, shapes: Sequence[tuple[int, int]]) -> list[np.ndar
 def _layered(
     weights: list[np.ndarray], places: np.ndarray, powers: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what both hidden layers give for places (k, 3), and the coefficients (k, m) for powers (k, 9)."""
+    """Return both hidden layers at places (k, 3), (k, hidden) each, and the coefficients (k, m) for powers (k, 9)."""
     first = np.tanh(places @ weights[0][:-1] + weights[0][-1])
     second = np.tanh(first @ weights[1][:-1] + weights[1][-1])
     derivatives = (second @ weights[2][:-1] + weights[2][-1]).reshape(len(places), powers.shape[1], -1)
@@ -150,7 +151,7 @@ def _layered(
 def _slopes(
     weights: list[np.ndarray], places: np.ndarray, powers: np.ndarray, targets: np.ndarray
 ) -> tuple[float, list[np.ndarray]]:
-    """Return the mean squared error, and its derivatives by the weights."""
+    """Return the mean squared error of the coefficients, and its derivatives by the weights of each layer."""
     first, second, predicted = _layered(weights, places, powers)
     by_predicted = 2.0 * (predicted - targets) / len(places)
     by_output = (powers[:, :, None] * by_predicted[:, None, :]).reshape(len(places), -1)
@@ -168,10 +169,10 @@ LARGEST_NORM = 1.5
 
 
 class Learnt(Solver):
-    """POD modes about rest of fine displacements, whose coefficients a learner finds from the load.
+    """POD modes about rest of fine displacements, whose coefficients are learnt from the load.
 
-    Loads are without unit: places over the body's size, forces over the root of the training samples' mean square. A
-    learner makes of places, forces (k, 3), coefficients (k, m) and folds (k,) a function of one place and force.
+    A learner takes places and forces (k, 3), coefficients (k, m) and folds (k,), and returns a function of one place
+    and force. Places are over the body's size, forces over the root mean square of the training samples'.
     """
 
     def __init__(self, case: Case, model: kinds.PODOfLoads):

@@ -1,8 +1,8 @@
-"""Reduce a held body to modes of motion that are the limit of quadratic elements, and few cells of their energy.
+"""Reduce a held body to modes of motion that are the limit of quadratic elements, and to few cubature points.
 
-Every mode is an answer of the body at rest to a fixed load: pushes, weight, the inertia of vibrations, and what bends
-such answers as they grow. The same load on two levels of elements shows how answers change, and by the ratio by which
-each level divides the error, their limit.
+Every mode is a linear response to a fixed load: pushes, weight, the inertia of vibrations, and second derivatives of
+the elastic force along such responses. The same load on two levels of elements shows how responses change, and by the
+ratio by which each level divides the error, their limit.
 """
 
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ RESIDUAL, BEND_RESIDUAL = 1e-6, 1e-3
 
 
 def check_same(own: Body, body: Body) -> None:
-    """Raise InputError unless ``body`` is its ``own``: its mesh, material and anchors."""
+    """Raise InputError unless ``body`` has the mesh, material and anchors of ``own``, for which modes were computed."""
     alike = own.material == body.material and len(own.levels) == len(body.levels)
     alike = alike and np.array_equal(own.fine.nodes, body.fine.nodes)
     if not (alike and np.array_equal(own.anchors[-1], body.anchors[-1])):
@@ -43,14 +43,14 @@ def check_same(own: Body, body: Body) -> None:
 
 
 class BodyAtRest:
-    """What modes of all places of a body are made of: quadratic elements on two levels, and the slowest vibrations.
+    """Quadratic elements on two levels of a body at rest and its slowest vibrations: the source of all modes.
 
     coarse, elements : of the first level of the finest one's shape, and of the next one
     up : (n, n_coarse) interpolation from the nodes of one to those of the other
     motion : the motion of ``elements`` without loads; mesh : their corners
     inertia : (n, 3, count) [N], loads of the vibrations; period_s : of the slowest
-    gain : 1/(r − 1), where a level divides the error of its inertia's answer by r: what the change from the one level
-        to the other is multiplied by to reach the limit
+    gain : 1/(r − 1), where a level divides the error of the response to inertia by r: the change from one level to the
+        other is multiplied by it to reach the limit
     Raises InputError for a body that nothing holds, and NotConverged as ``ElementsAtRest``.
     """
 
@@ -72,7 +72,7 @@ class BodyAtRest:
         self.gain = self._gain(finest, further, finest.masses @ swung)
 
     def _gain(self, finest: QuadraticMotion, further: sparse.sparray, load: np.ndarray) -> float:
-        """Compare three levels' answers to ``load`` (n_finest, 3) [N]."""
+        """Return the factor 1/(r − 1) to the limit, from three levels' responses to ``load`` (n_finest, 3) [N]."""
         load = np.where(finest.held[:, None], 0.0, load)
         answer, change = self.answers((further.T @ load)[:, :, None])
         small = SMALL * self.elements.size / np.abs(answer).max()  # so that the answer is linear
@@ -82,11 +82,11 @@ class BodyAtRest:
         return 1.0 / (max(float(ratio), LEAST_RATIO) - 1.0)
 
     def check(self, body: Body) -> None:
-        """Raise InputError unless ``body`` is the one that was made ready."""
+        """Raise InputError unless ``body`` is the one that modes were computed for."""
         check_same(self.body, body)
 
     def answers(self, loads: np.ndarray, residual: float = RESIDUAL) -> tuple[np.ndarray, np.ndarray]:
-        """Return answers (n, 3, k) [m] to ``loads`` (n, 3, k) [N], and how they differ from the coarse level's."""
+        """Return linear responses (n, 3, k) [m] to ``loads`` (n, 3, k) [N], and their changes from the coarse level."""
         flat = self.up.T @ loads.reshape(len(loads), -1)
         found = self.elements.solve(loads, residual)
         coarse = self.coarse.solve(flat.reshape(-1, 3, loads.shape[2]), residual)
@@ -110,10 +110,10 @@ def _to_surface(body: Body, whole: Body, level: int) -> sparse.sparray:
 
 
 class Modes(NamedTuple):
-    """Modes in which the stiffness at rest is the identity, so that coordinates are in √J, and mass couples none.
+    """Modes in which the stiffness at rest is the identity, so that coordinates are in √J, and mass is diagonal.
 
-    limit : (n, 3, r), extrapolated; own : the same of the elements, not extrapolated; slopes : those that the energy's
-        deformation gradients are taken from; masses : (r,)
+    limit : (n, 3, r), extrapolated to the limit of levels; own : the same on the elements, not extrapolated
+    slopes : those that the energy's deformation gradients are taken from; masses : (r,)
     """
 
     limit: np.ndarray
@@ -123,12 +123,12 @@ class Modes(NamedTuple):
 
 
 def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> Modes:
-    """Make modes of ``loads`` (n, 3, 3) [N] for each place, of vibrations, and of second order.
+    """Return modes from ``loads`` (n, 3, 3) [N] of each place, vibrations, and their second-order responses.
 
-    bent : of how many of the slowest vibrations there are modes of second order, with those of each place
+    bent : of how many of the slowest vibrations there are second-order modes, with those of each place
     With the change D from level to level and g = 1/(r − 1) the modes are Φ + g D. As levels are nested, their stiffness
-    tends to ΦᵀKΦ + g DᵀKD: a sum of squares, so that it is positive however few digits the modes have. That of
-    Φ + g D itself would be larger; Φ + s D with (1 + s)² = 1 + g has it, and the slopes that energy is taken from.
+    tends to ΦᵀKΦ + g DᵀKD: a sum of squares, so that it is positive however few digits the modes have. That of Φ + g D
+    itself would be larger; Φ + s D with (1 + s)² = 1 + g has it, and is what ``slopes`` are.
     """
     linear = np.dstack([*loads, rest.inertia])
     answers, changes = rest.answers(linear)
@@ -148,9 +148,9 @@ def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> Mod
 
 @dataclass(frozen=True, eq=False)
 class ReducedBody:
-    """A body ``at_rest`` in ``modes``, and the ``model`` whose few cells are its energy.
+    """A body ``at_rest`` in ``modes``, with its energy ``model`` of few cubature points.
 
-    held_out : by how much the cells misplace the body in motions that they were not fitted to, of its displacement
+    held_out : the error of displacements in motions that the points were not fitted to, relative
     seconds : what its preparation has taken, without that of ``at_rest`` [s]
     """
 
@@ -161,10 +161,10 @@ class ReducedBody:
     seconds: float
 
     def project(self, load: np.ndarray) -> np.ndarray:
-        """Return the share (r, 1) of a load (n, 3) [N] on the elements in each mode."""
+        """Return the component (r, 1) of a load (n, 3) [N] on the elements along each mode."""
         return np.tensordot(self.modes.limit, load, ((0, 1), (0, 1)))[:, None]
 
     def on_surface(self, modes: np.ndarray, states: Sequence[np.ndarray]) -> np.ndarray:
-        """Return displacements (k, n_surface, 3) [m] of the body's finest surface at coordinates [(r, 1)]."""
+        """Return displacements (k, n_surface, 3) [m] of the finest surface at k ``states`` (r, 1) of ``modes``."""
         surface = (self.at_rest.surface @ modes.reshape(len(modes), -1)).reshape(-1, *modes.shape[1:])
         return np.array([surface @ each[:, 0] for each in states])

@@ -15,8 +15,8 @@ from palpate.errors import NotConverged
 from palpate.linalg.minimiser import Product
 from palpate.models.contact_modes.snapshots import directions
 from palpate.models.reduced import cholesky
-from palpate.models.reduced.cells import clamped_tangent, elastic, least_det, scratch_of
-from palpate.models.reduced.cubature import cells_of, held_out_cells
+from palpate.models.reduced.cubature import energy_for_motions, points_and_means
+from palpate.models.reduced.cubature_points import clamped_tangent, elastic, least_det, scratch_of
 from palpate.models.reduced.energy import ReducedEnergy
 from palpate.models.reduced_body import BodyAtRest, ReducedBody, limit_modes
 from palpate.solvers.quadratic_motion import Midpoint, Reached
@@ -24,15 +24,15 @@ from palpate.solvers.quadratic_motion import Midpoint, Reached
 TOLERANCE = 1e-3
 """Relative residual of a step."""
 BALANCE = 0.05
-"""Of the work that loads have done or taken back, what may be neither kept nor damped."""
+"""Largest imbalance of energy, over the work that loads have done or taken back."""
 SAMPLES, MISSED_RESIDUAL = 8, 0.03
-"""Instants at which what a motion misses is looked for, and the relative residual of what is found."""
+"""Instants at which residuals of the elements are answered, and the relative residual of these answers."""
 LEAST_DET = 0.3
-"""Smallest det F of a cell that is believed: below, elements around it may be flat or inverted."""
+"""Smallest det F of a cubature point that is believed: below, elements around it may be flat or inverted."""
 
 
-class CellEnergy(OnePass):
-    """Σ V Ψ(F) + ½ qᵀ R q over the cells of a ``model``, in coordinates q (r, 1); its forces are in √J."""
+class CubatureEnergy(OnePass):
+    """The elastic energy of a reduced ``model`` at coordinates (r, 1), as an effect; its forces are in √J."""
 
     def __init__(self, model: ReducedEnergy):
         super().__init__()
@@ -44,22 +44,22 @@ class CellEnergy(OnePass):
         return energy
 
     def clamped(self, x: np.ndarray) -> np.ndarray:
-        """Return the Hessian (r, r), that of each cell clamped positive."""
-        return self._model.rest + clamped_tangent(x[:, 0], *self._model.cells, *self._model.law)
+        """Return the Hessian (r, r), that of each cubature point clamped to be positive."""
+        return self._model.rest + clamped_tangent(x[:, 0], *self._model.points, *self._model.law)
 
     def least_det(self, x: np.ndarray) -> float:
-        """Return the smallest det F of all cells."""
-        return float(least_det(x[:, 0], self._model.body[0][0], len(self._model.cells.volumes)))
+        """Return the smallest det F of all cubature points."""
+        return float(least_det(x[:, 0], self._model.body[0][0], len(self._model.points.volumes)))
 
 
 class ReducedMotion(Midpoint):
     """A reduced ``body`` under weight and pushes; loads and rayleigh are as ``QuadraticMotion`` has them.
 
-    Trap: a push at a place that the body has no modes for is answered by the others; ``misses`` tells.
+    Trap: a push at a place that the body has no modes for is answered by the others; ``misses`` shows it.
     """
 
     def __init__(self, body: ReducedBody, loads: Loads, rayleigh: Rayleigh):
-        self.body, self.cells, r = body, CellEnergy(body.model), len(body.modes.masses)
+        self.body, self.elastic_energy, r = body, CubatureEnergy(body.model), len(body.modes.masses)
         self.rest, self.held, self.masses = np.zeros((r, 1)), np.zeros(r, dtype=bool), np.diag(body.modes.masses)
         self._alpha, self._beta = rayleigh.mass_1_s, rayleigh.stiffness_s
         self.rayleigh, self.nodal = rayleigh, _nodal(body.at_rest, loads)
@@ -71,18 +71,18 @@ class ReducedMotion(Midpoint):
         return _sum(self._shares, t) + (0.0 if self.extra is None else self.extra(t))
 
     def energy(self, x: np.ndarray) -> float:
-        return self.cells.energy(x) - float(np.vdot(self.load, x))
+        return self.elastic_energy.energy(x) - float(np.vdot(self.load, x))
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        return self.cells.force(x) + self.load
+        return self.elastic_energy.force(x) + self.load
 
     def damping(self, x: np.ndarray) -> Product:
-        self._clamped, self._factor = self.cells.clamped(x), None
+        self._clamped, self._factor = self.elastic_energy.clamped(x), None
         matrix = self._alpha * self.masses + self._beta * self._clamped
         return lambda v: matrix @ v
 
     def _preconditioner(self, h: float, x: np.ndarray) -> Product:
-        """Return the solution with the Hessian of whatever step is being taken."""
+        """Return the inverse of the Hessian of a step of ``h`` [s], factored at its first use."""
         mass, share = (4.0 / h**2 + 2.0 * self._alpha / h) * self.masses, 1.0 + 2.0 * self._beta / h
 
         def solve(force: np.ndarray) -> np.ndarray:
@@ -113,15 +113,15 @@ class MotionInModes:
 
 
 def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> MotionInModes:
-    """Move from rest for ``duration_s`` [s], in so many steps of equal length, a multiple of ``frames``.
+    """Move from rest for ``duration_s`` [s], in ``steps`` equal steps, a multiple of ``frames``.
 
-    NotConverged for a step that is not found, where the body loses its stiffness, where a cell keeps less than
-    LEAST_DET of its volume, and where the energy does not balance.
+    NotConverged for a step that is not found, where the body loses its stiffness, where a cubature point keeps less
+    than LEAST_DET of its volume, and where the energy does not balance.
     """
     h, reached, seconds = duration_s / steps, [], []
     begin = perf_counter()
     for each in motion.steps(h, steps, TOLERANCE):
-        if not (least := motion.cells.least_det(each.x)) >= LEAST_DET:
+        if not (least := motion.elastic_energy.least_det(each.x)) >= LEAST_DET:
             raise NotConverged(
                 f"a cell of the reduced body keeps {least:.2g} of its volume, and modes are not to be believed below "
                 f"{LEAST_DET:g}; lower the load",
@@ -143,17 +143,17 @@ def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> M
 
 
 def misses(motion: ReducedMotion, found: MotionInModes) -> float:
-    """Return what the modes and cells of a motion miss, and the limit of levels may, RMS over the surface [m].
+    """Estimate the error [m] of a motion in modes, RMS over the surface, from its modes, cubature points and levels.
 
-    At SAMPLES instants the elements that were reduced, moved alike and not extrapolated, give way to what of their
-    forces does not balance: what modes for another place, or too few cells, leave. That is a static answer of a
-    clamped body. How it builds up in time, in a body that swings and may be about to give way, the motion itself shows
-    where the forces that it amounts to push as well. What lies outside of the modes counts as it is. Of the levels
-    counts what a ratio RATIO_DOUBT lower would change.
+    At SAMPLES instants the residual of the elements that were reduced, moved alike, is answered by a static response.
+    The part of it within the modes acts as a load, under which the motion is computed again, as errors build up in time
+    in a body that swings or is about to buckle; the part outside of the modes counts as it is. Of the levels counts
+    what a ratio RATIO_DOUBT lower would change.
     """
     body, h, elements = motion.body, found.step_s, motion.body.at_rest.motion
     count, modes = len(found.reached), body.modes
     numbers = np.unique(np.linspace(0, count - 1, SAMPLES + 1).round().astype(int)[1:])
+    # residuals of the elements at some instants, within the modes and outside
     shares, outside = [np.zeros_like(motion.rest)], 0.0
     for number in numbers:
         before = found.reached[number - 1].v if number else np.zeros_like(motion.rest)
@@ -163,9 +163,10 @@ def misses(motion: ReducedMotion, found: MotionInModes) -> float:
         lacking = elements.lacking(x, v, a, load, motion.rayleigh, MISSED_RESIDUAL)
         stiff = body.at_rest.elements.multiply(np.ascontiguousarray(lacking[:, :, None]))[:, :, 0]
         inside = np.tensordot(modes.own, stiff, ((0, 1), (0, 1)))[:, None]
-        shares.append(motion.cells.clamped(q) @ inside)
+        shares.append(motion.elastic_energy.clamped(q) @ inside)
         outside += float(np.sum((body.at_rest.surface @ (lacking - modes.own @ inside[:, 0])) ** 2))
     outside /= len(numbers) * len(body.at_rest.body.fine.surface)
+    # how the motion changes with the residuals within the modes as loads
     times = np.append(0.0, (numbers + 0.5) * h)
     motion.extra = interp1d(times, np.array(shares), axis=0, bounds_error=False, fill_value="extrapolate")
     try:
@@ -181,34 +182,34 @@ def misses(motion: ReducedMotion, found: MotionInModes) -> float:
 
 
 def _nodal(rest: BodyAtRest, loads: Loads) -> list[tuple[np.ndarray, Load | None]]:
-    """Return the forces (n, 3) [N] on the elements of weight and of each push at the factor 1, with the push."""
+    """Return the forces (n, 3) [N] of weight and of each push at full strength on the elements, each with its push."""
     pulls = [np.array(loads.acceleration_m_s2, dtype=float)] if loads.gravity else []
     pushed = [(rest.spread(disc(push)) @ np.array(push.force_n, dtype=float), push) for push in loads.pushes]
     return [*((rest.weigh() @ pull, None) for pull in pulls), *pushed]
 
 
 def _sum(loads: Sequence[tuple[np.ndarray, Load | None]], t: float) -> np.ndarray:
-    """Return the sum of ``loads`` at ``t`` [s]."""
     return np.sum([force if push is None else factor(push, t) * force for force, push in loads], axis=0)
 
 
 STEPS_OF_PERIOD, FITTED = 24, (0, 1, 3, 5, 6, 8)
-"""Steps of a motion that cells are fitted to, and in which of nine directions; in the others they are held out."""
+"""Steps of a motion that cubature points are fitted to, and in which of nine directions; in the others they are held
+out."""
 
 
 def prepare(rest: BodyAtRest, loads: Loads, rayleigh: Rayleigh, bent: int, tolerance: float) -> ReducedBody:
-    """Reduce a body for the places of ``loads``, and for forces as large as theirs in other directions and courses.
+    """Reduce a body for pushes at the places of ``loads``, and for forces as large in other directions and courses.
 
-    bent, tolerance : as ``limit_modes`` and ``held_out_cells`` have them; NotConverged as the latter
-    Cells are fitted to motions under loads that are tilted by up to 45° in nine directions, on a course that the body's
-    slowest vibration sets, in a model of the means of eight elements each.
+    bent, tolerance : as in ``limit_modes`` and ``energy_for_motions``; NotConverged as the latter
+    Cubature points are fitted to motions of a model of means of eight elements each. Its loads are tilted by up to 45°
+    in nine directions, and their course follows the body's slowest vibration.
     """
     begin = perf_counter()
     discs = [rest.spread(disc(push)) for push in loads.pushes]
     weights = [rest.weigh()] if loads.gravity else []
     modes, elements = limit_modes(rest, [*discs, *weights], bent), rest.elements
     pressed = np.any([np.zeros_like(rest.weigh()), *discs], axis=(0, 2, 3))
-    means = cells_of(elements, modes.slopes, np.zeros(len(elements.couples), dtype=bool), 8)
+    means = points_and_means(elements, modes.slopes, np.zeros(len(elements.couples), dtype=bool), 8)
     none = np.zeros((len(modes.masses), 1))
     trial = ReducedBody(rest, modes, ReducedEnergy(means, none, elements.law), 0.0, 0.0)
     shown: dict[bool, list[np.ndarray]] = {True: [], False: []}
@@ -216,14 +217,14 @@ def prepare(rest: BodyAtRest, loads: Loads, rayleigh: Rayleigh, bent: int, toler
         motion = ReducedMotion(trial, _elsewhere(loads, rest.period_s, number), rayleigh)
         steps = motion.steps(rest.period_s / STEPS_OF_PERIOD, STEPS_OF_PERIOD, TOLERANCE)
         shown[number in FITTED] += [each.middle[:, 0] for each in steps][1::2]
-    energy, near = CellEnergy(trial.model), pressed[elements.couples].any(axis=1)
+    energy, near = CubatureEnergy(trial.model), pressed[elements.couples].any(axis=1)
     states, like = (np.array(shown[True]), np.array(shown[False])), (elements, modes.slopes, modes.masses, near)
-    model, missed = held_out_cells(*like, lambda q: energy.clamped(q[:, None]), *states, tolerance)
+    model, missed = energy_for_motions(*like, lambda q: energy.clamped(q[:, None]), *states, tolerance)
     return ReducedBody(rest, modes, model, missed, perf_counter() - begin)
 
 
 def _elsewhere(loads: Loads, period_s: float, number: int) -> Loads:
-    """Return the loads in one of nine directions, pushes on a course of one period."""
+    """Return the loads turned into the direction with this ``number``, of nine; pushes last one period."""
     gravity = push = None
     if loads.gravity:
         pull = np.array(loads.acceleration_m_s2, dtype=float)

@@ -1,9 +1,9 @@
-"""Answer with methods that games relax bodies with: element by element, vertex by vertex, or by one matrix.
+"""Answer with methods that games relax bodies with: XPBD, vertex block descent and projective dynamics.
 
-All three end at the equilibrium of corotational linear elements on a level of the body, if they are given the time.
-Contact is what each of them has for it in practice, at the nodes of the surface: an inequality constraint of extended
-position-based dynamics, whose multiplier is the force; a projection with a weight in projective dynamics; a penalty in
-vertex block descent.
+Given the time, all three end at the equilibrium of corotational linear elements on a level of the body. Contact is at
+the nodes of the surface, as each method has it in practice: an inequality constraint of extended position-based
+dynamics, whose multiplier is the force; a projection with a weight in projective dynamics; a penalty in vertex block
+descent.
 """
 
 from collections.abc import Callable, Sequence
@@ -54,7 +54,7 @@ def refuse_law(body: Body, method: str) -> None:
 class RelaxedElements:
     """Linear elements on a ``level`` of a body and on its bed; ``held`` (n,) bool stand still.
 
-    asked : the numbers of the method, such as those of ``benchmark.settings.Xpbd``
+    asked : the method's settings, such as ``benchmark.settings.Xpbd``
     """
 
     _relax: Callable[..., tuple[np.ndarray, np.ndarray]]
@@ -67,15 +67,15 @@ class RelaxedElements:
     def relax(
         self, x: np.ndarray, load: np.ndarray | None = None, before: np.ndarray | None = None, **met: Any
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return relaxed positions (n, 3) [m] from ``x``, and those a step before.
+        """Return relaxed positions (n, 3) [m] from ``x``, and those one step of the method before.
 
-        load : (n, 3) [N], or None for none; before : positions a step before ``x``, to go on with a motion
-        met : what it is in contact with, as the method names it
+        load : (n, 3) [N], or None for none; before : positions a step before ``x``, to continue a motion
+        met : contact, by the keyword that the method has for it
         """
         return self._relax(x, np.zeros_like(x) if load is None else load, before=before, **met)
 
     def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
-        """Return what relaxes the body, of which ``nodes`` (k,) may touch an instrument at ``pose``."""
+        """Return the body under an instrument at ``pose`` that ``nodes`` (k,) may touch, ready to be relaxed."""
         raise NotImplementedError
 
     def force(self, x: np.ndarray) -> np.ndarray:
@@ -83,7 +83,7 @@ class RelaxedElements:
         return self._elements.force(x) + self._borne(x)
 
     def supported(self, x: np.ndarray, anchored: np.ndarray) -> np.ndarray:
-        """Return the force (3,) [N] on what holds ``anchored`` nodes and on the bed."""
+        """Return the force (3,) [N] of the body on its anchors, ``anchored`` (n,) bool, and on its bed."""
         return self._elements.force(x)[anchored].sum(axis=0) - self._borne(x).sum(axis=0)
 
     def _borne(self, x: np.ndarray) -> np.ndarray:
@@ -98,7 +98,7 @@ class RelaxedElements:
 
 
 class ByXpbd(RelaxedElements):
-    """Steps whose length is measured by the time in which a node would swing if all others stood still."""
+    """Extended position-based dynamics; its step is in units of the period of a node between nodes that stand still."""
 
     def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
         super().__init__(body, level, held, asked)
@@ -114,7 +114,7 @@ class ByXpbd(RelaxedElements):
 
 
 class ByBlockDescent(RelaxedElements):
-    """Sweeps over the nodes."""
+    """Vertex block descent: sweeps over the nodes."""
 
     def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
         super().__init__(body, level, held, asked)
@@ -128,7 +128,7 @@ class ByBlockDescent(RelaxedElements):
 
 
 class ByProjections(RelaxedElements):
-    """Iterations with one constant matrix."""
+    """Projective dynamics: iterations with one constant matrix."""
 
     def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
         super().__init__(body, level, held, asked)
@@ -157,9 +157,8 @@ def relaxed(method: str, body: Body, level: int, held: np.ndarray, asked: Any) -
 class Relaxed(Solver):
     """Elements that are relaxed from rest, or from the frame before.
 
-    To that frame the method has come by itself, over FRAMES in which the press grows, with as many steps in each as for
-    the answer. So it lags behind, unlike a method that converges in every frame. Answers whose nodes are not all finite
-    are refused afterwards, as all models' are.
+    The method finds that frame itself: the press grows over FRAMES, each with as many steps as the answer. So it lags
+    behind, unlike a method that converges in every frame.
     """
 
     def __init__(self, case: Case, model: kinds.XPBD | kinds.VertexBlockDescent | kinds.ProjectiveDynamics):
@@ -175,7 +174,7 @@ class Relaxed(Solver):
         return held_mb((self._body, self._shares, self._up, next(iter(self._frames.values()), None)))
 
     def precede(self, load: Load) -> None:
-        """Press up to the frame before, if that is what answers start from; not timed."""
+        """Compute the frame before, if answers start from it; not timed."""
         if not self._follows or load.key in self._frames:
             return
         whole = BEFORE * self._nodal(load)
@@ -210,7 +209,7 @@ class RelaxedTouch(NodeTouch):
 
 
 class RelaxedGrasp(TouchSolver):
-    """The same elements for each place that is grasped, with its nodes held, too; NotConverged where there are none."""
+    """Relaxed elements for each place that is grasped, with its nodes held; NotConverged where it has no node."""
 
     def __init__(self, case: TouchCase, method: str, level: int, asked: Any):
         self._shape, self._mesh, self._up = case.body, case.body.levels[level], to_surface(case.body, level)
@@ -240,7 +239,7 @@ def settings(case: TouchCase, method: str) -> list[Setting]:
 
 
 def online(case: TouchCase, method: str, level: int, **asked: float) -> TouchSolver:
-    """Return what answers touches by instruments, or grasps of places that are prepared when that is asked.
+    """Return the solver of touches by instruments, or of grasps, whose places are prepared when they are asked for.
 
     asked : fields of the method's settings
     """

@@ -1,10 +1,10 @@
 """Answer with shape matching as fitted: clusters of particles that settle, pressed, under an instrument or cut.
 
-Pressed, how far goals follow the particles, α and the scale of forces are fitted to training samples. Under an
-instrument, which the particles are pushed out of in every step, the force is the momentum that this gives to them over
-the time of a step, as a mean over the later half of the steps; how far goals follow is fitted to the displacement under
-calibrating touches, and the time of a step to their forces. On a cut level clusters that the cut severs are split; how
-far goals follow is fitted to quadratic elements before the cut, and one factor of the hooks' forces to theirs.
+Pressed, the stiffness of goals β, α and the scale of forces are fitted to training samples. Under an instrument, which
+pushes particles out of itself in every step, the force is the momentum of these pushes over the time of a step, as a
+mean over the later half of the steps; β is fitted to the displacement under calibrating touches, and the time of a step
+to their forces. On a cut level, clusters that the cut severs are split; β is fitted to quadratic elements before the
+cut, and one factor of the hooks' forces to theirs.
 """
 
 from collections.abc import Callable, Sequence
@@ -50,7 +50,7 @@ which neighbours share too few particles to hold together; and what part neighbo
 
 
 def cubes(mesh: Mesh) -> effects.Clusters:
-    """Return clusters that suit a mesh."""
+    """Return clusters of particles in overlapping cubes, of a size that suits ``mesh``."""
     ends = mesh.nodes[mesh.edges]
     mean = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
     return effects.Clusters(kind="cubes", edge_m=max(EDGE * mesh.size, SPAN * mean), overlap=OVERLAP)
@@ -64,11 +64,11 @@ def settle(
     load: Callable[[np.ndarray, np.ndarray], None] | None = None,
     keep_out: Callable[[int, np.ndarray], None] | None = None,
 ) -> np.ndarray:
-    """Return positions (n, 3) [m] after so many steps from rest at ``x``.
+    """Return positions (n, 3) [m] after so many ``steps`` of shape matching from rest at ``x``.
 
     The goal-position scheme in lengths a step, w = h v: w' = d w + α (g − x), x' = x + w'.
-    still : nodes that do not move; load : what changes w' (n, 3) [m] in place at x
-    keep_out : what corrects x' in place, after the step of a number; w' is then what remains of the way
+    still : nodes that do not move; load : changes w' (n, 3) [m] in place, called with x and w'
+    keep_out : corrects x' in place, called with the step's number and x'; w' is then x' − x
     """
     keep, w, goals = LEFT ** (2.0 / steps), np.zeros_like(x), np.empty_like(x)
     for step in range(steps):
@@ -96,7 +96,7 @@ def refuse_loose(particles: Particles, bedded: bool) -> None:
 
 @dataclass(frozen=True)
 class Softness:
-    """``scale_s2``, φ = h² [s²] that forces over masses are multiplied by; ``beta``, how far goals follow; and α."""
+    """Fitted numbers: ``scale_s2`` φ = h² [s²], which multiplies forces over masses, ``beta`` of goals, and α."""
 
     scale_s2: float
     beta: float
@@ -104,7 +104,7 @@ class Softness:
 
 
 class Shapes:
-    """Particles of the coarse level in clusters. Raises InputError for a body that nothing holds.
+    """Particles of the coarse level in clusters. InputError for a body that nothing holds.
 
     up : (n_surface, n), from particles to the fine surface
     """
@@ -122,16 +122,16 @@ class Shapes:
         self._shares = ContactShares(case, 0)
 
     def soften(self, softness: Softness) -> None:
-        """Make its shapes as soft as that."""
+        """Set how soft the shapes are."""
         self._scale = softness.scale_s2
         asked = {"mode": self._mode, "clusters": self._clusters, "alpha": softness.alpha, "beta": softness.beta}
         self._matching = shape_matching.make(self.particles, effects.ShapeMatching.model_validate(asked))
 
     def settle(self, contact: int, force: np.ndarray, steps: int) -> np.ndarray:
-        """Return displacements (n, 3) [m] after so many steps from rest under ``force`` (3,) [N].
+        """Return displacements (n, 3) [m] after so many ``steps`` from rest under ``force`` (3,) [N] at ``contact``.
 
-        InputError for a contact that cannot be pressed. Springs of a bed are counted at x': they may be stiffer than
-        such a step allows.
+        Springs of a bed act implicitly, as they may be stiffer than an explicit step allows. InputError for a contact
+        that cannot be pressed.
         """
         nodes, shares = self._shares.of(contact)
         rest, springs = self.particles.nodes, self._scale * self._springs
@@ -147,12 +147,12 @@ class Shapes:
 
 
 def fit(shapes: Shapes, samples: Database, steps: int, count: int, evaluations: int) -> Softness:
-    """Find the softness with the least mean RMSE of peak after so many steps, by the simplex of Nelder and Mead.
+    """Return the softness with the least mean RMSE of peak after ``steps`` steps, by the simplex of Nelder and Mead.
 
-    count : of ``samples`` that serve, evenly chosen; evaluations : of the misfit, beyond those of the starts; half of
-        them find the better α
-    A sample that leaves the finite numbers, or whose error is above its peak, counts as wrong by its peak. Raises
-    NotConverged if no softness is better than no answer at all.
+    count : of ``samples`` that serve, evenly chosen
+    evaluations : of the misfit, beyond those of the starts; half of them find the better α
+    A sample with an error above its peak, or without a finite answer, counts as wrong by its peak. NotConverged if no
+    softness is better than no answer at all.
     """
     material, size = shapes.particles.material, shapes.particles.size
     chosen = np.unique(np.linspace(0, len(samples.contact) - 1, count).round().astype(int))
@@ -185,7 +185,7 @@ def _descend(misfit: Callable[[float, float], float], simplex: np.ndarray, evalu
 
 
 def _off(shapes: Shapes, samples: Database, i: int, steps: int) -> float:
-    """Return the RMSE of peak of one sample, 1 at most."""
+    """Return the RMSE of sample ``i`` over its peak, 1 at most."""
     with np.errstate(over="ignore", invalid="ignore"):
         off = shapes.up @ shapes.settle(int(samples.contact[i]), samples.force[i], steps) - samples.fine[i]
         rmse = np.sqrt(np.mean(np.sum(off**2, axis=1)))
@@ -207,7 +207,7 @@ def prepare(case: Case, model: kinds.ShapeMatching) -> "ShapesAtRest":
 
 
 class ShapesAtRest(Solver):
-    """Shapes that are given so many ``steps`` from rest to settle."""
+    """Shapes that settle for so many ``steps`` from rest."""
 
     memory_mb = 0.0
 
@@ -225,7 +225,7 @@ def settings(case: TouchCase) -> list[Setting]:
 
 
 class ShapesTouch(NodeTouch):
-    """Shapes that are given so many ``steps`` to settle wherever the instrument stops on its way.
+    """Shapes that settle for so many ``steps`` wherever the instrument stops on its way.
 
     InputError for a body that nothing holds, or that its clusters do not hold together; LeftOut for one on a bed;
     NotConverged for one of several stiffnesses, or whose calibrating touches are not felt.
@@ -280,7 +280,7 @@ class ShapesTouch(NodeTouch):
 
 
 def _rmse(one: Touched, other: Touched) -> float:
-    """Return the RMSE over the peak of the displacement, infinite if it is not a number."""
+    """Return the RMSE of ``one`` displacement from the ``other`` over its peak, ∞ if it is not a number."""
     off = np.sqrt(np.mean(np.sum((one.displacement - other.displacement) ** 2, axis=1)))
     peak = np.linalg.norm(other.displacement, axis=1).max()
     return float(off / peak) if np.isfinite(off) else np.inf
@@ -290,7 +290,7 @@ online = ShapesTouch
 
 
 class CutShapes(LevelModel):
-    """Shapes that are given so many ``steps`` to settle at each stop of the hooks."""
+    """Shapes of a cut body that settle for so many ``steps`` at each stop of the hooks."""
 
     def __init__(self, case: CutCase, level: int, mode: str, clusters: str, steps: int, way: str = VIRTUAL_NODES):
         super().__init__(case, level, way)
@@ -322,7 +322,7 @@ class CutShapes(LevelModel):
         return self._opened.answer(x, self._factor * force)
 
     def _settled(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions (n, 3) [m], and what pulls particles to their goals, (n, 3) [kg m] as no step is long."""
+        """Return positions (n, 3) [m], and masses times displacements to goals (n, 3) [kg m]."""
         cut = self._opened
         relax = partial(settle, self._matching, still=self._still, steps=self._steps)
         x = dragged(cut.rest, cut.moved, cut.shifts, relax)
@@ -334,10 +334,10 @@ class CutShapes(LevelModel):
 
 
 def split(clusters: Clusters, parted: Parted, cuts: Sequence[Cut]) -> Clusters:
-    """Return the clusters of a whole mesh on its ``parted`` one, in parts that see each other.
+    """Return the clusters of a whole mesh on its ``parted`` one, divided where the cuts sever them.
 
-    A cluster has all copies of its nodes. Those on the other side of a cut than its middle are another part if the cut
-    is between (Steinemann, Otaduy and Gross 2006), or has doubled them.
+    A cluster has all copies of its nodes. Nodes on the other side of a cut than the cluster's middle are another part
+    if the cut is between (Steinemann, Otaduy and Gross 2006), or has doubled them.
     """
     copies = np.bincount(parted.origin, minlength=len(parted.whole.nodes))
     first = np.cumsum(copies) - copies

@@ -1,6 +1,6 @@
 """Modes of a body of quadratic elements that an instrument strokes: vibrations and the strongest motions of strokes.
 
-The elastic energy is that of few weighted points of elements, which pull as all do in those motions.
+The elastic energy is that of few weighted cubature points, fitted to the elements' forces in those motions.
 """
 
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from palpate.linalg.multigrid import Factor
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.local_answers import LocalAnswers, local_answers
 from palpate.models.reduced.basis import independent, orthonormal, products, vibrations
-from palpate.models.reduced.cubature import like_elements
+from palpate.models.reduced.cubature import energy_of_elements
 from palpate.models.reduced.energy import ReducedEnergy
 from palpate.models.reduced_body import RESIDUAL, UNDAMPED
 from palpate.models.strokes import whole_of
@@ -35,10 +35,10 @@ DEPENDENT = 1e-12
 class StrokeModes:
     """Modes (n, 3, r) in which stiffness at rest is the identity and mass diagonal, (r,): coordinates are in √J.
 
-    body, elements, motion : whose they are, quadratic ``elements`` on its finest level, and the masses of these
-    model : whose few cells are the energy
+    body, elements, motion : the body, quadratic ``elements`` on its finest level, and the masses of these
+    model : the energy of few cubature points
     points, rows : that instruments may touch, and the displacement (q, 3, r) of each in each mode
-    local : what the modes lack there, if dents are not those of the strokes
+    local : the dents that modes lack there, if these are not those of the strokes
     """
 
     body: Body
@@ -60,10 +60,10 @@ class StrokeModes:
 def learn(
     system: System, shown: np.ndarray, points: ContactPoints, asked: Touching, anywhere: bool = False
 ) -> StrokeModes:
-    """Find modes of displacements ``shown`` (s, n, 3) [m] of quadratic elements on a system's mesh, and few cells.
+    """Return modes of displacements ``shown`` (s, n, 3) [m] of quadratic elements, and the energy in them.
 
-    points : that may be touched
-    anywhere : whether dents are not those of the strokes, so that they need answers of their own
+    system : of the body, as finite elements on its own mesh; points : that may be touched
+    anywhere : whether dents are not those of the strokes, so that they need responses of their own
     InputError for motions of a body with other nodes, or in which nothing moves.
     """
     body = system.particles.body
@@ -84,7 +84,7 @@ def learn(
     touched = np.zeros(len(elements.rest), dtype=bool)
     touched[points.interpolation.indices] = True
     near, states = touched[elements.couples].any(axis=1), states_of(products(pulls, modes), asked.states)
-    model = like_elements(elements, modes, near, states, asked.thinning, np.random.default_rng(0))
+    model = energy_of_elements(elements, modes, near, states, asked.thinning, np.random.default_rng(0))
     rows = (points.interpolation @ modes.reshape(len(modes), -1)).reshape(-1, 3, len(masses))
     if not anywhere:
         return StrokeModes(body, elements, motion, modes, masses, model, points, rows)
@@ -96,7 +96,7 @@ def learn(
 def _swings(
     system: System, whole: Body, elements: ElementsAtRest, motion: QuadraticMotion, asked: Touching
 ) -> np.ndarray:
-    """Return answers (n, 3, k) to the inertia of the vibrations of linear elements on the same mesh."""
+    """Return responses (n, 3, k) to the inertia of the slowest vibrations of linear elements on the same mesh."""
     particles, stiffness = system.particles, system.stiffness(system.particles.nodes, definite=True)
     assert stiffness is not None  # finite elements have one
     system.hold(stiffness)
@@ -110,7 +110,7 @@ def _swings(
 
 
 def strongest_of(square: np.ndarray, count: int) -> np.ndarray:
-    """Return how the ``count`` strongest modes in energy are made of s motions, (s, count).
+    """Return the combinations (s, count) of s motions that are the ``count`` modes of most energy.
 
     square : (s, s) [J], the products of the motions with their forces. By the method of snapshots; InputError if
         nothing moves.
@@ -127,7 +127,7 @@ def strongest_of(square: np.ndarray, count: int) -> np.ndarray:
 
 
 def states_of(coordinates: np.ndarray, count: int) -> np.ndarray:
-    """Choose so many of ``coordinates`` (s, r), each the farthest from those chosen already, the largest first."""
+    """Return ``count`` of ``coordinates`` (s, r): the largest first, then each the farthest from those before it."""
     away = np.linalg.norm(coordinates, axis=1)
     chosen: list[int] = []
     while len(chosen) < min(count, len(coordinates)) and away.max() > 0.0:

@@ -1,7 +1,6 @@
 """Integrate a body that an instrument touches in few coordinates, faster than life: x = X + Φ q with exact contact.
 
-A step has two stages, as ``solvers.touched_motion`` has them. Each is a minimisation by BFGS, which knows contact's own
-second derivatives.
+A step has two stages, as in ``solvers.touched_motion``. Each is a minimisation by BFGS with contact's own Hessian.
 """
 
 import math
@@ -32,27 +31,29 @@ from palpate.solvers.touched_motion import STAGE
 REACH_M = 0.006
 """Distance from an instrument at which points may come to touch it within a step."""
 FAR_M, CLOSE_M = 0.012, 0.001
-"""The same before the dents of a step are known, and after; their nodes are many coordinates."""
+"""The same distance before the dents of a step are known, and after, as their nodes are many unknowns."""
 SPARE = 1.25
-"""Nodes over those that points near an instrument have, up to which those of the step before are kept."""
+"""Largest number of nodes of the step before, over those needed now, at which the former are used again."""
 STRAY = 0.1
-"""Of its radius, by which nothing that a motion is believed of is inside an instrument."""
+"""Depth inside an instrument, over its radius, beyond which a motion is not believed."""
 MISSED_RESIDUAL = 0.03
 """Relative residual of what modes lack."""
-NOTHING = np.zeros(0), 0.0, math.inf, np.zeros((0, 0))
+Problem = tuple[np.ndarray, np.ndarray, float, np.ndarray, np.ndarray]
+Known = tuple[np.ndarray, float, float, np.ndarray]
+NOTHING: Known = np.zeros(0), 0.0, math.inf, np.zeros((0, 0))
 """What is known of a point where no search has ended, as ``minimise`` takes it."""
 AHEAD = (1.0 - 2.0 * STAGE) / STAGE
-"""Of the change in the first stage, by which the base of the second one is beyond the first's end."""
+"""Share of the first stage's change by which the second stage's base is beyond the first one's end."""
 ITERATIONS = 60
-"""Of a search, after which it counts as not found."""
+"""Most steps of a search."""
 PASSES = 2
 """Searches of a stage with friction: with directions and forces of its beginning, then those of the first's end."""
 LEAST_ENERGY = 0.01
-"""Of the largest elastic energy so far: what is left of a search is compared with no less."""
+"""Least energy that a residual is compared with, over the largest elastic energy so far."""
 FAINTEST_J = 1e-9
-"""As much, before anything has moved."""
+"""The same before anything has moved."""
 COURSE = 240
-"""Places of a course at which it may meet what is held, beside its corners."""
+"""Times at which an instrument's course is tested against the held surface, beside its corners."""
 LATTICE = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
 """Places on a triangle, barycentric (15, 3)."""
 
@@ -64,7 +65,7 @@ class Learnt(Touching):
 
 
 def make(system: System, stepping: Stepping) -> "TouchingMotion":
-    """Make the integrator with modes that are ``Learnt``, or those that ``prepare`` finds.
+    """Return the integrator of a system, with modes that are ``Learnt`` or that ``prepare`` finds.
 
     InputError as ``prepare``, and for modes of another body.
     """
@@ -82,11 +83,11 @@ def prepare(
     passing: Sequence[Contact] | None = None,
     until_s: float = 0.0,
 ) -> StrokeModes:
-    """Find the modes that ``asked``, the block ``touching`` of a scene, describes (see ``learn``).
+    """Learn the modes that ``asked``, the block ``touching`` of a scene, describes; see ``learn``.
 
-    shown : (s, n, 3) [m] motions of quadratic elements to learn from; those on the path's neighbours if there are none
-    passing : contacts; points are in reach that their instruments or the scene's pass, and have answers of their
-        own, as the strokes need not be like these
+    shown : (s, n, 3) [m] motions of quadratic elements to learn from; None simulates strokes on the path's neighbours
+    passing : other contacts, whose instruments may touch the body too; as strokes need not be like these, dents have
+        responses of their own
     until_s : how long neighbours are followed [s], as a body goes on to move where an instrument has stopped
     InputError for an effect that it does not know, a body that nothing holds or that hardly changes its volume, and
     contact of bodies.
@@ -106,7 +107,7 @@ def rates(system: System) -> Rayleigh:
 
 
 def _touched(system: System) -> tuple[Instrumented, Body]:
-    """Return the contact of the one body there is, and that; errors as ``prepare``."""
+    """Return the contact with instruments and the one body of a system; InputError where strokes do not apply."""
     body = system.particles.body
     if not isinstance(system.elastic, LinearElements) or body is None:
         raise InputError(
@@ -133,7 +134,7 @@ def _touched(system: System) -> tuple[Instrumented, Body]:
 
 
 def held_met(system: System, contact: InstrumentContact) -> tuple[float, str]:
-    """Return when an instrument's course first leads into the held surface [s], and its name; ∞ if none does."""
+    """Return when an instrument's course first enters the held surface [s], and whose it is; ∞ if none does."""
     nodes, faces = system.particles.nodes, system.particles.triangles
     whole = faces[~system.free[faces].any(axis=1)]
     points = np.vstack([nodes[np.unique(faces[~system.free[faces]])], (LATTICE @ nodes[whole]).reshape(-1, 3)])
@@ -146,23 +147,22 @@ def held_met(system: System, contact: InstrumentContact) -> tuple[float, str]:
 
 
 class _State(NamedTuple):
-    """Coordinates q (r,), their rates w (r,) [1/s] and the elastic energy's gradient g (r,) at the end of a step."""
+    """Coordinates q (r,), rates w (r,) [1/s] and the elastic energy's gradient g (r,), at the end of a stage."""
 
     q: np.ndarray
     w: np.ndarray
     g: np.ndarray
 
     def ahead(self, before: "_State", share: float) -> "_State":
-        """Return this plus ``share`` of the change since ``before``."""
+        """Return this state plus ``share`` of the change since the state ``before``."""
         return _State(*(a + share * (a - b) for a, b in zip(self, before, strict=True)))
 
 
 class TouchingMotion:
     """M q″ + d (α M q + β g(q))/dt + g(q) = contact, in coordinates of ``body``.
 
-    It needs no positions but those of points near the instruments; ``state`` expands them. NotConverged where a step
-    is not found, or an instrument meets what is held.
-
+    Only points near the instruments are placed in a step; ``state`` places all nodes. NotConverged where a step is not
+    found, or an instrument meets what is held.
     Traps: nothing is known of motions that the strokes did not show, so ask for ``doubt``. It may make energy.
     """
 
@@ -199,7 +199,7 @@ class TouchingMotion:
         self._compile()
 
     def _compile(self) -> None:
-        """Call what a step calls, without a step, as the first call of each takes seconds."""
+        """Call all that a step calls without making one, as first calls take seconds to compile."""
         one = np.ones(self.body.count)
         touch = self._touch(self._tools, 0.0 * one)
         none = np.zeros(len(one) + len(self._local))
@@ -235,11 +235,12 @@ class TouchingMotion:
         self.contact.means = begun + STAGE * self.contact.reactions
 
     def _reach(self, end: float, h: float, share: float, reach: float) -> None:
-        """Make a stage that ends at ``end`` [s], ``h`` [s] after the last: an implicit Euler step of ``reach`` [s].
+        """Make a stage that ends at ``end`` [s], ``h`` [s] after the last: an implicit Euler step over ``reach`` [s].
 
-        Its base is the last state plus ``share`` of the change since the one before.
+        The Euler step starts at the last state plus ``share`` of the change since the one before.
         """
         contact, now, earlier = self.contact, self._now, self._before
+        # the Euler step's inertia about its base
         base = now.ahead(earlier, share)
         lag = self._beta / reach
         inertia = self._masses * (1.0 / reach**2 + self._alpha / reach)
@@ -247,6 +248,7 @@ class TouchingMotion:
         seen, tools = self._tools, contact.at(end)
         start = seen._replace(tips=seen.tips + share * (seen.tips - self._tools_before.tips))
         self._rescale(inertia, 1.0 + lag)
+        # unknowns are coordinates, from where they would swing freely, and dents
         q = now.q + h * now.w
         touch = self._touch(tools, q)
         dent, dent_before = (self._dented(each) for each in self._dents[:2])
@@ -260,7 +262,8 @@ class TouchingMotion:
                 if not (contact.friction and self._forces.any()):
                     break
                 rubbing = self._rubbing(touch, z, tools, z_base, start, reach)
-            known = self._found(z, inertia, centre, 1.0 + lag, outer, touch, rubbing, known)
+            known = self._found(z, (inertia, centre, 1.0 + lag, outer, self._local), touch, rubbing, known)
+        # the state that is reached, its contact and its energy
         g, energy, *_ = known
         begun = placed(np.append(now.q, dent), touch)
         self._places = placed(z, touch)
@@ -302,10 +305,10 @@ class TouchingMotion:
     def _touch(
         self, tools: Tools, q: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Tools, np.ndarray, np.ndarray]:
-        """Return rows (3c, r), places at rest (c, 3) [m] and stiffness (c,) [N/m] of points near tools, and these.
+        """Return contact near ``tools``: rows (3c, r), places at rest (c, 3) [m], stiffness (c,) [N/m], and the tools.
 
-        Then the weights (c, 6) and numbers (c, 6) of the nodes that dents move there, of which there may be none.
-        q : (r,), about where the search ends: a point that a deep press has moved is far from where it was at rest
+        Then the weights (c, 6) and numbers (c, 6) of nodes that dents move there, of which there may be none.
+        q : (r,), about where the search ends, as a deep press moves points far from their places at rest
         """
         local = self.body.local
         if local is None:
@@ -334,30 +337,20 @@ class TouchingMotion:
         return rows, self._rest[self._near], self._stiff[self._near], tools, weights, nodes
 
     def _dented(self, dent: Dent) -> np.ndarray:
-        """Return the displacements (3m,) [m] of a ``dent`` at the nodes of a step."""
+        """Return the displacements (3m,) [m] of a ``dent`` at the nodes whose dents this step looks for."""
         return np.zeros(0) if self.body.local is None else self.body.local.field(dent, self._kept).ravel()
 
     def _rubbing(self, touch: tuple, z: np.ndarray, at: Tools, base: np.ndarray, start: Tools, reach: float) -> Rubbing:
-        """Return friction with normals and pressures at ``z`` (r + 3m,), of instruments ``at`` then, in ``reach`` [s].
+        """Return friction with normals and pressures at unknowns ``z`` (r + 3m,) and instruments ``at``.
 
-        It is that against motion from ``base`` (r + 3m,) and the instruments at ``start``.
+        It resists motion from ``base`` (r + 3m,) and instruments at ``start``, in the time ``reach`` [s].
         """
         ways, slip = touch[3].tips - start.tips, self.contact.slip_m_s * reach
         return rubbing_of(placed(z, touch), touch[2], at, self.contact.friction, placed(base, touch), ways, slip)
 
-    def _found(
-        self,
-        z: np.ndarray,
-        inertia: np.ndarray,
-        centre: np.ndarray,
-        share: float,
-        outer: np.ndarray,
-        touch: tuple,
-        rubbing: Rubbing,
-        known: tuple[np.ndarray, float, float, np.ndarray],
-    ) -> tuple[np.ndarray, float, float, np.ndarray]:
-        """Minimise from ``z`` on, in place, and return as ``minimise``. NotConverged if it is not found."""
-        problem, ends = (inertia, centre, share, outer, self._local), (self._floor, self._tolerance, ITERATIONS)
+    def _found(self, z: np.ndarray, problem: Problem, touch: tuple, rubbing: Rubbing, known: Known) -> Known:
+        """Minimise from ``z`` on, in place, and return what ``minimise`` does; NotConverged if it is not found."""
+        (inertia, _, share, *_), ends = problem, (self._floor, self._tolerance, ITERATIONS)
         for _ in range(2):
             known = minimise(z, *problem, self._hessian, self._body, touch, rubbing, self._forces, ends, known)
             left = known[2]
@@ -372,7 +365,7 @@ class TouchingMotion:
         )
 
     def _rescale(self, inertia: np.ndarray, share: float) -> None:
-        """Keep what was learnt of the elastic Hessian where the length or the order of steps changes."""
+        """Carry the learnt part of the Hessian over to another length or order of steps."""
         if not len(self._hessian):
             self._hessian = np.diag(inertia + share)
         elif not (self._scaled[1] == share and np.array_equal(self._scaled[0], inertia)):
@@ -381,7 +374,7 @@ class TouchingMotion:
         self._scaled = inertia, share
 
     def _whole(self) -> np.ndarray:
-        """Return the displacement (3, n, 3) [m] of all nodes at the end of the last stage and of the two before it."""
+        """Return displacements (3, n, 3) [m] of all nodes after the last stage and at the two states before it."""
         body, last = self.body, self._last
         assert last is not None  # it has stepped
         moved = np.array([body.modes @ q for q in (self._now.q, *last[:2])])
@@ -395,11 +388,11 @@ class TouchingMotion:
         return moved + np.array([lacked[..., k] @ dent.turn.T for k, dent in enumerate(self._dents)])
 
     def doubt(self) -> float:
-        """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
+        """Return what the modes lack [m], RMS over the surface: the linear response to all elements' residual.
 
-        That is answered by (1 + β/a) K at rest, a being a stage's length. Infinite where an instrument is inside of the
-        body beyond what it may touch, or has been since this was asked, or the corners of an element are inside out. It
-        grows with the error, and is not its size.
+        The residual is that of the last stage, of length a, and the response that of (1 + β/a) K at rest. Infinite
+        where an instrument is inside of the body beyond what it may touch, or has been since this was asked, or the
+        corners of an element are inside out. It grows with the error, and is not its size.
         """
         body, elements = self.body, self.body.elements
         assert self._last is not None  # it has stepped

@@ -1,7 +1,4 @@
-"""Strokes of an instrument: a path's neighbours, or any in a region, and how quadratic elements move under them.
-
-In motions of its neighbours a body shows what it does on a path, and in random strokes what it does in a region.
-"""
+"""Strokes from which modes are learnt: neighbours of a path or random ones, and how elements move under them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -27,7 +24,7 @@ MARGIN, PLACES = 1.2, 60
 """Distance of an instrument's skin on its path from points at rest, over its radius, within which it may touch them,
 and at how many places of the path that is seen."""
 LEAST_SHARE = 0.5
-"""Of the strokes, which finite elements have to find; others lead into what is held."""
+"""Least share of the strokes whose motion is found; others lead into what is held."""
 BESIDE = ((0.0, 0.6, 0.3), (0.0, -0.6, 0.3), (0.6, 0.0, -0.2), (-0.6, 0.0, 0.4), (0.0, 0.0, 0.8))
 """How far a path's neighbours are from it, over an instrument's radius: two ways across the way down, and up."""
 TIMES_S = (0.0, 0.22, 0.27, 0.45, 0.58)
@@ -35,11 +32,11 @@ TIMES_S = (0.0, 0.22, 0.27, 0.45, 0.58)
 LENGTH_M, DEPTHS_M = 0.035, (0.008, 0.02)
 DURATION_S = 0.6
 CLEAR_M, WITHIN_M = 0.003, 0.012
-"""Above all that is below it an instrument begins; the surface is where its highest node so near is."""
+"""Height of an instrument's start above all below it; the surface is as high as its highest node within the other."""
 
 
 def frame_of(contact: Contact) -> np.ndarray:
-    """Return the directions (3, 3), as rows, across the way in which the first instrument that moves starts, and up."""
+    """Return directions (3, 3), as rows: two across the way in which the first moving instrument starts, and up."""
     for tool in contact.instruments:
         moves = np.diff(np.array(tool.shifts_m or [], dtype=float).reshape(-1, 3), axis=0)
         moves = moves[np.linalg.norm(moves, axis=1) > 0.0]
@@ -53,7 +50,7 @@ def frame_of(contact: Contact) -> np.ndarray:
 
 
 def neighbours(contact: Contact) -> list[Contact]:
-    """Return contacts in which the whole path is BESIDE that of ``contact``."""
+    """Return contacts whose instruments move beside those of ``contact``, by the offsets BESIDE."""
     frame = frame_of(contact)
 
     def moved(tool: Instrument, beside: tuple[float, ...]) -> Instrument:
@@ -66,10 +63,10 @@ def neighbours(contact: Contact) -> list[Contact]:
 
 
 def roaming(particles: Particles, contact: Contact, half_width_m: float, count: int, seed: int) -> list[Contact]:
-    """Return so many random strokes of the one instrument that moves in ``contact``.
+    """Return ``count`` random strokes of the moving instrument of ``contact``: pressed in, slid straight on, lifted.
 
-    Each is pressed in, slides straight on, and is lifted, somewhere in the square of ``half_width_m`` [m] to each side
-    around the middle of the path, turned by any angle. InputError if there is no surface below enough of the square.
+    They are in the square of ``half_width_m`` [m] to each side around the middle of its path, turned by any angle.
+    InputError if there is no surface below enough of the square.
     """
     frame = frame_of(contact)
     moving = next(k for k, tool in enumerate(contact.instruments) if tool.shifts_m)
@@ -102,7 +99,7 @@ def roaming(particles: Particles, contact: Contact, half_width_m: float, count: 
 
 
 def _places(tool: Instrument) -> list:
-    """Return the points of a sphere or a capsule."""
+    """Return the centre of a sphere or the ends of a capsule; InputError for other instruments."""
     if isinstance(tool, Ball):
         return [tool.center_m]
     if isinstance(tool, Capsule):
@@ -111,23 +108,18 @@ def _places(tool: Instrument) -> list:
 
 
 def _height(surface: np.ndarray, at: np.ndarray, within_m: float) -> float:
-    """Return the height [m] of the ``surface`` (n, 3) so near to ``at`` (2,), −∞ where there is none."""
+    """Return the height [m] of the ``surface`` (n, 3) within ``within_m`` of ``at`` (2,), −∞ where there is none."""
     near = np.hypot(*(surface[:, :2] - at).T) < within_m
     return float(surface[near, 2].max()) if near.any() else -np.inf
 
 
-def duration_of(contact: Contact) -> float:
-    """Return when the last instrument of a contact stops [s]."""
-    return max((float(tool.times_s[-1]) for tool in contact.instruments if tool.times_s), default=0.0)
-
-
 def whole_of(body: Body) -> Body:
-    """Return ``body`` with the nodes of quadratic elements on its finest level, as one more."""
+    """Return ``body`` with one more level: the nodes of quadratic elements on its finest."""
     return with_midpoints(replace(body, smooth=None), len(body.levels) - 1)
 
 
 def points_of(body: Body, contacts: Sequence[Contact]) -> ContactPoints:
-    """Return the points of the surface of quadratic elements that instruments pass within MARGIN of their radius.
+    """Return the contact points of quadratic elements within MARGIN times an instrument's radius of its path.
 
     InputError where there are none.
     """
@@ -136,7 +128,8 @@ def points_of(body: Body, contacts: Sequence[Contact]) -> ContactPoints:
         found = np.zeros(len(places), dtype=bool)
         for contact in contacts:
             tools = instruments_of(body, contact)
-            for t in np.linspace(0.0, duration_of(contact), PLACES):
+            stops = [float(tool.times_s[-1]) for tool in contact.instruments if tool.times_s]
+            for t in np.linspace(0.0, max(stops, default=0.0), PLACES):
                 at = tools.at(t)
                 found |= (gaps_of(places, at)[0] < MARGIN * at.radii[:, None]).any(axis=0)
         return found
@@ -150,16 +143,16 @@ def points_of(body: Body, contacts: Sequence[Contact]) -> ContactPoints:
 
 
 def elements_under(body: Body, contact: Contact, rayleigh: Rayleigh, points: ContactPoints) -> TouchedMotion:
-    """Return quadratic elements on the finest level, which the instruments of a contact touch at points."""
+    """Return the motion of quadratic elements on the finest level, whose ``points`` a contact's instruments touch."""
     return TouchedMotion(whole_of(body), len(body.levels) - 1, Loads(), rayleigh, points, instruments_of(body, contact))
 
 
 def shown(
     body: Body, contacts: Sequence[Contact], rayleigh: Rayleigh, duration_s: float, progress: Callable = iter
 ) -> np.ndarray:
-    """Return the displacements (s, n, 3) [m] of quadratic elements at the ends of all steps of strokes.
+    """Return displacements (s, n, 3) [m] of quadratic elements at the ends of all steps of strokes.
 
-    A stroke that is not found is left out; NotConverged if more are than LEAST_SHARE leaves.
+    A stroke whose motion is not found is left out; NotConverged if fewer than LEAST_SHARE are found.
     """
     points, steps = points_of(body, contacts), max(LEAST_STEPS, round(duration_s / STEP_S))
     points, found = replace(points, penalty=points.penalty / STIFFER), []

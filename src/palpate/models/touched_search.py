@@ -1,14 +1,15 @@
-"""Minimise the energy of a body in few coordinates that an instrument touches, by BFGS that knows contact exactly.
+"""Minimise the energy of a body in few coordinates that an instrument touches, by BFGS with contact's exact Hessian.
 
-Coordinates q (r,) are those of modes, and z (r + 3m,) has displacements w of m nodes behind them, by what modes lack.
+Unknowns z (r + 3m,) are the coordinates q (r,) of modes, and then dents w (m, 3) [m] of surface nodes, which modes
+lack.
 """
 
 import numba
 import numpy as np
 
 from palpate.collision.contact.instrument_contact import pushes, stiffness
-from palpate.models.reduced.cells import elastic, scratch_of
 from palpate.models.reduced.cholesky import factor
+from palpate.models.reduced.cubature_points import elastic, scratch_of
 from palpate.models.reduced.search import directed, remember
 
 TOGETHER = 32
@@ -21,7 +22,7 @@ MEMORY, RESIDUAL_RATIO = 8, 0.7
 
 @numba.njit(cache=True, error_model="numpy")
 def placed(z, touch):
-    """Return the places (c, 3) [m] of points at coordinates and displacements ``z`` (r + 3m,) of modes and nodes."""
+    """Return the places (c, 3) [m] of contact points at unknowns ``z`` (r + 3m,)."""
     rows, places, _, _, weights, nodes = touch
     wide = rows.shape[1]
     points = (places.ravel() + np.dot(rows, z[:wide])).reshape(-1, 3)
@@ -34,7 +35,7 @@ def placed(z, touch):
 
 @numba.njit(cache=True, error_model="numpy")
 def add_contact(whole, points, touch, rubbing, force):
-    """Add contact's second derivatives to the lower triangle of ``whole`` (r + 3m, r + 3m), where forces are not 0."""
+    """Add the Hessian of contact to the lower triangle of ``whole`` (r + 3m, r + 3m), at points with a force."""
     rows, _, stiff, tools, weights, nodes = touch
     wide = rows.shape[1]
     chosen = np.flatnonzero((force[:, 0] != 0.0) | (force[:, 1] != 0.0) | (force[:, 2] != 0.0))
@@ -61,7 +62,7 @@ def add_contact(whole, points, touch, rubbing, force):
 
 @numba.njit(cache=True, error_model="numpy")
 def pulled_by(force, touch, size):
-    """Return what forces (c, 3) [N] on the points pull at coordinates and nodes, (r + 3m,) of this ``size``."""
+    """Return the forces on the unknowns, (``size``,), of forces (c, 3) [N] on the contact points."""
     rows, _, _, _, weights, nodes = touch
     wide, found = rows.shape[1], np.zeros(size)
     found[:wide] = np.dot(force.ravel(), rows)
@@ -74,9 +75,9 @@ def pulled_by(force, touch, size):
 
 @numba.njit(cache=True, error_model="numpy")
 def improve(hessian, step, turn):
-    """Improve the ``hessian`` (r, r) in place by damped BFGS (Powell 1978; Nocedal and Wright 2006, 18.2).
+    """Update the ``hessian`` (r, r) in place by damped BFGS (Powell 1978; Nocedal and Wright 2006, 18.2).
 
-    turn : by how much ``step`` has turned the gradient
+    step : (r,); turn : (r,), the change of the gradient along it
     """
     bent = np.dot(hessian, step)
     along, across = np.dot(step, bent), np.dot(step, turn)
@@ -94,9 +95,9 @@ def improve(hessian, step, turn):
 
 @numba.njit(cache=True, error_model="numpy")
 def valued(z, energy, inertia, centre, share, outer, local, touch, rubbing, force):
-    """Return the function that ``minimise`` has at z, where the elastic energy is ``energy``, and of what it is made.
+    """Return the value that ``minimise`` minimises at ``z``, q − centre, the places of points, and local · w.
 
-    These are q − centre, the places of points, and ``local`` times displacements; ``force`` (c, 3) is written.
+    energy : the elastic energy at z; ``force`` (c, 3) [N] on the points is written
     """
     wide = len(inertia)
     away = z[:wide] - centre
@@ -114,17 +115,16 @@ def valued(z, energy, inertia, centre, share, outer, local, touch, rubbing, forc
 def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubbing, force, ends, known):
     """Minimise ½ Σ inertia (q − centre)² + share (E(q) + ½ w · local w) − outer · z + contact, from z on, in place.
 
-    z : (r + 3m,), coordinates q and displacements w [m] of nodes by what modes lack; local : (3m, 3m) [N/m]
-    hessian : (r, r), that without contact, which is improved by elastic gradients alone and kept by the caller; the
-        second derivatives of contact are added exactly
-    body, touch : arguments of ``elastic`` and ``placed``; force : (c, 3), is written
-    ends : ``floor`` [J], ``enough`` and how many steps at most; it ends where a step would gain less than ``enough``²
-        of the elastic energy, of ``floor`` at least
-    known : what a search that ended at z has returned, so that it is not computed again: elastic gradient (r,) and
-        energy, what was left, and the factor (r + 3m, r + 3m) of the Hessian; a gradient and a factor without size if
-        there was none
-    The Hessian with contact is factored where the search begins without a factor, and again where it is slow. Returns
-    what is ``known`` of the z that is found; ∞ is left of a Hessian that is not positive definite, or not finite.
+    z : (r + 3m,), coordinates q and dents w; local : (3m, 3m) [N/m], the stiffness of dents
+    hessian : (r, r) without contact, which the caller keeps and elastic gradients improve; contact's Hessian is added
+        exactly
+    body, touch : arguments of ``elastic`` and ``placed``; force : (c, 3) [N], is written
+    ends : ``floor`` [J], ``enough`` and the most steps; it ends where a step would gain less than ``enough``² of the
+        elastic energy, of ``floor`` at least
+    known : what a search that ended at z returned, so that it is not computed again: elastic gradient (r,) and energy,
+        residual, and factor (r + 3m, r + 3m) of the Hessian; a gradient and a factor without size where there was none
+    Returns the same of the minimum; the residual is ∞ where the Hessian is not positive definite or not finite. The
+    Hessian is factored where the search begins without a factor, and again where steps leave too much.
     """
     floor, enough, most = ends
     own, energy, left, lower = known

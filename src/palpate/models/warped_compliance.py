@@ -31,11 +31,11 @@ Base = LinearFem | WarpedResponse
 
 
 class LoadResidual:
-    """``base`` plus its residual by kernel ridge, in axes that turn with the nodes if the base knows how they turn.
+    """``base`` plus its residual by kernel ridge, in axes that turn with the nodes if the base knows their rotations.
 
-    Linear responses are exact to the first order in the force, so that the residual begins at the second, as its kernel
-    does. Cross-validation chooses one of KINDS, and whether any residual is added. With the force along the contact's
-    axes the residual stands along them too, its nodes ordered by their distance from the contact (paper 1).
+    Linear responses are exact to first order in the force: so the residual begins at second order, as its kernel does.
+    Cross-validation chooses one of KINDS, and whether any residual is added. Described by the force along the contact's
+    axes, the residual is along them too, with nodes ordered by their distance from the contact (paper 1).
     """
 
     def __init__(self, db: Database, compliance: Compliance, base: Base):
@@ -47,7 +47,7 @@ class LoadResidual:
         self.kind = ""
 
     def learn(self, training: Training, options: FitOptions) -> "LoadResidual":
-        """Fit it to the training samples, whose coarse displacements are not looked at."""
+        """Fit the residual to training samples; their coarse displacements are not used."""
         samples = list(zip(training.contact.tolist(), training.force, strict=True))
         answers = [self._base.answer(*sample) for sample in samples]
         residuals = np.array([u - answer for u, (answer, _) in zip(training.fine, answers, strict=True)])
@@ -84,7 +84,7 @@ class LoadResidual:
 
 
 class Stored(Solver):
-    """The answer of ``base``, and what was learnt beyond it if ``samples`` are learnt from, None being all."""
+    """The answer of stored responses ``base``, with a residual that is learnt from ``samples``: 0 none, None all."""
 
     def __init__(self, case: Case, base: Base, samples: int | None):
         self._base, self._residual, self._discs, self._buckling = base, None, Discs(case), NearBuckling(case)
@@ -100,8 +100,8 @@ class Stored(Solver):
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Answer as ``Solver`` does; Doubted near the load under which the body buckles.
 
-        Without a residual, which samples of one press each have taught, responses to several presses add up, and
-        discs may be pushed to a depth.
+        Without a residual, responses to several presses add up, and discs may be pushed to a depth; the residual is
+        learnt from single presses, and answers these only.
         """
         if self._residual is not None:
             return self._buckling.checked(load, self._residual.respond(*load.single()))

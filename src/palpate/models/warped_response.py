@@ -18,7 +18,7 @@ from palpate.solvers.compliance import Compliance
 
 
 class NodalSpins:
-    """Rotation vectors ½ curl u of a mesh's nodes: the volume-weighted mean of the elements around each."""
+    """Rotation vectors ½ curl u at a mesh's nodes: volume-weighted means over the elements around each node."""
 
     def __init__(self, mesh: TetMesh):
         self._tetrahedra = mesh.tetrahedra
@@ -47,7 +47,7 @@ def warp(spins: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 @numba.njit(cache=True)
 def _combine(spins, vectors, mean):
-    """Return v + p w × v + q w × (w × v), with p and q of the rotation or of its mean."""
+    """Return v + p w × v + q w × (w × v), with p and q of the rotation by w, or of the ``mean`` rotation up to it."""
     rotated = np.empty_like(vectors)
     for n in range(len(vectors)):
         w0, w1, w2 = spins[n, 0], spins[n, 1], spins[n, 2]
@@ -71,8 +71,8 @@ class WarpedResponse:
     """u = R̃(w) C f', with the rotation vectors w of C f', and the force f' turned back by the contact's rotation.
 
     R̃(w) is the mean of the rotations by t w, 0 ≤ t ≤ 1; the contact's rotation is that of C f. Rotations are those of
-    the fine response at the coarse nodes, interpolated. Development, on training samples of the shipped cylinder and
-    liver: those of the fine surface were worse, as its dents turn farther than the material below.
+    the fine response at the coarse nodes, interpolated: those of the fine surface gave larger errors on training
+    samples of the shipped cylinder and liver, as its dents turn farther than the material below.
     """
 
     def __init__(self, db: Database, compliance: Compliance):
@@ -96,7 +96,7 @@ class WarpedResponse:
         return self._warped(presses)[0]
 
     def _warped(self, presses: list[tuple[int, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-        """Turn the sum of the responses to forces."""
+        """Return the turned sum (n, 3) [m] of the responses to forces, and its rotation vectors (n, 3) [rad]."""
         rows = [(row_of(self._contacts, contact), force) for contact, force in presses]
         spins, displacements = [], []
         for (row, force), (contact, _) in zip(rows, presses, strict=True):

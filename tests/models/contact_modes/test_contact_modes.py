@@ -12,7 +12,7 @@ from palpate.bodies.material import NAMED
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError, NotConverged
 from palpate.models.contact_modes import contact_modes
-from palpate.models.contact_modes.workshop import SOUND, TRIAL_RESIDUAL, Workshop, bearing
+from palpate.models.contact_modes.offline import SOUND, TRIAL_RESIDUAL, Offline, bearing
 from palpate.models.kinds import FEM, ContactModes
 from palpate.solvers.compliance import compute_compliance
 
@@ -184,11 +184,11 @@ def test_a_force_that_hardly_presses_gets_the_linear_answer(pressed, modes_of):
 
 def test_a_press_that_the_finer_level_bears_is_the_limit_and_one_that_it_does_not_is_lowered(slab_case):
     body, contact = slab_case[0].body, int(slab_case[1].contact[0])
-    shop, other = (Workshop(body, RADIUS, 0) for _ in range(2))
-    assert shop.gap == 1
-    shown = shop.shown(contact, "snapshots")
+    offline, other = (Offline(body, RADIUS, 0) for _ in range(2))
+    assert offline.gap == 1
+    shown = offline.contact(contact, "snapshots")
     hard = np.linalg.norm(shown.forces[0])
-    assert bearing(shop, [contact], "snapshots")[0] == pytest.approx(-shown.normal / hard)
+    assert bearing(offline, [contact], "snapshots")[0] == pytest.approx(-shown.normal / hard)
     other.make(("snapshots", contact), lambda: replace(shown, forces=20 * shown.forces, answers=20 * shown.answers))
     lowered = 1.0 / np.linalg.norm(bearing(other, [contact], "snapshots"))
     assert 0.9 * hard < lowered < 19 * hard

@@ -11,21 +11,21 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.contact_modes.offline import penalised_fit
 from palpate.models.contact_modes.snapshots import (
     NEAR_RINGS,
     SNAPSHOT_RESIDUAL,
     basis_of,
     carried,
     columns_of_contact,
-    few_cells,
+    contact_energy,
     linear_columns,
     press_contact,
 )
-from palpate.models.contact_modes.workshop import fitted
 from palpate.models.reduced import cholesky, cubature
 from palpate.models.reduced.basis import bending_loads, independent, orthonormal, products
-from palpate.models.reduced.cells import elastic, scratch_of
-from palpate.models.reduced.cubature import cells_of, few_of, rings_around
+from palpate.models.reduced.cubature import points_and_means, rings_around, sparse_weights
+from palpate.models.reduced.cubature_points import elastic, scratch_of
 from palpate.models.reduced.energy import ReducedEnergy
 
 RADIUS, NEWTONS = 0.03, 1.0
@@ -70,9 +70,9 @@ def test_all_points_as_cells_are_full_galerkin(pressed, law):
     shown = pressed(law)
     elements, modes = shown.elements, basis_of([shown])
     everything = np.ones(len(elements.couples), dtype=bool)
-    cells = cells_of(elements, modes, everything)
-    assert cells.stiffness == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
-    model = ReducedEnergy(cells, carried(shown.nodes, shown.shares, modes), elements.law)
+    points = points_and_means(elements, modes, everything)
+    assert points.stiffness == pytest.approx(np.eye(modes.shape[2]), abs=ROUNDING)
+    model = ReducedEnergy(points, carried(shown.nodes, shown.shares, modes), elements.law)
     found = model.settle(shown.forces[0], 1e-9)
     pull = elements.force(modes @ found.q) + elements.nodal(shown.nodes, shown.shares, shown.forces[0])
     assert found.residual <= 1e-9
@@ -83,9 +83,9 @@ def test_all_points_as_cells_are_full_galerkin(pressed, law):
 def test_few_averaged_cells_are_exact_for_small_loads_and_near_for_large_ones(pressed):
     shown = pressed()
     modes = basis_of([shown])
-    thin = few_cells([shown], modes, 1, 1e-3, 0)
-    whole = cells_of(shown.elements, modes, rings_around(shown.elements, shown.nodes, 1))
-    assert len(thin.cells.volumes) < 0.5 * len(whole.volumes) and (thin.cells.volumes > 0.0).all()
+    thin = contact_energy([shown], modes, 1, 1e-3, 0)
+    whole = points_and_means(shown.elements, modes, rings_around(shown.elements, shown.nodes, 1))
+    assert len(thin.points.volumes) < 0.5 * len(whole.volumes) and (thin.points.volumes > 0.0).all()
     small = thin.settle(1e-9 * shown.forces[0], 1e-3).q
     assert np.abs(small - 1e-9 * thin.loads @ shown.forces[0]).max() < 1e-8 * np.abs(small).max()
     answers_snapshots(thin, shown, modes)
@@ -97,11 +97,11 @@ def test_one_mean_of_elements_that_come_from_one_is_that_of_the_whole(slab):
     gradient = np.array([[0.1, 0.2, 0.0], [0.0, -0.3, 0.1], [0.2, 0.0, 0.4]])
     modes = (elements.rest @ gradient)[:, :, None]
     exact = rings_around(elements, np.array([0]), 0)
-    cells = cells_of(elements, modes, exact, 8)
-    assert len(exact) / 8 < len(cells.volumes) < 0.5 * len(exact)
-    assert cells.volumes.sum() == pytest.approx(elements.volumes.sum(), rel=1e-12)
-    expected = np.tile(gradient.T.ravel()[:, None], len(cells.volumes))
-    assert cells.slopes[:, :, 0] == pytest.approx(expected, abs=1e-12)
+    points = points_and_means(elements, modes, exact, 8)
+    assert len(exact) / 8 < len(points.volumes) < 0.5 * len(exact)
+    assert points.volumes.sum() == pytest.approx(elements.volumes.sum(), rel=1e-12)
+    expected = np.tile(gradient.T.ravel()[:, None], len(points.volumes))
+    assert points.slopes[:, :, 0] == pytest.approx(expected, abs=1e-12)
 
 
 def test_few_points_of_those_that_are_drawn_pull_as_the_elements_do(pressed, monkeypatch):
@@ -110,8 +110,8 @@ def test_few_points_of_those_that_are_drawn_pull_as_the_elements_do(pressed, mon
     modes, elements = basis_of([shown]), shown.elements
     far = 4 * np.count_nonzero(~rings_around(elements, shown.nodes, NEAR_RINGS))
     monkeypatch.setattr(cubature, "FEW", far // 4)
-    thin = few_cells([shown], modes, 50, 1e-3, 0)
-    assert 0 < len(thin.cells.volumes) < far
+    thin = contact_energy([shown], modes, 50, 1e-3, 0)
+    assert 0 < len(thin.points.volumes) < far
     answers_snapshots(thin, shown, modes)
 
 
@@ -169,9 +169,9 @@ def test_the_tangent_is_the_derivative_of_the_gradient(pressed, law):
     """At a pressed state, of points and of the few cells that are chosen, the change of geometry included."""
     shown = pressed(law)
     modes = basis_of([shown])
-    points = cells_of(shown.elements, modes, np.ones(len(shown.elements.couples), dtype=bool))
+    points = points_and_means(shown.elements, modes, np.ones(len(shown.elements.couples), dtype=bool))
     whole = ReducedEnergy(points, carried(shown.nodes, shown.shares, modes), shown.elements.law)
-    for model in (whole, few_cells([shown], modes, 1, 1e-2, 0)):
+    for model in (whole, contact_energy([shown], modes, 1, 1e-2, 0)):
         q = model.settle(shown.forces[0], 1e-3).q
         step = 1e-5 * np.linalg.norm(q)
         found, ways = model.tangent(q), step * np.eye(len(q))
@@ -196,17 +196,17 @@ def test_a_matrix_is_factored_where_its_eigenvalues_are_positive():
 def test_few_rows_replace_all_with_positive_weights():
     pulls = np.random.default_rng(0).random((60, 12))
     target = pulls.sum(axis=0)
-    chosen, weights = few_of(pulls, target, 1e-8)
+    chosen, weights = sparse_weights(pulls, target, 1e-8)
     assert (weights > 0.0).all() and len(chosen) <= 12
     whole = nnls(pulls.T, target)[1] / np.linalg.norm(target)
     assert np.linalg.norm(weights @ pulls[chosen] - target) <= max(whole, 1e-8) * np.linalg.norm(target) * 1.01
-    fewer, _ = few_of(pulls, target, 0.05)
+    fewer, _ = sparse_weights(pulls, target, 0.05)
     assert len(fewer) < len(chosen)
     # rounding is as like what is left as anything: a row that does not pull would get a weight beyond all others
     draw = np.random.default_rng(0)
     pulls = np.vstack([draw.random((40, 20)), 1e-25 * draw.normal(size=(4000, 20))])
     target = pulls.sum(axis=0)
-    chosen, weights = few_of(pulls, target, 1e-3)
+    chosen, weights = sparse_weights(pulls, target, 1e-3)
     assert chosen.max() < 40 and weights.max() < 1e3
     assert np.linalg.norm(weights @ pulls[chosen] - target) <= 1e-3 * np.linalg.norm(target)
 
@@ -220,8 +220,8 @@ def test_weak_presses_are_met_as_well_as_hard_ones_and_one_that_moves_nothing_is
     rng = np.random.default_rng(0)
     seen, truth = rng.normal(size=(8, 6)) * [1.0, 1.0, 1.0, 0.03, 0.03, 0.03], rng.normal(size=(5, 3, 8))
     wanted = truth @ seen
-    left = np.linalg.norm(fitted(seen, wanted) @ seen - wanted, axis=(0, 1))
+    left = np.linalg.norm(penalised_fit(seen, wanted) @ seen - wanted, axis=(0, 1))
     assert left.max() <= 0.01 * np.linalg.norm(wanted[:, :, 3:], axis=(0, 1)).min()
     seen, wanted = np.diag([1.0, 2.0, 0.0]), np.ones((2, 3, 3))
-    assert np.isfinite(fitted(seen, wanted)).all()
-    assert fitted(seen, wanted) @ seen[:, :2] == pytest.approx(wanted[:, :, :2], rel=1e-3)
+    assert np.isfinite(penalised_fit(seen, wanted)).all()
+    assert penalised_fit(seen, wanted) @ seen[:, :2] == pytest.approx(wanted[:, :, :2], rel=1e-3)

@@ -9,7 +9,7 @@ from fixtures.touched_pad import DEEPEST
 
 from palpate.benchmark.touch import TouchCase, TouchDoubted
 from palpate.bodies.material import Material
-from palpate.models.reduced.cells import elastic, scratch_of
+from palpate.models.reduced.cubature_points import elastic, scratch_of
 from palpate.models.reduced.search import touched
 from palpate.models.touch import fem, linear, modes
 
@@ -115,16 +115,15 @@ def test_cells_without_a_rotation_are_doubted_or_left(touch_case, touches):
     solver = modes.online(touch_case, **modes.settings(touch_case)[0])
     solver.prepare(touches[0])
     place, force = solver.reduced(touches[0].node), solver.respond(touches[0]).force_n
-    pose = touches[0].pose(touch_case.body)
     for scale in (-50.0, 50.0, np.nan):
         q = np.full(place.count, scale * 1e-1)
         try:
-            found = place.answer(touches[0], pose, q)
+            found = place.answer(touches[0], q)
         except TouchDoubted:
             continue
         assert np.isfinite(scale) and found.force_n == pytest.approx(force, rel=1e-2)
     with pytest.raises(TouchDoubted):
-        place.answer(touches[0], pose, np.full(place.count, np.nan))
+        place.answer(touches[0], np.full(place.count, np.nan))
 
 
 def test_beyond_what_was_prepared_linear_responses_doubt(touch_case, touches):

@@ -19,7 +19,7 @@ from palpate.effects.instrument import Instrument, upright
 from palpate.effects.law import PLAIN
 from palpate.models.contact_modes.contact_modes import Prepared
 from palpate.models.kinds import ContactModes
-from palpate.models.reduced.cells import Cells
+from palpate.models.reduced.cubature_points import CubaturePoints
 from palpate.models.reduced.energy import ReducedEnergy, softness
 from palpate.press.portable.export import export_model
 from palpate.press.portable.file import read
@@ -54,8 +54,8 @@ def made_up():
     packed, contacts = [], []
     for k, at in enumerate(np.flatnonzero(nodes[:, 2] > 0.099)[::4][:6]):
         slopes, volumes = 0.6 * rng.normal(size=(9, 5, 6)), rng.uniform(1e-5, 1e-4, 5)
-        cells = Cells(slopes, volumes, np.full(5, 1154.0), np.full(5, 1731.0))
-        reduced = ReducedEnergy(cells, 0.3 * rng.normal(size=(6, 3)), PLAIN)
+        points = CubaturePoints(slopes, volumes, np.full(5, 1154.0), np.full(5, 1731.0))
+        reduced = ReducedEnergy(points, 0.3 * rng.normal(size=(6, 3)), PLAIN)
         rest = (0.05 * waves.reshape(3 * n, 12)[:, rng.permutation(12)[:6]]).astype(np.float32)
         bearing = -normals[at][None] / 0.8
         turned = np.eye(3), np.eye(3, 6)

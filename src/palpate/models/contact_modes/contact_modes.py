@@ -16,23 +16,23 @@ from palpate.bodies.contacts import refuse
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import NotConverged
 from palpate.models import kinds
+from palpate.models.contact_modes.offline import (
+    Offline,
+    bearing,
+    bring_to_surface,
+    penalised_fit,
+    reduced_level,
+    target_change,
+    target_columns,
+)
 from palpate.models.contact_modes.snapshots import (
     FORCE_FACTOR,
     MOST_LOWERINGS,
     ContactSnapshots,
     basis_of,
+    contact_energy,
     coordinates,
     directions,
-    few_cells,
-)
-from palpate.models.contact_modes.workshop import (
-    Workshop,
-    bearing,
-    bring_to_surface,
-    fitted,
-    reduced_level,
-    target_change,
-    target_columns,
 )
 from palpate.models.depths import forces_for
 from palpate.models.near_buckling import NearBuckling
@@ -45,14 +45,15 @@ RESIDUAL = 1e-3
 class Prepared(NamedTuple):
     """All that answers presses of k contacts at once, on n surface nodes, in r coordinates.
 
-    reach : the largest energy norm that snapshots have, of all contacts together
-    columns : (3 n, 3 k) [m/N], the linear part; rest : (3 n, r) of what is beyond it, in single precision
-    discs : (3 k, 3 k) [m/N] and (3 k, r), the same parts of the displacements of the discs
+    reach : the largest norm of coordinates of a snapshot, of all contacts together
+    columns : (3 n, 3 k) [m/N], linear responses; rest : (3 n, r), displacements by the nonlinear part of coordinates,
+        float32
+    discs : (3 k, 3 k) [m/N] and (3 k, r), the same of the mean displacements of the discs
     bearing : (k, 3) [1/N], whose products with forces are at most 1 where finer elements are known to have an answer
-    together : (k, k), the part of one disc's product that adds to another's, as they press on the same tissue
-    soft : (r, r), as ``softness`` has it
-    firm_n, inward : the force [N] up to which one contact is known to stay stiff, of those whose products with
-        ``inward`` (3 k,) are as large as they; 0 of several
+    together : (k, k), by which one disc's product adds to another's, as they press on the same tissue
+    soft : (r, r), as ``softness`` returns it
+    firm_n, inward : a force is known to leave the body stiff if it is at most ``firm_n`` [N] and its product with
+        ``inward`` (3 k,); 0 for several contacts
     """
 
     reduced: ReducedEnergy
@@ -67,89 +68,38 @@ class Prepared(NamedTuple):
     inward: np.ndarray
 
     def is_known_stiff(self, force: np.ndarray) -> bool:
-        """Return whether it was found in advance that the body stays stiff under ``force`` (3 k,) [N], far from it."""
+        """Return whether it was found in advance that the body stays far from buckling under ``force`` (3 k,) [N]."""
         return sqrt(force @ force) <= min(self.firm_n, force @ self.inward)
 
     def beyond(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return the coordinates (r,) less those of the linear answer to ``force`` (3 k,) [N]."""
+        """Return the nonlinear part (r,) of coordinates ``q``: less the linear response to ``force`` (3 k,) [N]."""
         return q - self.reduced.loads @ force
 
 
-def spent(shop: Workshop, model: kinds.ContactModes, nodes: tuple[int, ...]) -> float:
-    """Return the time [s] that these contacts have taken, whichever setting has made them."""
-    kind = _shown(model)
+def spent(offline: Offline, model: kinds.ContactModes, nodes: tuple[int, ...]) -> float:
+    """Return the time [s] that preparing the contacts ``nodes`` has taken, with what other settings prepared before."""
+    kind = _snapshot_kind(model)
     parts = {"linear", "columns", kind, "columns before", f"from coarser {kind}", f"{kind} bear"}
     parts |= {"to finer"} if model.modes == "finer" else set()
     names = [*_names(model, nodes), *((part, node) for part in sorted(parts) for node in nodes)]
-    return sum(shop.seconds.get(name, 0.0) for name in names)
+    return sum(offline.seconds.get(name, 0.0) for name in names)
 
 
-def _shown(model: kinds.ContactModes) -> str:
-    """Return what the modes of ``model`` are made of: "finer" has those of snapshots."""
+def _snapshot_kind(model: kinds.ContactModes) -> str:
+    """Return which snapshots the modes of ``model`` are made of; "finer" has those of "snapshots"."""
     return "columns" if model.modes == "columns" else "snapshots"
 
 
 def _names(model: kinds.ContactModes, nodes: tuple[int, ...]) -> tuple[tuple, tuple]:
-    """Return what the reduced model is called, which several settings may share, and the whole."""
-    reduced = (_shown(model), model.rings, model.thinned)
+    """Return the names of the reduced energy, which several settings may share, and of the whole model."""
+    reduced = (_snapshot_kind(model), model.rings, model.thinned)
     return ("reduced", nodes, reduced), ("target", nodes, reduced, model.modes, model.target)
 
 
-def _reduced(
-    shop: Workshop, case: Case, model: kinds.ContactModes, nodes: Sequence[int]
-) -> tuple[np.ndarray, ReducedEnergy]:
-    shown = [shop.shown(node, _shown(model)) for node in nodes]
-    modes = basis_of(shown)
-    return modes, few_cells(shown, modes, model.rings, model.thinned, case.options.seed)
-
-
-def _brought(
-    shop: Workshop,
-    case: Case,
-    model: kinds.ContactModes,
-    nodes: Sequence[int],
-    modes: np.ndarray,
-    reduced: ReducedEnergy,
-) -> Prepared:
-    """Take a reduced model to the surface, as the target of ``model`` has it."""
-    kind, target = _shown(model), model.target
-    shown, surface = [shop.shown(node, kind) for node in nodes], shop.up(shop.level)
-    rest, linear, bent = bring_to_surface(surface, modes), reduced.loads.T @ reduced.loads, reduced.loads.T
-    fine, soft = case.body.fine, softness(rest)
-    discs = [patch_shares(fine, patch_at(case.body, node, case.radius_m)) for node in nodes]
-    weights = [(np.searchsorted(fine.surface, at), shares) for at, shares in discs]
-    known = _stably_borne(reduced, soft, bearing(shop, nodes, kind))
-    hard = [
-        float(-(row @ each.normal) * np.linalg.norm(each.forces[0])) for row, each in zip(known, shown, strict=True)
-    ]
-    changes = [target_change(shop, case, model, node, 1.0 / h) for node, h in zip(nodes, hard, strict=True)]
-    if seen := [each for each in changes if each]:
-        beyond = [
-            coordinates(shown[0].elements, each.answers, modes) - reduced.loads[:, 3 * k : 3 * k + 3] @ each.forces.T
-            for k, each in enumerate(changes)
-            if each
-        ]
-        more = fitted(np.hstack(beyond), np.dstack([each.change for each in seen]))
-        rest, bent = rest + more, bent + _at_discs(weights, more)
-    columns = np.dstack([target_columns(shop, case, target, node) for node in nodes])
-    linear = linear + _at_discs(weights, columns - np.dstack([shop.reduced_columns(node) for node in nodes]))
-    reach = 0.0
-    for k, each in enumerate(shown):
-        forces = np.zeros((len(each.forces), 3 * len(shown)))
-        forces[:, 3 * k : 3 * k + 3] = each.forces
-        reach += max(float(np.linalg.norm(reduced.settle(force, RESIDUAL).q)) for force in forces)
-    flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
-    straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
-    firm_n = _firm(reduced, soft, shown[0]) if len(shown) == 1 else 0.0
-    inward = -np.concatenate([each.normal for each in shown]) / TILT
-    together = _together(case, nodes)
-    return Prepared(reduced, reach, straight, flat, (linear, bent), known, together, soft, firm_n, inward)
-
-
 def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Return ``known`` (k, 3) [1/N], as ``bearing`` has it, of straight presses at which the body is still stiff.
+    """Return the limits ``known`` (k, 3) [1/N] of straight presses, lowered to forces at which the body is still stiff.
 
-    A portable file, which has no tangent, doubts by these alone.
+    known : as ``bearing`` returns them. A portable file, which has no tangent, doubts by these alone.
     """
     rows = known.copy()
     for k, row in enumerate(rows):
@@ -163,13 +113,14 @@ def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, known: np.ndarray) -
     return rows
 
 
-def _firm(reduced: ReducedEnergy, soft: np.ndarray, shown: ContactSnapshots) -> float:
-    """Return the force [N] up to which the answers to presses in nine directions, of SIZES, are FIRM.
+def _firm(reduced: ReducedEnergy, soft: np.ndarray, contact: ContactSnapshots) -> float:
+    """Return the force [N] up to which the body keeps the share FIRM of its stiffness in presses of nine directions.
 
-    A fold does not hide between these: the stiffness falls to it as a root of what is left of the force.
+    Forces are tried in SIZES steps up to the hardest snapshot. No fold hides between them: towards it stiffness falls
+    as the root of what is left of the force.
     """
-    ways, firm_n = directions(shown.normal), 0.0
-    hardest = float(np.linalg.norm(shown.forces, axis=1).max())
+    ways, firm_n = directions(contact.normal), 0.0
+    hardest = float(np.linalg.norm(contact.forces, axis=1).max())
     for newtons in hardest / SIZES * np.arange(1, SIZES + 1):
         answers = [reduced.settle(newtons * way, RESIDUAL) for way in ways]
         if not all(each.residual <= RESIDUAL and reduced.is_stiff(each.q, FIRM * soft) for each in answers):
@@ -179,23 +130,20 @@ def _firm(reduced: ReducedEnergy, soft: np.ndarray, shown: ContactSnapshots) -> 
 
 
 def _together(case: Case, nodes: Sequence[int]) -> np.ndarray:
-    """Return (k, k): 1 for discs whose centres are at most a radius apart, and 0 from two radii on."""
+    """Return the overlap (k, k) of discs: 1 if their centres are at most a radius apart, 0 from two radii on."""
     at = case.body.fine.nodes[list(nodes)]
     apart = np.linalg.norm(at[:, None] - at[None], axis=2)
     return np.clip(2.0 - apart / case.radius_m, 0.0, 1.0) if case.radius_m else (apart == 0.0).astype(float)
 
 
 def _at_discs(weights: list[tuple[np.ndarray, np.ndarray]], moved: np.ndarray) -> np.ndarray:
-    """Return the mean displacement of each disc, (3 k, j), of ``moved`` (n_surface, 3, j).
-
-    weights : of each disc, rows of the fine surface nodes and their shares in the mean
-    """
+    """Return the discs' means (3 k, j) of ``moved`` (n, 3, j), by their ``weights``: rows of nodes and shares."""
     return np.concatenate([np.tensordot(share, moved[rows], 1) for rows, share in weights])
 
 
 LEAST_DET, LARGEST_NORM, LARGEST_PRESS = 0.68, 2.0, 1.05
-"""Smallest det F of the cells of an answer, its largest energy norm over that of the farthest snapshot, and its
-hardest inward force over the one that finer elements are known to bear; beyond any, the model says that it does not
+"""Smallest det F of the cubature points of an answer, its largest energy norm over that of the farthest snapshot, and
+its hardest inward force over the one that finer elements are known to bear; beyond any, the model says that it does not
 know."""
 
 LEAST_STIFFNESS = 0.15
@@ -203,8 +151,8 @@ LEAST_STIFFNESS = 0.15
 and what an answer has wrong there grows as its inverse: of a column that is pressed 1° off its axis 0.2 % at 0.8, 1.1 %
 at 0.25, 1.4 % at 0.13 and 2.1 % at 0.08."""
 FIRM, SIZES, TILT = 0.5, 10, 0.7
-"""The same of answers far from that, of how many sizes these are looked for in advance, and the least cosine of the
-angle to the inward normal of the presses that they stand for, which were tilted by 45° at most."""
+"""Least stiffness of answers that are far from buckling, at how many forces it is looked for in advance, and the least
+cosine of the angle of presses that this covers to the inward normal: those tried are tilted by 45° at most."""
 LARGEST_SHARE = 0.9
 """Share of the load under which the body buckles, linearised at rest, in shapes that a contact's modes may lack."""
 LINEAR_BELOW = 1e-9
@@ -215,19 +163,19 @@ OWN_ERROR = 1e-3
 
 
 class ContactSolver(Solver):
-    """Reduced models of contacts; a contact that is not prepared is, when it is asked for, and charged then.
+    """Reduced models of contacts; a contact that is not prepared is, when it is first asked for, and charged then.
 
-    shop : the workshop of the body, in which what one setting makes serves the others
+    offline : what settings share of the body
     prepared : what answers, by the nodes that are pressed at once
     """
 
     def __init__(self, case: Case, model: kinds.ContactModes):
         what = case.body, case.radius_m, reduced_level(case.body, model.nodes)
-        self.shop = shop = case.share(("workshop", *what), lambda: Workshop(*what))
+        self.offline = offline = case.share(("workshop", *what), lambda: Offline(*what))
         self._case, self._model = case, model
         self.prepared: dict[tuple[int, ...], Prepared] = {}
         self._seconds = 0.0
-        shop.elements(shop.level), shop.up(shop.level)
+        offline.elements(offline.level), offline.up(offline.level)
         self._buckling = NearBuckling(case, LARGEST_SHARE)
 
     @property
@@ -246,26 +194,74 @@ class ContactSolver(Solver):
         """
         if nodes not in self.prepared:
             for node in nodes:
-                if node not in self.shop.pressable:
+                if node not in self.offline.pressable:
                     refuse(node)
-            shop, case, model = self.shop, self._case, self._model
+            offline, model = self.offline, self._model
             reduced_name, target_name = _names(model, nodes)
-            made = shop.make(reduced_name, lambda: _reduced(shop, case, model, nodes))
-            self.prepared[nodes] = shop.make(target_name, lambda: _brought(shop, case, model, nodes, *made))
-            self._seconds += spent(self.shop, self._model, nodes)
+            made = offline.once(reduced_name, lambda: self._reduced_energy(nodes))
+            self.prepared[nodes] = offline.once(target_name, lambda: self._completed(nodes, *made))
+            self._seconds += spent(self.offline, self._model, nodes)
             self._case.charge("contacts", self._seconds)
         return self.prepared[nodes]
 
+    def _reduced_energy(self, nodes: Sequence[int]) -> tuple[np.ndarray, ReducedEnergy]:
+        """Return the modes (n, 3, r) of the contacts at ``nodes``, and the energy of few cubature points in them."""
+        offline, case, model = self.offline, self._case, self._model
+        contacts = [offline.contact(node, _snapshot_kind(model)) for node in nodes]
+        modes = basis_of(contacts)
+        return modes, contact_energy(contacts, modes, model.rings, model.thinned, case.options.seed)
+
+    def _completed(self, nodes: Sequence[int], modes: np.ndarray, reduced: ReducedEnergy) -> Prepared:
+        """Return all that answers presses: a reduced model at the surface, corrected to the target of ``model``."""
+        offline, case, model = self.offline, self._case, self._model
+        kind = _snapshot_kind(model)
+        contacts, up = [offline.contact(node, kind) for node in nodes], offline.up(offline.level)
+        rest, loads, fine = bring_to_surface(up, modes), reduced.loads, case.body.fine
+        soft = softness(rest)
+        discs = [patch_shares(fine, patch_at(case.body, node, case.radius_m)) for node in nodes]
+        weights = [(np.searchsorted(fine.surface, at), shares) for at, shares in discs]
+        limits = _stably_borne(reduced, soft, bearing(offline, nodes, kind))
+
+        # the nonlinear part, changed as presses on another level show
+        at_discs, changes = loads.T, []
+        for node, limit, contact in zip(nodes, limits, contacts, strict=True):
+            hardest = float(-(limit @ contact.normal) * np.linalg.norm(contact.forces[0]))
+            changes.append(target_change(offline, case, model, node, 1.0 / hardest))
+        if seen := [(k, each) for k, each in enumerate(changes) if each]:
+            beyond = [
+                coordinates(contacts[0].elements, each.answers, modes) - loads[:, 3 * k : 3 * k + 3] @ each.forces.T
+                for k, each in seen
+            ]
+            more = penalised_fit(np.hstack(beyond), np.dstack([each.change for _, each in seen]))
+            rest, at_discs = rest + more, at_discs + _at_discs(weights, more)
+
+        # the linear part, that of the target
+        columns = np.dstack([target_columns(offline, case, model.target, node) for node in nodes])
+        lacked = columns - np.dstack([offline.reduced_columns(node) for node in nodes])
+        linear = loads.T @ loads + _at_discs(weights, lacked)
+
+        reach = 0.0
+        for k, contact in enumerate(contacts):
+            forces = np.zeros((len(contact.forces), 3 * len(contacts)))
+            forces[:, 3 * k : 3 * k + 3] = contact.forces
+            reach += max(float(np.linalg.norm(reduced.settle(force, RESIDUAL).q)) for force in forces)
+        flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
+        straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
+        firm_n = _firm(reduced, soft, contacts[0]) if len(contacts) == 1 else 0.0
+        inward = -np.concatenate([contact.normal for contact in contacts]) / TILT
+        together = _together(case, nodes)
+        return Prepared(reduced, reach, straight, flat, (linear, at_discs), limits, together, soft, firm_n, inward)
+
     def prepare_nodes(self, nodes: tuple[int, ...]) -> float:
         self.prepare_contact(*nodes)
-        return spent(self.shop, self._model, nodes)
+        return spent(self.offline, self._model, nodes)
 
     def respond(self, load: Load) -> Answer:
-        """Answer with an estimate of its error, which grows with how far the answer goes; Doubted beyond the guard."""
+        """Answer with an estimate of the error, which grows with the coordinates; Doubted beyond the model's range."""
         model = self.prepare_contact(*(press.node for press in load.presses))
         given = [press.force for press in load.presses if press.force is not None]
-        force = np.concatenate(given) if len(given) == len(load.presses) else _found(model, load)
-        q, why, residual = _at_rest(model, force)
+        force = np.concatenate(given) if len(given) == len(load.presses) else _all_forces(model, load)
+        q, why, residual = _settled(model, force)
         moved = model.columns @ force + model.rest @ model.beyond(q, force).astype(np.float32)
         found = None if len(given) == len(load.presses) else force.reshape(-1, 3)
         answer = Answer(moved.reshape(-1, 3), found, OWN_ERROR * sqrt(q @ q) / model.reach)
@@ -275,14 +271,14 @@ class ContactSolver(Solver):
         return answer
 
 
-def _found(model: Prepared, load: Load) -> np.ndarray:
-    """Return the forces (3 k,) [N] of all presses, those of pushed discs found."""
+def _all_forces(model: Prepared, load: Load) -> np.ndarray:
+    """Return the forces (3 k,) [N] of all presses of ``load``; those of discs pushed to a depth are searched for."""
     unknown = np.repeat([press.force is None for press in load.presses], 3)
     given = np.concatenate([press.moved if press.force is None else press.force for press in load.presses])
     linear, rest = model.discs
 
     def moved(force: np.ndarray) -> np.ndarray:
-        q, why, residual = _at_rest(model, force)
+        q, why, residual = _settled(model, force)
         if why:
             raise NotConverged(why, [residual])
         return linear @ force + rest @ model.beyond(q, force)
@@ -290,10 +286,10 @@ def _found(model: Prepared, load: Load) -> np.ndarray:
     return forces_for(moved, given, np.where(unknown, 0.0, given), unknown, linear)
 
 
-def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float]:
-    """Return the coordinates (r,) under ``force`` (3 k,) [N], why they are not to be believed or "", the residual.
+def _settled(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float]:
+    """Return the coordinates (r,) under ``force`` (3 k,) [N], why they are not to be believed or "", and the residual.
 
-    NotConverged where there are none.
+    NotConverged where the search finds no rest.
     """
     linear = model.reduced.loads @ force
     if sqrt(linear @ linear) <= LINEAR_BELOW * model.reach:

@@ -42,19 +42,19 @@ class ElementsAtRest:
 
     @property
     def points(self) -> int:
-        """The number of points of integration of an element."""
+        """The number of integration points of an element."""
         return len(self._slopes)
 
     def gradients_at(self, elements: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return gradients of shape functions (k, a, 3) [1/m] at ``points`` (k,), one of each of ``elements`` (k,)."""
+        """Return gradients (k, a, 3) [1/m] of shape functions at ``points`` (k,), one in each of ``elements`` (k,)."""
         return np.matmul(self._slopes[points], self._gradients[elements, 1:])
 
     def mean_gradients(self, elements: np.ndarray) -> np.ndarray:
-        """Return the means of the same over the points of each of k ``elements``, (k, a, 3) [1/m]."""
+        """Return the means of these gradients over the points of each of k ``elements``, (k, a, 3) [1/m]."""
         return np.matmul(self._slopes.mean(axis=0), self._gradients[elements, 1:])
 
     def nodal(self, nodes: np.ndarray, shares: np.ndarray, forces: np.ndarray) -> np.ndarray:
-        """Spread ``forces`` (3, ...) [N] over ``nodes`` (k,) by ``shares`` (k,): (n, 3, ...); held nodes carry none."""
+        """Spread ``forces`` (3, ...) [N] over ``nodes`` (k,) by ``shares`` (k,): (n, 3, ...), zero at held nodes."""
         load = np.zeros((len(self.rest), *forces.shape))
         load[nodes] = np.multiply.outer(shares, forces)
         load[self.held] = 0.0
@@ -81,10 +81,10 @@ class ElementsAtRest:
     def settle(
         self, load: np.ndarray, moved: np.ndarray, iterations: int, tolerance: float = 0.0, least: int = 0
     ) -> np.ndarray:
-        """Return displacements (n, 3) [m] under ``load`` (n, 3) [N] after steps of L-BFGS from ``moved`` (n, 3) [m].
+        """Return displacements (n, 3) [m] under ``load`` (n, 3) [N], after L-BFGS steps from ``moved`` (n, 3) [m].
 
-        They are ``iterations``, or fewer once the residual is below ``tolerance`` times the load, but at ``least`` so
-        many.
+        At most ``iterations`` steps are made, and at least ``least``; they end where the residual is below
+        ``tolerance`` times the load.
         """
         enough = tolerance * float(np.linalg.norm(load))
 

@@ -9,7 +9,7 @@ import numpy as np
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.reduced.basis import bending_loads, coordinates, orthonormal
-from palpate.models.reduced.cubature import cells_of, like_elements, rings_around, thinned
+from palpate.models.reduced.cubature import energy_of_elements, hyper_reduced, points_and_means, rings_around
 from palpate.models.reduced.energy import ReducedEnergy
 
 TILTS = [(0.0, 1, 0.0), (25.0, 4, 45.0), (45.0, 4, 0.0)]
@@ -20,7 +20,7 @@ SHARES = (1.0, 0.5)
 """Parts of the hardest press in a direction of which snapshots are taken."""
 PRESSURE, PEAK, SQUEEZED = 0.25, 0.2, 0.5
 """The hardest press: peak pressure over Young's modulus and peak displacement over the body's size, neither of which
-it exceeds, and the smallest det F, which no cell falls below. Presses of the trade-off are limited alike."""
+it exceeds, and the smallest det F, which no cubature point falls below. Presses of the trade-off are limited alike."""
 FORCE_FACTOR, MOST_LOWERINGS = 0.8, 20
 """Factor by which a press that is too hard is lowered, and how often."""
 
@@ -31,9 +31,9 @@ def directions(normal: np.ndarray) -> np.ndarray:
 
 
 def likeness(known: np.ndarray, force: np.ndarray, order: int) -> np.ndarray:
-    """Return weights (s,) of what is ``known`` under forces (s, 3) [N], whose sum is expected under ``force`` (3,) [N].
+    """Return weights (s,) of what is ``known`` under forces (s, 3) [N], to sum it for what is under ``force`` (3,) [N].
 
-    It grows with the power ``order`` of the force, and the next one: kernel ridge regression with a kernel of these.
+    The quantity grows with the power ``order`` of the force, and the next one: kernel ridge regression.
     """
     scale = np.linalg.norm(known, axis=1).max()
 
@@ -45,7 +45,7 @@ def likeness(known: np.ndarray, force: np.ndarray, order: int) -> np.ndarray:
 
 
 def hardest(model: ReducedEnergy, moved: np.ndarray, direction: np.ndarray, newtons: float, size: float) -> np.ndarray:
-    """Return the force (3,) [N] along ``direction`` (3,), of at most ``newtons``, that PEAK and SQUEEZED allow.
+    """Return the hardest force (3,) [N] along ``direction``, at most ``newtons``, that PEAK and SQUEEZED allow.
 
     moved : (k, 3, r) [m], displacements of the surface by coordinate; size : of the body [m]
     """
@@ -80,7 +80,8 @@ SNAPSHOT_STEPS, SNAPSHOT_RESIDUAL = 30, 0.03
 """Most of these steps, and the residual over the load that ends them: where a thin lobe turns under its press 20 are
 needed, and fewer at most contacts."""
 NEAR_RINGS = 1
-"""Rings of elements around a disc whose points are cells, in the models that presses start from and are chosen with."""
+"""Rings of elements around a disc whose points are cubature points, in the models that presses start from and are
+chosen with."""
 TOGETHER = 8
 """Elements of which one mean is taken farther away in these models: those that one element was split into."""
 MODEL_RESIDUAL = 1e-3
@@ -88,13 +89,13 @@ MODEL_RESIDUAL = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class ContactSnapshots:
-    """One contact of ``elements`` with n nodes.
+    """Presses of one contact of ``elements`` with n nodes, and the reduced model that has predicted them.
 
     nodes, shares : (k,) the nodes that carry a force, and their parts of it; normal : (3,) outward
-    linear : (n, 3, 3) [m/N]; second : (n, 3, 6), in any unit
-    modes, model : (n, 3, 9) and a model of them, made of the columns alone, with means far from the disc
+    linear : (n, 3, 3) [m/N]; second : (n, 3, 6), second-order responses of any scale
+    modes, model : (n, 3, 9) and the reduced energy in them, of the columns alone, with means far from the disc
     forces : (s, 3) [N], the hardest of each direction and then lighter ones; answers : (n, 3, s) [m], displacements
-    found : whether the answers are the elements' own; otherwise they are those of the model
+    found : whether the answers are the elements' own, and not the model's
     """
 
     elements: ElementsAtRest
@@ -111,7 +112,7 @@ class ContactSnapshots:
 
     @property
     def columns(self) -> np.ndarray:
-        """The columns (n, 3, 9) that need no press."""
+        """The linear and second-order responses (n, 3, 9), which no press is simulated for."""
         return np.dstack([self.linear, self.second])
 
     def modelled(self, force: np.ndarray) -> np.ndarray:
@@ -119,40 +120,43 @@ class ContactSnapshots:
         return self.modes @ self.model.settle(force, MODEL_RESIDUAL).q
 
 
-def basis_of(shown: Sequence[ContactSnapshots]) -> np.ndarray:
-    """Return modes (n, 3, r) in which the stiffness at rest is the identity, with the snapshots that were found.
+def basis_of(contacts: Sequence[ContactSnapshots]) -> np.ndarray:
+    """Return modes (n, 3, r) of contacts, in which the stiffness at rest is the identity.
 
-    Several contacts, of the same elements, have their modes united, and second-order columns between them.
+    They are made of columns and, where these were computed, snapshots. Modes of several contacts are united, with
+    second-order columns between them.
     """
-    parts = [np.dstack([each.columns, each.answers]) if each.found else each.columns for each in shown]
-    elements = shown[0].elements
-    pairs = [bending_loads(elements, one.linear, two.linear) for one, two in combinations(shown, 2)]
+    parts = [np.dstack([each.columns, each.answers]) if each.found else each.columns for each in contacts]
+    elements = contacts[0].elements
+    pairs = [bending_loads(elements, one.linear, two.linear) for one, two in combinations(contacts, 2)]
     between = [elements.solve(loads, SECOND_RESIDUAL) for loads in pairs]
     return orthonormal(elements, np.dstack(parts + between))
 
 
-def few_cells(
-    shown: Sequence[ContactSnapshots], modes: np.ndarray, rings: int, tolerance: float, seed: int
+def contact_energy(
+    contacts: Sequence[ContactSnapshots], modes: np.ndarray, rings: int, tolerance: float, seed: int
 ) -> ReducedEnergy:
-    """Return the model of few cells in ``modes`` (n, 3, r), which pull as all do at the snapshots, to ``tolerance``.
+    """Return the energy of few cubature points in ``modes`` (n, 3, r), fitted to contacts' snapshots to ``tolerance``.
 
-    They are of points up to ``rings`` around a disc and means elsewhere. Where all are points the elements themselves
-    say how all pull, and few are chosen from: those near a disc, and others that ``seed`` draws. Forces are those of
-    one contact after the other; the snapshots of several are added up at random.
+    Candidates are integration points up to ``rings`` of elements around a disc, and means elsewhere. Where the rings
+    have all elements, they are the points near a disc and others that ``seed`` draws, fitted to the forces of the
+    elements. Snapshots of several contacts are added up in random order.
     """
-    elements, rng = shown[0].elements, np.random.default_rng(seed)
-    states = np.sum([rng.permutation(coordinates(elements, each.answers, modes).T) for each in shown], axis=0)
-    nodes = np.concatenate([each.nodes for each in shown])
-    loads = np.hstack([carried(each.nodes, each.shares, modes) for each in shown])
+    elements, rng = contacts[0].elements, np.random.default_rng(seed)
+    states = np.sum([rng.permutation(coordinates(elements, each.answers, modes).T) for each in contacts], axis=0)
+    nodes = np.concatenate([each.nodes for each in contacts])
+    loads = np.hstack([carried(each.nodes, each.shares, modes) for each in contacts])
     exact = rings_around(elements, nodes, rings)
     if exact.all():
         near = rings_around(elements, nodes, NEAR_RINGS)
-        return like_elements(elements, modes, near, states, tolerance, rng, loads)
-    return thinned(ReducedEnergy(cells_of(elements, modes, exact), loads, elements.law), states, tolerance)
+        return energy_of_elements(elements, modes, near, states, tolerance, rng, loads)
+    return hyper_reduced(
+        ReducedEnergy(points_and_means(elements, modes, exact), loads, elements.law), states, tolerance
+    )
 
 
 def carried(nodes: np.ndarray, shares: np.ndarray, modes: np.ndarray) -> np.ndarray:
-    """Return unit forces on ``nodes`` (k,) by ``shares`` (k,) in coordinates, (r, 3); held nodes do not move."""
+    """Return unit forces in coordinates, (r, 3), which ``nodes`` (k,) carry by ``shares`` (k,) in the ``modes``."""
     return np.tensordot(modes[nodes], shares, (0, 0)).T
 
 
@@ -164,15 +168,17 @@ def columns_of_contact(
     newtons: float,
     linear: np.ndarray,
 ) -> ContactSnapshots:
-    """Compute columns of a contact on ``nodes`` (k,), and what a model of them alone answers to presses.
+    """Compute the columns of a contact on ``nodes`` (k,), and the answers to presses of a reduced model made of them.
 
-    newtons : the hardest press that is tried; the model finds how hard each direction can be pressed
-    linear : (n, 3, 3) [m/N], its ``linear_columns``
+    newtons : the hardest press [N] that is tried; the model finds how hard each direction can be pressed
+    linear : (n, 3, 3) [m/N], the contact's ``linear_columns``
     """
     second = elements.solve(bending_loads(elements, linear), SECOND_RESIDUAL)
     modes = orthonormal(elements, np.dstack([linear, second]))
-    cells = cells_of(elements, modes, rings_around(elements, nodes, NEAR_RINGS), TOGETHER if elements.level else 1)
-    model = ReducedEnergy(cells, carried(nodes, shares, modes), elements.law)
+    points = points_and_means(
+        elements, modes, rings_around(elements, nodes, NEAR_RINGS), TOGETHER if elements.level else 1
+    )
+    model = ReducedEnergy(points, carried(nodes, shares, modes), elements.law)
     hard = [hardest(model, modes[nodes], way, newtons, elements.size) for way in directions(normal)]
     forces = np.array([share * force for share in SHARES for force in hard])
     answers = modes @ np.array([model.settle(force, MODEL_RESIDUAL).q for force in forces]).T
@@ -180,10 +186,10 @@ def columns_of_contact(
 
 
 def press_contact(columns: ContactSnapshots) -> ContactSnapshots:
-    """Take the answers of a model of ``columns`` to those of the elements, by a few steps of L-BFGS.
+    """Return the contact with the elements' answers to its presses, found by a few steps of L-BFGS from the model's.
 
-    What the model has missed in the presses before, it is expected to miss in the next one: that is added to where the
-    search begins.
+    What the model missed in earlier presses predicts what it misses in the next: that is added to where the steps
+    begin.
     """
     forces: list[np.ndarray] = []
     answers: list[np.ndarray] = []
@@ -201,9 +207,9 @@ def press_contact(columns: ContactSnapshots) -> ContactSnapshots:
 
 
 def _snapshot(contact: ContactSnapshots, force: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a force (3,) [N] along ``force``, at most as large, and the displacement (n, 3) [m] under it.
+    """Return the hardest press along ``force`` (3,) [N], at most that, with an answer, and its displacement (n, 3) [m].
 
-    start : (n, 3) [m], where the search begins. NotConverged where even the weakest has none.
+    start : (n, 3) [m], where the search begins. NotConverged where even the weakest press has no answer.
     """
     elements, left = contact.elements, np.inf
     for _ in range(MOST_LOWERINGS):

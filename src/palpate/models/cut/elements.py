@@ -1,7 +1,7 @@
 """Answer with finite elements on a cut level: removed, split along faces, doubled, or on a mesh that conforms.
 
-All stop at the same residual, with the law of the body. What a setting changes is the mesh: its level, and how it is
-cut. A mesh that conforms is that of the level, remeshed near the cut, with linear or quadratic elements.
+All stop at the same residual, with the law of the body; settings differ in the mesh, by its level and by how it is cut.
+A conforming mesh is that of the level, remeshed near the cut, with linear or quadratic elements.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ CONFORM = "conform"
 
 @dataclass(frozen=True, eq=False)
 class Nodes(Patch):
-    """What is grasped as given nodes of one mesh; ``nodes`` (k,), increasing."""
+    """What is grasped, as given ``nodes`` (k,) of one mesh, increasing."""
 
     nodes: np.ndarray
 
@@ -49,13 +49,13 @@ class PartedElements(LevelModel):
 
 
 def grasping(cut: Opened) -> Grasping:
-    """Return the static problem of linear elements on a cut level whose hooks are moved."""
+    """Return the static problem of linear elements on a cut level whose hooks are moved by given shifts."""
     body = replace(cut.parted.body, anchors=[np.flatnonzero(cut.held & ~cut.moved)])
     return Grasping(body, 0, 1, Nodes(np.empty((0, 3, 3)), np.flatnonzero(cut.moved)))
 
 
 class ConformingElements:
-    """Quadratic elements on the mesh of a level that conforms to the cut, and is as fine as the finest at hooks."""
+    """Quadratic elements on a level's mesh, remeshed to conform to the cut, with the finest triangles at hooks."""
 
     def __init__(self, case: CutCase, level: int):
         self.case, self._body = case, with_patches(case.body, case.hooks, level)
@@ -73,5 +73,5 @@ class ConformingElements:
 
 
 def online(case: CutCase, level: int, way: str) -> PartedElements | ConformingElements:
-    """Return the elements of a ``level`` that is cut in one of the ways, or whose mesh is made to conform."""
+    """Return elements on a ``level`` that is cut in a ``way``, of which CONFORM remeshes it."""
     return ConformingElements(case, level) if way == CONFORM else PartedElements(case, level, way)

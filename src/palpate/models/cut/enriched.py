@@ -27,8 +27,9 @@ from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold
 from palpate.linalg.multigrid import Factor
-from palpate.models.cut.linear import TOGETHER, dofs
+from palpate.models.cut.linear import TOGETHER
 from palpate.models.cut.opened import CutCase
+from palpate.models.fem_statics import coordinates_of
 
 LARGEST = 4500
 """Nodes up to which the compliance of all of them is kept, of 730 MB in single precision."""
@@ -93,7 +94,7 @@ class Enriched:
         self._solve_for_all(factor, ordered, held)
 
     def _read(self, order: int, ordered: np.ndarray) -> None:
-        """Prepare what is looked at: the interpolation to it, and its shape functions N_i."""
+        """Prepare the interpolation to the places where answers are read, and the shape functions N_i there."""
         case, mesh = self.case, self._mesh
         side = np.zeros(len(mesh.triangles))
         self._linear = skin_map(mesh, side, case.seen, 1.0, degree=1)
@@ -103,20 +104,22 @@ class Enriched:
         self._rows = sparse.csr_array(rows[:, self._seen])
 
     def _solve_for_all(self, factor: Factor, ordered: np.ndarray, held: np.ndarray) -> None:
-        """Compute the compliance [m/N] of all nodes, (3n, 3n), and that of the nodes that are seen, (3n, s, 3)."""
+        """Compute the compliance [m/N] of all nodes, (3n, 3n), and that of the s nodes that are read, (3n, s, 3)."""
         count, ranked = len(held), np.flatnonzero(~held[ordered])
         self._compliance = np.zeros((3 * count, 3 * count), dtype=np.float32)
         for part in np.array_split(ranked, max(1, 3 * len(ranked) // TOGETHER)):
             units = np.zeros((count, 3, len(part), 3))
             units[ordered[part], :, np.arange(len(part))] = np.eye(3)
             found = factor.solve(units.reshape(count, 3, -1))[ordered].reshape(3 * count, -1)
-            self._compliance[dofs(part)] = found.T
+            self._compliance[coordinates_of(part)] = found.T
         self._shown = np.ascontiguousarray(self._compliance.reshape(-1, count, 3)[:, self._seen])
 
     def cut(self, cuts: Sequence[Cut]) -> None:
+        """Divide elements along the cut, integrate the enrichment, and factorise the Schur complement of its jumps."""
         if len(cuts) != 1:
             raise Refused("one cut is followed at a time")
         cut = cuts[0]
+        # parts of the elements that the cut divides, and the elements beside them
         corners, at = self._mesh.tetrahedra, self._mesh.nodes
         above = (cut.across(at) >= 0.0)[corners]
         mixed = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
@@ -126,6 +129,7 @@ class Enriched:
         parts, owner = np.concatenate([at[corners[beside]], parts]), np.append(np.flatnonzero(beside), owner)
         slopes, volumes = shape_gradients(TetMesh(parts.reshape(-1, 3), np.arange(4 * len(parts)).reshape(-1, 4)))
         volumes, sign = np.abs(volumes), np.where(cut.across(parts.mean(axis=1)) >= 0.0, 1.0, -1.0)
+        # corners where the lips open, and integrals of the enrichment over the parts around them
         opened = self._opened(crossed, owner, volumes, sign)
         self._number = np.where(opened, np.cumsum(opened) - 1, -1)
         self._count = int(opened.sum())
@@ -139,6 +143,7 @@ class Enriched:
             parts[kept], number[owner[kept]], values, np.swapaxes(values, 1, 2) @ slopes[kept], volumes[kept],
             sign[kept], at[corners[near, 0]], self._gradients[near], QUADRATURE_POINTS,
         )  # fmt: skip
+        # stiffness between nodes and jumps, and among jumps, and its Schur complement
         own = self._nodes[near]
         self._around = np.unique(own)
         moduli = np.ascontiguousarray(self._moduli[:, near])
@@ -159,6 +164,7 @@ class Enriched:
             raise NotConverged("nothing holds a piece that is cut free", [float("nan")])
 
     def pull(self) -> Pulled:
+        """Return the uncut body's answer to the hooks, with that to the jumps that leave the lips without force."""
         pulls = self._pulls[:, self._around].reshape(len(self._pulls), -1)
         before = self._before[self._around].ravel()
         jumps = -self._scale * cho_solve(self._factor, self._scale * (before @ self._coupling))
@@ -168,7 +174,7 @@ class Enriched:
         return Pulled(*self.case.parted(seen), self._forces + pulls @ load)
 
     def _jumping(self, cut: Cut) -> sparse.csr_array:
-        """Return the values (points, jumps) of N_i ψ where answers are looked at."""
+        """Return the values (points, jumps) of the enrichment N_i ψ at the places where answers are read."""
         rows = self._linear
         at, columns = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), self._number[rows.indices]
         kept = np.flatnonzero(columns >= 0)
@@ -180,9 +186,9 @@ class Enriched:
         )
 
     def _opened(self, crossed: np.ndarray, owner: np.ndarray, volumes: np.ndarray, sign: np.ndarray) -> np.ndarray:
-        """Return the corners (n,) bool at which lips may open: of ``crossed`` elements, with tissue on both sides.
+        """Return the corners (n,) bool at which lips may open: those of ``crossed`` elements with tissue on both sides.
 
-        owner, volumes, sign : whose parts there are, their volumes [m³], and on which side they are
+        owner, volumes, sign : of the parts of divided elements, their elements, volumes [m³], and sides of the cut
         """
         corners, opened = self._mesh.tetrahedra, ~self._held
         around, each, count = corners[owner].ravel(), np.repeat(volumes, 4), len(opened)
@@ -191,9 +197,10 @@ class Enriched:
         return opened & np.isin(np.arange(count), corners[crossed])
 
     def _divided(self, cut: Cut, mixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Divide elements by the cut's surface.
+        """Divide the elements ``mixed`` by the cut's surface.
 
-        Returns their parts (n, 4, 3) [m], whose they are (n,), and the elements in which some of the patch lies.
+        Returns the parts (n, 4, 3) [m], the elements that they are of (n,), and the elements in which some of the patch
+        lies.
         """
         mesh = self._mesh
         parts, owner, crossed = mesh.nodes[mesh.tetrahedra[mixed]], mixed, [mixed[:0]]
@@ -300,7 +307,7 @@ def _add(outer, mu, lam, matrix, row, column):
 
 @numba.njit(cache=True)
 def product_of(matrix, nodes, right):
-    """Return the product of the blocks of some nodes (k,) in ``matrix`` (3n, 3n) and ``right`` (3k, p)."""
+    """Return the rows of ``nodes`` (k,) of a node-wise ``matrix`` (3n, 3n), columns alike, times ``right`` (3k, p)."""
     found, rows = np.empty_like(right), np.empty((3 * ROWS, len(right)), dtype=right.dtype)
     for begin in range(0, len(nodes), ROWS):
         count = min(ROWS, len(nodes) - begin)
@@ -316,7 +323,7 @@ def product_of(matrix, nodes, right):
 
 @numba.njit(cache=True, fastmath=True)
 def combined(rows, nodes, factors):
-    """Return Σ of the rows (3n, s, 3) of some nodes (k,) times ``factors`` (3k,), (s, 3)."""
+    """Return the sum (s, 3) of the rows of ``nodes`` (k,) in ``rows`` (3n, s, 3) times ``factors`` (3k,)."""
     total = np.zeros(rows.shape[1] * 3, dtype=rows.dtype)
     for a in range(len(nodes)):
         for i in range(3):

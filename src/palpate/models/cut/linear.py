@@ -1,8 +1,8 @@
-"""Answer with linear responses: the compliance of the whole body, updated by what a cut has severed, or prepared anew.
+"""Answer with linear responses: the whole body's compliance, updated by what a cut has severed, or prepared anew.
 
 The compliance of all nodes is known before the cut; James and Pai (1999) keep that of the surface. A cut changes the
-stiffness between few nodes, and new nodes are joined to these alone: they are eliminated from the change at once. Then
-the forces of the change and those of the hooks follow from one dense system of their places, the capacitance matrix.
+stiffness between few nodes, and new nodes are joined to these alone: they are eliminated at once. The forces of the
+change and of the hooks then follow from one dense system of their nodes, the capacitance matrix.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from palpate.linalg.block_pattern import hold
 from palpate.linalg.multigrid import Factor
 from palpate.models.cut.elements import grasping
 from palpate.models.cut.opened import CutCase, LevelModel
-from palpate.models.fem_statics import held_on
+from palpate.models.fem_statics import coordinates_of, held_on
 from palpate.solvers.grasping import SMALL
 
 LARGEST = 3000
@@ -31,10 +31,10 @@ TOGETHER = 64
 
 
 def online(case: CutCase, level: int, update: bool, way: str = VIRTUAL_NODES) -> "Anew | Updated":
-    """Return what answers for a ``level`` that is cut in one of the ways.
+    """Return linear responses of a ``level`` that is cut in a ``way``.
 
-    update : whether the compliance of the whole level is, or the cut one is factorised; Refused where it would be too
-        large, or nodes are lost
+    update : whether the whole level's compliance is updated, and not the cut level's stiffness factorised; Refused
+        where it would be too large, or nodes are lost
     """
     return (Updated if update else Anew)(case, level, way)
 
@@ -67,7 +67,7 @@ class Updated(LevelModel):
         self._held = held_on(case.body, level)
         matrix = LinearElements(mesh, case.body.tissue(level)).stiffness(mesh.nodes)
         hold(matrix.indptr, matrix.indices, matrix.data, self._held)
-        factor, free = Factor(matrix), dofs(np.flatnonzero(~self._held))
+        factor, free = Factor(matrix), coordinates_of(np.flatnonzero(~self._held))
         self._compliance = np.zeros((3 * count, 3 * count))
         for part in np.array_split(free, max(1, len(free) // TOGETHER)):
             units = np.zeros((3 * count, len(part)))
@@ -75,7 +75,9 @@ class Updated(LevelModel):
             self._compliance[:, part] = factor.solve(units.reshape(count, 3, -1)).reshape(3 * count, -1)
 
     def cut(self, cuts: Sequence[Cut]) -> None:
+        """Eliminate new nodes from the change of stiffness; factorise the capacitance matrix of its nodes and hooks."""
         cut = self._opened = self._part(cuts)
+        # elements that the cut has changed, and the stiffness of their nodes before and after it
         parted, count, given = cut.parted, len(self._held), cut.held | cut.moved
         changed = (parted.origin[parted.mesh.tetrahedra] != parted.mesh.tetrahedra).any(axis=1)
         changed |= parted.body.tissue(0).share != 1.0
@@ -84,19 +86,21 @@ class Updated(LevelModel):
         near = np.unique(np.append(parted.whole.tetrahedra[parents], parted.mesh.tetrahedra[changed]))
         old = _stiffness(parted.whole, self.case.body.tissue(self._level), parents, near)
         new = _stiffness(parted.mesh, parted.body.tissue(0), changed, near)
+        # old nodes, new free nodes, which are eliminated, and new nodes that are held or moved
         self._outer = near[near < count]
         self._outer = self._outer[~self._held[self._outer]]
         self._inner = near[(near >= count) & ~given[near]]
         self._kept = near[(near >= count) & given[near]]
-        at = [dofs(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
+        at = [coordinates_of(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
         (oo, of, op), (fo, ff, fp), _ = self._new = [[new[np.ix_(a, b)] for b in at] for a in at]
         self._outward = (
             np.linalg.solve(ff, np.hstack([fo, fp])) if len(at[1]) else np.zeros((0, len(at[0]) + len(at[2])))
         )
         change = np.hstack([oo - old[np.ix_(at[0], at[0])], op]) - of @ self._outward
         self._change, self._pull_of_kept = change[:, : len(at[0])], change[:, len(at[0]) :]
+        # forces of the change and on held or moved old nodes
         self._driven = np.flatnonzero(given[:count] & ~self._held)
-        o, h = dofs(self._outer), dofs(self._driven)
+        o, h = coordinates_of(self._outer), coordinates_of(self._driven)
         compliance = self._compliance[np.ix_(np.append(o, h), np.append(o, h))]
         capacitance = np.vstack([self._change @ compliance[: len(o)], compliance[len(o) :]])
         capacitance[: len(o), : len(o)] += np.eye(len(o))
@@ -106,8 +110,9 @@ class Updated(LevelModel):
         self._capacitance = lu_factor(capacitance)
 
     def pull(self) -> Pulled:
+        """Solve for the forces of the change and the hooks, and sum the whole body's responses to them."""
         cut, count = self._opened, len(self._held)
-        o, h = dofs(self._outer), dofs(self._driven)
+        o, h = coordinates_of(self._outer), coordinates_of(self._driven)
         kept = cut.shifts[self._kept].ravel()
         right = np.append(-self._pull_of_kept @ kept, self._scale * cut.shifts[self._driven].ravel())
         found = lu_solve(self._capacitance, right)
@@ -122,12 +127,8 @@ class Updated(LevelModel):
         return cut.answer(cut.rest + moved, force)
 
 
-def dofs(nodes: np.ndarray) -> np.ndarray:
-    return (3 * nodes[:, None] + np.arange(3)).ravel()
-
-
 def _stiffness(mesh: TetMesh, tissue: Tissue, elements: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Return the stiffness at rest of some elements between ``nodes`` (k,), increasing, (3k, 3k) [N/m]."""
+    """Return the stiffness (3k, 3k) [N/m] of some ``elements`` at rest between ``nodes`` (k,), increasing."""
     share = None if tissue.share is None else tissue.share[elements]
     own = TetMesh(mesh.nodes[np.minimum(nodes, len(mesh.nodes) - 1)], np.searchsorted(nodes, mesh.tetrahedra[elements]))
     return LinearElements(own, Tissue(tissue.materials, tissue.region[elements], share)).stiffness(own.nodes).toarray()

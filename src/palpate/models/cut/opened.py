@@ -1,4 +1,4 @@
-"""What models of a cut body share: the question, the nodes that hooks move, and the skin that is looked at."""
+"""What models of a cut body share: the question, the nodes that hooks move, and the skin where answers are read."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,9 +21,10 @@ from palpate.solvers.grasping import Grasping, Patch
 
 @dataclass(frozen=True, eq=False)
 class CutCase:
-    """What is asked: a body at rest is cut, and ``hooks`` pull.
+    """The question: a body at rest is cut, and ``hooks`` pull.
 
-    places : (k, 3) [m] of the skin where the opening is told, the motion of the positive side from the negative one's
+    places : (k, 3) [m] of the skin where the opening is read, the motion of the positive side less that of the negative
+        one
     """
 
     body: Body
@@ -33,11 +34,11 @@ class CutCase:
 
     @cached_property
     def seen(self) -> np.ndarray:
-        """Where answers are looked at [m]: the fine surface, and the places of both lips, (n_surface + 2k, 3)."""
+        """Where answers are read [m]: the fine surface, and the places of both lips, (n_surface + 2k, 3)."""
         return np.vstack([self.body.fine.nodes[self.body.fine.surface], self.places, self.places])
 
     def sides(self, cuts: Sequence[Cut]) -> np.ndarray:
-        """Return on which side of each of ``cuts`` what is looked at lies, (n_surface + 2k, cuts) 1 or -1."""
+        """Return on which side of each of ``cuts`` the places of ``seen`` lie, (n_surface + 2k, cuts), 1 or −1."""
         sides, count = np.ones((len(self.seen), len(cuts)), dtype=np.int64), len(self.places)
         for side, cut in zip(sides.T, cuts, strict=True):
             side[cut.across(self.seen) < 0.0] = -1
@@ -45,7 +46,7 @@ class CutCase:
         return sides
 
     def parted(self, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the displacement of the surface and the opening of the lips from those of what is looked at."""
+        """Return the surface's displacement and the lips' opening, from displacements at the places of ``seen``."""
         count = len(self.places)
         surface, positive, negative = np.split(seen, [len(seen) - 2 * count, len(seen) - count])
         return surface, positive - negative
@@ -63,25 +64,25 @@ class CutModel(Protocol):
     case: CutCase
 
     def cut(self, cuts: Sequence[Cut]) -> None:
-        """Follow the blade, up to what is ready to answer: the whole body has ``cuts`` now, whatever it had before."""
+        """Follow the blade, until ready to answer: the whole body has these ``cuts`` now, and none of earlier calls."""
 
     def pull(self) -> Pulled:
-        """Answer what the hooks do; NotConverged where nothing is found."""
+        """Return the answer to the hooks' motion; NotConverged where there is none."""
 
 
 def skin_of(case: CutCase, level: int) -> sparse.csr_array:
-    """Return the interpolation (``case.seen``, n) to what is looked at from a ``level`` of the body."""
+    """Return the interpolation from the n nodes of a ``level`` to the places ``case.seen`` where answers are read."""
     to_all = to_fine(case.body, level)
     places = case.place_rows @ to_all
     return sparse.csr_array(sparse.vstack([to_all[case.body.fine.surface], places, places]))
 
 
 class Opened:
-    """A parted level: who is held or moved, and how the skin follows.
+    """A cut level: its held and moved nodes, and how the skin follows its nodes.
 
     held : (n,) bool; moved : (n,) bool, on the hooks; shifts : (n, 3) [m] of these
-    A piece that nothing holds or hooks, or by fewer than three nodes that are not in line, stays at rest.
-    Raises NotConverged where no node lies on a hook.
+    A piece that nothing holds or hooks, or only fewer than three nodes that are not in line, stays at rest.
+    NotConverged where no node lies on a hook.
     """
 
     def __init__(self, case: CutCase, level: int, skin: sparse.csr_array, parted: Parted, cuts: Sequence[Cut]):
@@ -106,7 +107,7 @@ class Opened:
 
 
 class LevelModel:
-    """What every model on one ``level`` of the body has, which is cut in a ``way``, see ``ways``."""
+    """Base of models on one ``level`` of the body, which is cut in a ``way`` of ``bodies.cutting.ways``."""
 
     def __init__(self, case: CutCase, level: int, way: str = VIRTUAL_NODES):
         self.case, self._level, self._way, self._skin = case, level, way, skin_of(case, level)
@@ -119,7 +120,7 @@ class LevelModel:
 
 
 def before_cut(case: CutCase, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return displacements (n, 3) [m] and forces [N] of hooks before the cut, by quadratic elements on a ``level``."""
+    """Return displacements (n, 3) [m] on a ``level`` and the hooks' forces [N] of quadratic elements before the cut."""
     body, patch = with_midpoints(case.body, level), Patch(np.concatenate([hook.patch.corners for hook in case.hooks]))
     problem = Grasping(body, level, 2, patch)
     x, count = pulled(problem, case.hooks), len(case.body.levels[level].nodes)

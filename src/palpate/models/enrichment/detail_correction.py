@@ -1,9 +1,9 @@
-"""Correct a coarse deformation by the linear detail that it lacks, turned with the body, and by what samples teach.
+"""Correct a coarse deformation by the linear detail that it lacks, turned with the body, and by a learnt residual.
 
 Stored linear responses to a unit force at every node are precomputed Green's functions (James and Pai 1999), and
-turning linear displacements node by node with the body is modal warping (Choi and Ko 2005). What is fitted here is a
-scale and a kernel ridge on top of both. Unlike ``warped_compliance``, which turns the whole linear response, this turns
-only what the coarse deformation lacks: a two-level correction.
+turning linear displacements node by node with the body is modal warping (Choi and Ko 2005). A scale and a kernel ridge
+are fitted on top of both. Unlike ``warped_compliance``, which turns the whole linear response, this turns the detail
+only: a two-level correction.
 """
 
 from typing import NamedTuple
@@ -41,6 +41,7 @@ class NodalRotations:
 
 @numba.njit(cache=True)
 def _nodal_rotations(displacement, tetrahedra, gradients, volumes, means):
+    """Write the rotation of the volume-weighted mean deformation gradient around each node into ``means`` (n, 3, 3)."""
     u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     f = np.empty((3, 3))
     for e in range(len(tetrahedra)):
@@ -63,7 +64,7 @@ PENALTIES = np.geomspace(1e-6, 1e2, 17)
 
 
 class Scale(NamedTuple):
-    """1 + β · (ratios − 1), with two numbers ``beta`` (2,), at least ``low`` and at most ``high``."""
+    """The scale 1 + β · (ratios − 1), with two numbers ``beta`` (2,), clipped to ``low`` and ``high``."""
 
     beta: np.ndarray
     low: float = -np.inf
@@ -75,12 +76,12 @@ class Scale(NamedTuple):
 
 
 def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, training: Training) -> Scale:
-    """Find the scale with which detail fits best what interpolation is ``missing``.
+    """Return the scale with which ``detail`` fits best what interpolation is ``missing``.
 
     ratios : (k, 2); detail, missing : (k, n, 3) [m]
-    Samples count by the square of their relative error. The training folds, which hold out contacts if the split does,
-    choose by cross-validation: the penalty of the ridge, whether the scale stays among those of the samples that it
-    was fitted to, and whether it is 1 instead.
+    Samples count by the square of their relative error. Cross-validation over the training folds, which hold out
+    contacts if the split does, chooses the ridge's penalty, whether the scale is clipped to those of the samples, and
+    whether it is 1 instead.
     """
     inner = _inner(detail, detail) / training.peaks**2
     across = _inner(missing - detail, detail) / training.peaks**2
@@ -119,11 +120,11 @@ FARTHEST = 1e9  # ratios above are of a coarse body that has left all bounds; ke
 
 
 class Query(NamedTuple):
-    """The parts that one coarse deformation gives.
+    """What one coarse deformation gives for its fine answer.
 
     interpolated, detail : (n, 3) [m], the detail with scale 1
     turned : (n, 3, 3) rotation of each fine surface node, or None if none are asked for
-    ratios : (2,) how much farther the contact and its dent moved than the linear coarse response says
+    ratios : (2,) displacements of the contact and of its dent, over those of the linear coarse response
     """
 
     interpolated: np.ndarray
@@ -161,7 +162,7 @@ class DetailCorrection:
         self._residual: KernelRidge | None = None
 
     def learn(self, training: Training, options: FitOptions) -> "DetailCorrection":
-        """Fit the scale and then the residual to the training samples; only with ``turned``."""
+        """Fit the scale, then the residual, to training samples; only of a correction that is ``turned``."""
         samples = zip(training.coarse, training.contact.tolist(), training.force, strict=True)
         queries = [self._query(*sample) for sample in samples]
         missing = training.fine - np.array([q.interpolated for q in queries])
@@ -185,6 +186,7 @@ class DetailCorrection:
         return fine
 
     def _query(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> Query:
+        """Return the parts of a fine answer for the displacement ``coarse`` (N, 3) [m] of all coarse nodes."""
         row, local = self._compliance.row(contact), force
         if self._rotations:
             nodal = self._rotations.at(coarse)

@@ -1,13 +1,12 @@
-"""Build what the regressor compares, coarse displacements as one vector, and the slots that fine ones are blended in.
+"""The features by which paper 1's regressors compare coarse deformations, and the slots that fine ones are blended in.
 
-The three kinds of paper 1, "Feature vector", share one form. At a contact they choose coarse nodes, an order
-of the fine nodes, and axes; feature and slots are the displacements of those nodes, in that order, along
-those axes. Nodes are ordered nearest first, the same on every run and every machine.
-
-Ties: distances closer together than 1e-9 of the body's size count as equal (on a symmetric mesh equal
-distances differ in their last digits only). Plain ordering then goes by node number, which is arbitrary: the
-same pattern round another contact need not land in the same slots. The framed ordering goes by the position
-in a frame fixed to the contact's rest normal, so there it does.
+The three kinds of paper 1, "Feature vector", share one form. At a contact they choose coarse nodes, an order of the
+fine nodes, and axes; feature and slots are the displacements of those nodes, in that order, along those axes. Nodes are
+ordered nearest first, the same on every run and every machine.
+Ties: distances closer together than 1e-9 of the body's size count as equal, as on a symmetric mesh equal distances
+differ in their last digits. Plain ordering then goes by node number, which is arbitrary: the same pattern round another
+contact need not land in the same slots. The framed ordering goes by the position in a frame fixed to the contact's rest
+normal, so there it does.
 """
 
 from typing import NamedTuple
@@ -22,7 +21,7 @@ TIE = 1e-9  # lengths closer than this, relative to the body's size, are equal
 
 
 def levels(values: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return integers in the order of ``values``, equal where neighbours in that order are within ``tolerance``.
+    """Return integers in the order of ``values``, equal for neighbours in that order within ``tolerance``.
 
     Rounding to multiples of the tolerance would part equal values that straddle a boundary; gaps do not.
     """
@@ -33,9 +32,9 @@ def levels(values: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def nearest_first(points: np.ndarray, contact: np.ndarray, size: float, frame: np.ndarray | None = None) -> np.ndarray:
-    """Sort the numbers of ``points`` (n, 3) [m] by distance from ``contact`` (3,) [m]; size in [m].
+    """Return the numbers of ``points`` (n, 3) [m] by distance from ``contact`` (3,) [m], nearest first.
 
-    Ties go by the position along the axes of ``frame`` (its columns), if it is given, and then by number.
+    Ties within TIE of ``size`` [m] go by the position along the columns of ``frame``, if given, and then by number.
     """
     away = points - contact
     distance = levels(np.linalg.norm(away, axis=1), TIE * size)
@@ -46,10 +45,10 @@ def nearest_first(points: np.ndarray, contact: np.ndarray, size: float, frame: n
 
 
 def body_axis(points: np.ndarray) -> np.ndarray:
-    """Find the principal axis, (3,), that stands apart most in the spread of ``points`` (n, 3); z if none does.
+    """Return the principal axis (3,) whose spread of ``points`` (n, 3) differs most from the others; z if none does.
 
-    On a body of revolution it is the axis of it, whether the body is long or flat. Its largest component is
-    positive. The other two axes are not used: on such a body rounding alone decides where they point.
+    On a body of revolution it is the axis of revolution. Its largest component is positive. The other two axes are not
+    used: on such a body rounding alone decides where they point.
     """
     centred = points - points.mean(axis=0)
     spread, axes = np.linalg.eigh(centred.T @ centred)
@@ -61,11 +60,11 @@ def body_axis(points: np.ndarray) -> np.ndarray:
 
 
 def contact_frame(normal: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Build the frame of a contact: right-handed orthonormal columns (normal, tangent, binormal).
+    """Return the frame of a contact: right-handed orthonormal columns (normal, tangent, binormal).
 
-    The tangent is the first of ``directions`` (unit rows), and then of x, y and z, that leans by more than 6°
-    from the normal, projected into the tangent plane. With directions that turn with the body, frames of
-    contacts that a turn of the body carries into each other are turned copies of each other.
+    The tangent is the first of ``directions`` (unit rows), and then of x, y and z, at more than 6° to the normal,
+    projected into the tangent plane. With directions that turn with the body, frames of contacts that a turn of the
+    body carries into each other are turned copies of each other.
     """
     tangents = np.vstack([directions, np.eye(3)])
     tangents = tangents - np.outer(tangents @ normal, normal)
@@ -76,7 +75,7 @@ def contact_frame(normal: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
 
 class View(NamedTuple):
-    """A contact's view of the body.
+    """The coarse nodes, the order of fine nodes and the axes in which deformations are described at a contact.
 
     coarse : (r/3,) coarse node numbers of the feature
     slots : (n,) fine node in each slot, or None for mesh order
@@ -95,7 +94,7 @@ class View(NamedTuple):
         return (chosen if self.frame is None else chosen @ self.frame).ravel()
 
     def to_slots(self, fine: np.ndarray) -> np.ndarray:
-        """Return fine displacements (n, 3) [m], mesh order and world axes, as this contact sees them, (3n,)."""
+        """Return displacements (n, 3) [m], in mesh order and world axes, in this contact's slots and axes, (3n,)."""
         ordered = fine if self.slots is None else fine[self.slots]
         return (ordered if self.frame is None else ordered @ self.frame).ravel()
 
@@ -121,10 +120,10 @@ class Unordered:
 class Ordered:
     """The ``neighbours`` coarse surface nodes nearest to the contact at rest, in that order.
 
-    framed : break ties by position in, and write displacements along, the frame fixed to the contact's rest
-        normal instead of node numbers and world axes
-    The frame's tangent is the body's axis, or if the normal runs along that the direction from its centre.
-    A contact's order is found once, at its first use or by ``view`` beforehand, and kept: no query sorts.
+    framed : whether ties go by the position in, and displacements are along, a frame fixed to the contact's rest
+        normal; else node numbers and world axes decide
+    The frame's tangent is the body's axis, or if the normal runs along that the direction from its centre. A contact's
+    order is computed once, at its first use, so that no query sorts.
     """
 
     def __init__(self, db: Database, neighbours: int, framed: bool):
@@ -142,6 +141,7 @@ class Ordered:
         return self._views[contact]
 
     def _look(self, contact: int) -> View:
+        """Return the view of a contact: its nearest nodes in order and, if framed, its frame."""
         if contact not in self._numbers:
             raise InputError(f"enrichment: contact {contact} is not a coarse surface node; choose one that is.")
         row = np.searchsorted(self._numbers, contact)

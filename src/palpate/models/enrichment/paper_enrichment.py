@@ -1,12 +1,10 @@
 """Enrich a coarse answer as paper 1 does: blend fine deformations of training samples, equations (1) to (4).
 
 Offline are the kernel matrix and its width σ, by cross-validation; online the weights of a query and the blend.
-
-What is normalised to sum 1 is the final blend A w, not w: only so does a training sample, whose A w is a unit
-vector, reproduce itself. Equation (4) word for word, where w sums to 1, is the kind LITERAL. The signed
-weights of a query far from all samples can cancel. Where their sum is below 1e-3 of the sum of their magnitudes,
-dividing by it would magnify errors a thousandfold, so the kernel values themselves, normalised, take their place (also
-where non-negative weights all vanish).
+The final blend A w is normalised to sum 1, not w: only so does a training sample, whose A w is a unit vector, reproduce
+itself. Equation (4) word for word, where w sums to 1, is the kind LITERAL. The signed weights of a query far from all
+samples can cancel. Where their sum is below 1e-3 of the sum of their magnitudes, dividing by it would magnify errors a
+thousandfold, so the normalised kernel values take their place (also where non-negative weights all vanish).
 """
 
 import numpy as np
@@ -44,12 +42,12 @@ def gaussian(squared: np.ndarray, sigma: float) -> np.ndarray:
 
 
 def query_weights(squared: np.ndarray, sigma: float) -> np.ndarray:
-    """Return kernel values of queries, scaled so that the nearest training sample of each has 1.
+    """Return kernel values of queries, scaled so that the nearest training sample of each query has 1.
 
     squared : (k,) or (k, q), from k training samples to one or q queries [m²]
-    The scale is the η of equation (4) in another form: it drops out when blend weights are normalised, and
-    taking it off before exp is what keeps a query 10⁶ σ away from having no weights at all. A query whose squared
-    distances overflow is as far from every sample.
+    The scale is the η of equation (4) in another form: it drops out when blend weights are normalised, and keeps a
+    query 10⁶ σ away from having no weights at all. A query whose squared distances overflow is as far from every
+    sample.
     """
     squared = np.minimum(squared, np.finfo(float).max)
     return gaussian(squared - squared.min(axis=0), sigma)
@@ -112,7 +110,7 @@ class BlendWeights:
 
 
 def normalise(blend: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """Divide ``blend`` by its column sums, or take ``w`` divided by its own where those of ``blend`` cancel."""
+    """Return ``blend`` over its column sums, or ``w`` over its own in columns where those of ``blend`` cancel."""
     total = blend.sum(axis=0)
     cancelled = ~(np.abs(total) > CANCELLED * np.abs(blend).sum(axis=0))
     if not cancelled.any():
@@ -122,7 +120,7 @@ def normalise(blend: np.ndarray, w: np.ndarray) -> np.ndarray:
 
 
 class DescribedSamples:
-    """The training samples as one kind of feature sees them, shared by all kinds of weights.
+    """The training samples described by one kind of feature, shared by all kinds of weights.
 
     described : (k, r) features [m]; slots : (k, 3n) fine displacements [m]
     squared : (k, k) squared distances between features [m²]; scale : their median distance [m]
@@ -138,7 +136,7 @@ class DescribedSamples:
         self.sigmas = self.scale * np.geomspace(widths.min, widths.max, widths.count)
 
     def choose_sigma(self, kind: str) -> float:
-        """Return the σ [m] of the grid with the smallest cross-validated error for one kind of weights."""
+        """Return the σ [m] of the grid with the least cross-validated error for a ``kind`` of weights."""
 
         def blends(train: np.ndarray, validation: np.ndarray) -> np.ndarray:
             among, across = self.squared[np.ix_(train, train)], self.squared[np.ix_(train, validation)]
@@ -164,7 +162,7 @@ class Blend:
 
 
 def fit(fitting: Fitting, features: str, weights: str, neighbours: int | None = None) -> Blend:
-    """Fit a regressor, its σ by cross-validation; ``neighbours`` other than those of the options may be given."""
+    """Return a regressor, with σ by cross-validation; ``neighbours`` replaces those of the options."""
     length = fitting.options.neighbours if neighbours is None else neighbours
     samples = fitting.share(
         (features, length),
@@ -205,7 +203,7 @@ class LinearRegressor:
 
 
 def prepare(case: Case, model: PaperEnrichment) -> Enriched:
-    """Choose σ by cross-validation on the training samples, and order the nodes around all contacts in advance."""
+    """Return the regressor on coarse answers, with σ by cross-validation and nodes ordered around all contacts."""
     coarse = coarse_solver(case, model.coarse)
     fitting = fitting_to(seen_with(case, model.coarse, coarse).first(model.samples))
     method = fit(fitting, model.features, model.weights, model.neighbours)

@@ -23,9 +23,9 @@ KERNELS = [("linear", 1.0)] + [
 
 
 class PodRbf:
-    """Fine displacements in POD modes, their coefficients interpolated from the coarse surface displacements.
+    """Fine displacements in POD modes, whose coefficients are interpolated from coarse surface displacements.
 
-    Cross-validation chooses kernel, its width and, unless ``modes`` are given, their number.
+    Cross-validation chooses the kernel, its width and, unless ``modes`` are given, their number.
     """
 
     sigma_m = np.nan
@@ -52,6 +52,7 @@ class PodRbf:
     def _choose(
         training: Training, described: np.ndarray, gram: np.ndarray, modes: int | None
     ) -> tuple[str, float, int]:
+        """Return the kernel, its shape and the number of modes with the least cross-validated error."""
         counts = np.unique(np.geomspace(1, len(gram), 12).astype(int)) if modes is None else np.array([modes])
 
         def blends(train: np.ndarray, validation: np.ndarray) -> np.ndarray:

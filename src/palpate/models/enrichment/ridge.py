@@ -27,7 +27,7 @@ def dual_weights(among: np.ndarray, across: np.ndarray, lambdas: np.ndarray) -> 
 
 
 def _choose(training: Training, kernel: np.ndarray, gram: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the cross-validated errors (k,) of the best λ, and that λ, for one kernel matrix and targets (k, 3n) [m].
+    """Return the cross-validated errors (k,) of the best λ, and that λ, for one ``kernel`` matrix (k, k).
 
     gram : (k, k) inner products of the targets [m²]
     """
@@ -77,7 +77,7 @@ class RidgeUpsampling:
 
 
 class KernelRidge:
-    """Targets (k, 3n) [m] from descriptions (k, r) [m] of the training samples, by kernel ridge.
+    """Targets (k, 3n) [m] predicted from descriptions (k, r) [m] of the training samples, by kernel ridge regression.
 
     The kernel is (x·y)^p exp(−‖x − y‖²/2σ²), with the ``power`` p 1 or 2: for wide σ linear or quadratic, and 0 for a
     body at rest, which has no detail.

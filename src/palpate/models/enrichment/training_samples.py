@@ -1,4 +1,4 @@
-"""Gather what methods are fitted to: the training samples of a protocol, and folds that choose widths and ridges."""
+"""The training samples that methods are fitted to, divided into folds for cross-validation of widths and ridges."""
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
@@ -50,9 +50,9 @@ class Training:
 
 
 def gather(db: Database, train: np.ndarray, protocol: str, options: FitOptions) -> Training:
-    """Take the samples ``train`` of ``db`` and divide them into folds.
+    """Return the samples ``train`` of ``db``, divided into folds.
 
-    Raises InputError if they are too few to divide, or so small or large that no body moves like that.
+    InputError if they are too few to divide, or so small or large that no body moves like that.
     """
     for name, moved in (("fine", db.fine[train]), (f"coarse_{protocol}", db.coarse(protocol)[train])):
         largest = float(np.abs(moved).max())
@@ -67,7 +67,7 @@ def gather(db: Database, train: np.ndarray, protocol: str, options: FitOptions) 
 
 
 def divide(group: np.ndarray, options: FitOptions) -> np.ndarray:
-    """Assign each sample a fold, (k,), all of a ``group`` (k,) the same; as many folds as asked, or one a group."""
+    """Return each sample's fold, (k,), the same for all of a ``group`` (k,); as many as asked, or one a group."""
     names, member = np.unique(group, return_inverse=True)
     if len(names) < 2:
         raise InputError("enrichment: cross-validation needs two training contacts; raise train in config.")
@@ -76,9 +76,9 @@ def divide(group: np.ndarray, options: FitOptions) -> np.ndarray:
 
 
 def convinces(errors: np.ndarray, plain: np.ndarray, fold: np.ndarray) -> bool:
-    """Decide whether cross-validated ``errors`` (k,) improve on those of the ``plain`` method, (k,), beyond chance.
+    """Return whether cross-validated ``errors`` (k,) are lower than those of the ``plain`` method (k,) beyond chance.
 
-    They do if the mean improvement of the folds, ``fold`` (k,), exceeds its standard error: the folds hold out what
+    They are if the mean improvement of the folds, ``fold`` (k,), exceeds its standard error. The folds hold out what
     the split holds out, so that samples of one contact do not count as many.
     """
     gains = np.array([(plain - errors)[fold == part].mean() for part in np.unique(fold)])
@@ -98,7 +98,7 @@ def blend_errors(weights: np.ndarray, among: np.ndarray, across: np.ndarray, own
 
 @dataclass(frozen=True, eq=False)
 class Fitting:
-    """The training samples of one ``protocol``, and what else a method may use; methods look at no other sample.
+    """The training samples of one ``protocol`` and the data beside them that methods may use; no other sample is seen.
 
     db : for its meshes
     responses : linear responses of the fine and coarse meshes, for methods that use physics; see ``linear``

@@ -18,17 +18,17 @@ BEND_STEP = 0.01
 
 
 def products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the products (r, s) of columns (n, 3, r) with others (n, 3, s)."""
+    """Return the products (r, s) of columns (n, 3, r) with other columns (n, 3, s)."""
     flat = first.reshape(-1, first.shape[2])
     return flat.T @ second.reshape(len(flat), -1)
 
 
 def independent(square: np.ndarray, sizes: np.ndarray | None = None, least: float = DEPENDENT) -> np.ndarray:
-    """Return mixes (k, r) of columns whose products are ``square`` (k, k), for which these are the identity.
+    """Return combinations (k, r) of k columns that are orthonormal, ``square`` (k, k) being the columns' products.
 
-    sizes : (k,) that columns are divided by first, or None for their own norms
-    The last mixes hold the most of the columns (method of snapshots, Sirovich 1987); what is dependent to ``least`` is
-    left out.
+    sizes : (k,) by which columns are divided first; None: their own norms
+    least : eigenvalues of the scaled products below this part of the largest are left out as dependent
+    The last combinations hold most of the columns (method of snapshots, Sirovich 1987).
     """
     sizes = np.sqrt(square.diagonal()) if sizes is None else sizes
     over = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
@@ -40,7 +40,7 @@ def independent(square: np.ndarray, sizes: np.ndarray | None = None, least: floa
 def orthonormal(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
     """Return a basis (n, 3, r) of ``columns`` (n, 3, k) in which the stiffness at rest is the identity; r ≤ k.
 
-    Columns are made of the same energy before their products are: what is nearly dependent is kept to more digits.
+    Columns are scaled to equal energy before their products are computed, which keeps more digits of dependent ones.
     """
     flat = columns.reshape(-1, columns.shape[2])
     stiff = elements.multiply(np.ascontiguousarray(columns)).reshape(flat.shape)
@@ -50,16 +50,17 @@ def orthonormal(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
 
 
 def coordinates(elements: ElementsAtRest, answers: np.ndarray, modes: np.ndarray) -> np.ndarray:
-    """Return the coordinates (r, s) of ``answers`` (n, 3, s) [m] in orthonormal ``modes`` (n, 3, r)."""
+    """Return the coordinates (r, s) of displacements ``answers`` (n, 3, s) [m] in orthonormal ``modes`` (n, 3, r)."""
     return np.tensordot(modes, elements.multiply(np.ascontiguousarray(answers)), ((0, 1), (0, 1)))
 
 
 def bending_loads(elements: ElementsAtRest, columns: np.ndarray, others: np.ndarray | None = None) -> np.ndarray:
-    """Return the loads ∂²f[a, b] (n, 3, m) [N] of pairs of ``columns`` (n, 3, k), f the elastic force.
+    """Return second derivatives (n, 3, m) [N] of the elastic force f along pairs a, b of ``columns`` (n, 3, k).
 
-    All pairs that differ and each with itself, k (k + 1) / 2, or with ``others`` (n, 3, j) the k j of one of either.
-    The answers to them are the static derivatives of the columns, which are scaled to a peak of BEND_STEP sizes of the
-    body before; by central differences (Idelsohn and Cardona 1985; Barbič and James 2005, section 4).
+    Without ``others`` these are all k (k + 1) / 2 pairs of columns, each with itself too; with ``others`` (n, 3, j),
+    the k j pairs of a column and another.
+    Linear responses to them are the columns' static derivatives (Idelsohn and Cardona 1985; Barbič and James 2005,
+    section 4). Columns are scaled to a peak of BEND_STEP body sizes, and derivatives are central differences.
     """
 
     def scaled(given: np.ndarray) -> list[np.ndarray]:
@@ -83,11 +84,12 @@ def bending_loads(elements: ElementsAtRest, columns: np.ndarray, others: np.ndar
 
 
 def vibrations(solve: Solve, masses: np.ndarray, free: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the slowest ``count`` modes (count, n, 3) with φᵀMφ = 1, and their angular frequencies (count,) [1/s].
+    """Compute the ``count`` slowest vibrations: modes (count, n, 3) with φᵀMφ = 1, and frequencies (count,) [rad/s].
 
-    solve : applies the inverse of the stiffness at rest to forces (n, 3) [N], held nodes staying where they are
+    solve : the inverse of the stiffness at rest, from forces (n, 3) [N] to displacements, zero at held nodes
     masses : (n,) [kg]; free : (n,) bool
-    They are the largest eigenvectors of M^½ K⁻¹ M^½, so that no matrix is needed. InputError if there are not so many.
+    The modes are the largest eigenvectors of M^½ K⁻¹ M^½, which needs no matrix. InputError for a body with fewer
+    modes.
     """
     if count >= 3 * free.sum():
         raise InputError(f"vibrations is {count}, and the body has {3 * free.sum()} free coordinates; ask less.")

@@ -1,6 +1,6 @@
-"""Hyper-reduction: few points of elements, with weights that are not negative, whose energy is that of all elements.
+"""Hyper-reduction: few cubature points with weights that are not negative, whose energy is that of all elements.
 
-Points are chosen from all points of elements near a place and means, or some points, of the others.
+Candidates are the integration points of elements near a place, and means or some points of the other elements.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,15 +11,15 @@ from palpate.effects.law import Law
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.reduced.basis import products
-from palpate.models.reduced.cells import Cells, cell_stresses, pulled_by_each
+from palpate.models.reduced.cubature_points import CubaturePoints, point_stresses, pulled_by_each
 from palpate.models.reduced.energy import ReducedEnergy
 
 FEW = 2000
-"""Points beside those near a place that cells are chosen from; with all of them answers are no better."""
+"""Points beside those near a place that cubature points are chosen from; with all of them answers are no better."""
 
 
 def rings_around(elements: ElementsAtRest, nodes: np.ndarray, rings: int) -> np.ndarray:
-    """Mark the elements (m,) that touch ``nodes`` (k,), and so many ``rings`` of elements around them."""
+    """Return which elements (m,) bool touch ``nodes`` (k,) or lie in so many ``rings`` of elements around them."""
     marked = np.zeros(len(elements.rest), dtype=bool)
     marked[nodes] = True
     near = marked[elements.couples].any(axis=1)
@@ -29,61 +29,66 @@ def rings_around(elements: ElementsAtRest, nodes: np.ndarray, rings: int) -> np.
     return near
 
 
-def cells_of(elements: ElementsAtRest, modes: np.ndarray, exact: np.ndarray, together: int = 1) -> Cells:
-    """Return the cells of ``modes`` (n, 3, r): each point of ``exact`` elements (m,), bool, and the others' means.
+def points_and_means(
+    elements: ElementsAtRest, modes: np.ndarray, exact: np.ndarray, together: int = 1
+) -> CubaturePoints:
+    """Return as cubature points all integration points of ``exact`` elements (m,) bool, and means of the others.
 
-    together : how many elements, one after another, share one mean where none of them is exact: 1 or, of elements that
-        come from split ones, 8
+    modes : (n, 3, r)
+    together : how many consecutive elements share one mean where none of them is exact: 1, or 8 if they come from split
+        elements
     """
     few = exact if together == 1 else np.repeat(exact.reshape(-1, together).any(axis=1), together)
-    parts = [_points(elements, modes, np.flatnonzero(np.repeat(exact, elements.points)))]
+    parts = [_integration_points(elements, modes, np.flatnonzero(np.repeat(exact, elements.points)))]
     for chosen, size in ((np.flatnonzero(few & ~exact), 1), (np.flatnonzero(~few), together)):
         if len(chosen):
-            means = _cells(elements, modes, chosen, elements.mean_gradients(chosen), elements.volumes[chosen])
+            means = _with_gradients(elements, modes, chosen, elements.mean_gradients(chosen), elements.volumes[chosen])
             parts.append(_averaged(means, size))
     slopes, *rest = zip(*parts, strict=True)
-    return Cells(np.concatenate(slopes, axis=1), *(np.concatenate(each) for each in rest))
+    return CubaturePoints(np.concatenate(slopes, axis=1), *(np.concatenate(each) for each in rest))
 
 
-def _averaged(cells: Cells, together: int) -> Cells:
-    """Return the means of so many cells, one after another, by their volumes."""
+def _averaged(points: CubaturePoints, together: int) -> CubaturePoints:
+    """Return the means of ``together`` consecutive points each, weighted by their volumes."""
     if together == 1:
-        return cells
-    volumes = cells.volumes.reshape(-1, together)
+        return points
+    volumes = points.volumes.reshape(-1, together)
     total = volumes.sum(axis=1)
     shares = volumes / total[:, None]
-    slopes = np.einsum("ckjr,kj->ckr", cells.slopes.reshape(9, *shares.shape, -1), shares)
-    moduli = [(modulus.reshape(shares.shape) * shares).sum(axis=1) for modulus in (cells.mu, cells.lam)]
-    return Cells(slopes, total, *moduli)
+    slopes = np.einsum("ckjr,kj->ckr", points.slopes.reshape(9, *shares.shape, -1), shares)
+    moduli = [(modulus.reshape(shares.shape) * shares).sum(axis=1) for modulus in (points.mu, points.lam)]
+    return CubaturePoints(slopes, total, *moduli)
 
 
-def some_points(elements: ElementsAtRest, modes: np.ndarray, near: np.ndarray, rng: np.random.Generator) -> Cells:
-    """Return as cells of ``modes`` (n, 3, r) all points of the elements ``near`` (m,), bool, and FEW of the others.
+def candidate_points(
+    elements: ElementsAtRest, modes: np.ndarray, near: np.ndarray, rng: np.random.Generator
+) -> CubaturePoints:
+    """Return as cubature points all points of the elements ``near`` (m,) bool, and FEW points of other elements.
 
-    The others are drawn by ``rng``; all of them are taken if there are no more.
+    modes : (n, 3, r). The other points are drawn by ``rng``; all are taken if there are no more.
     """
     close = np.repeat(near, elements.points)
     others = np.flatnonzero(~close)
     drawn = rng.choice(others, min(FEW, len(others)), replace=False)
-    return _points(elements, modes, np.sort(np.append(np.flatnonzero(close), drawn)))
+    return _integration_points(elements, modes, np.sort(np.append(np.flatnonzero(close), drawn)))
 
 
-def _points(elements: ElementsAtRest, modes: np.ndarray, numbers: np.ndarray) -> Cells:
-    """Return cells of the points of integration with these ``numbers`` (k,), element by element."""
+def _integration_points(elements: ElementsAtRest, modes: np.ndarray, numbers: np.ndarray) -> CubaturePoints:
+    """Return integration points by their ``numbers`` (k,), counted element by element, as cubature points."""
     source, point = np.divmod(numbers, elements.points)
     gradients = elements.gradients_at(source, point)
-    return _cells(elements, modes, source, gradients, elements.volumes[source] / elements.points)
+    return _with_gradients(elements, modes, source, gradients, elements.volumes[source] / elements.points)
 
 
-def _cells(
+def _with_gradients(
     elements: ElementsAtRest, modes: np.ndarray, source: np.ndarray, gradients: np.ndarray, volumes: np.ndarray
-) -> Cells:
-    """Return cells of the elements ``source`` (k,), whose shape functions have ``gradients`` (k, a, 3) [1/m] there."""
+) -> CubaturePoints:
+    """Return cubature points in elements ``source`` (k,), where shape functions have ``gradients`` (k, a, 3) [1/m]."""
     (count, corners), wide = gradients.shape[:2], modes.shape[2]
     moved = modes[elements.couples[source]].transpose(0, 2, 3, 1).reshape(count, 3 * wide, corners)
     slopes = np.matmul(moved, gradients).reshape(count, 3, wide, 3).transpose(0, 1, 3, 2)
     flat = slopes.reshape(count, 9, wide).transpose(1, 0, 2)
-    return Cells(np.ascontiguousarray(flat), volumes, *(modulus[source] for modulus in elements.moduli))
+    return CubaturePoints(np.ascontiguousarray(flat), volumes, *(modulus[source] for modulus in elements.moduli))
 
 
 LEAST_COLUMN = 1e-6
@@ -91,13 +96,14 @@ LEAST_COLUMN = 1e-6
 weights."""
 
 
-def few_of(pulls: np.ndarray, target: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return numbers (k,) and weights (k,) > 0 of rows whose weighted sum is ``target``, to ``tolerance``.
+def sparse_weights(pulls: np.ndarray, target: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return numbers (k,) and weights (k,) > 0 of few rows whose weighted sum is ``target``, to ``tolerance``.
 
-    pulls : (n, m), what each of n points pulls by under the training loads; target : (m,), what all pull by; the
-        tolerance is relative
-    Non-negative least squares that ends early (Lawson and Hanson 1974, chapter 23; Farhat, Chapman and Avery 2015,
-    algorithm 1): rows are taken one by one, the one most like the remainder first, so that few are left.
+    pulls : (n, m), the forces of each of n cubature points under training loads; target : (m,), the forces of all
+        elements
+    tolerance : relative
+    By non-negative least squares that end early (Lawson and Hanson 1974, chapter 23; Farhat, Chapman and Avery 2015,
+    algorithm 1): the row that is most like the remainder is added, until the remainder is small.
     """
     size = np.linalg.norm(pulls, axis=1)
     size = np.where(size > LEAST_COLUMN * size.max(), size, np.inf)
@@ -133,22 +139,23 @@ def few_of(pulls: np.ndarray, target: np.ndarray, tolerance: float) -> tuple[np.
     return chosen, weights
 
 
-def thinned(
+def hyper_reduced(
     model: ReducedEnergy, states: np.ndarray, tolerance: float, wanted: np.ndarray | None = None
 ) -> ReducedEnergy:
-    """Return a model of few cells, which pull as all do at ``states`` (s, r), to the relative ``tolerance``.
+    """Return ``model`` with few weighted points, whose forces at ``states`` (s, r) are those of all, to ``tolerance``.
 
-    Only what is not linear is fitted, each state by itself over its size; the linear part is exact in any case.
-    wanted : (s, r), by what all pull beyond their linear part, if the cells are not all there are
+    Only the nonlinear part of the forces is fitted, that of each state relative to its size; the linear part stays
+    exact.
+    wanted : (s, r), the nonlinear forces to fit, where those of the model's own points are not meant
     """
-    pulls = nonlinear_pulls(model.cells, model.law, states)
+    pulls = nonlinear_pulls(model.points, model.law, states)
     sums = pulls.sum(axis=0) if wanted is None else wanted
     sizes = np.linalg.norm(sums, axis=1)[:, None]
-    chosen, weights = few_of((pulls / sizes).reshape(len(pulls), -1), (sums / sizes).ravel(), tolerance)
-    return ReducedEnergy(model.cells.take(chosen, weights), model.loads, model.law)
+    chosen, weights = sparse_weights((pulls / sizes).reshape(len(pulls), -1), (sums / sizes).ravel(), tolerance)
+    return ReducedEnergy(model.points.take(chosen, weights), model.loads, model.law)
 
 
-def like_elements(
+def energy_of_elements(
     elements: ElementsAtRest,
     modes: np.ndarray,
     near: np.ndarray,
@@ -158,27 +165,28 @@ def like_elements(
     loads: np.ndarray | None = None,
     moved: Sequence[np.ndarray] | None = None,
 ) -> ReducedEnergy:
-    """Return a model of few points that pull as the elements themselves do at ``states`` (s, r) of ``modes``.
+    """Return the energy of few points, whose forces at ``states`` (s, r) of ``modes`` are those of all elements.
 
-    near, rng : as ``some_points`` has them, which are chosen from; tolerance : as in ``thinned``
-    loads : (r, f), unit forces; moved : displacements (n, 3) [m] at the states, if modes do not span them
+    near, rng : candidates, as in ``candidate_points``; tolerance : relative, as in ``hyper_reduced``
+    loads : (r, f), unit forces in coordinates; moved : displacements (n, 3) [m] at the states, if modes do not span
+        them
     """
     moved, count = [modes @ q for q in states] if moved is None else moved, modes.shape[2]
     pulls = -np.array([elements.force(each).ravel() for each in moved]) @ modes.reshape(-1, count) - states
     loads = np.empty((count, 0)) if loads is None else loads
-    model = ReducedEnergy(some_points(elements, modes, near, rng), loads, elements.law, np.zeros((count, count)))
-    return thinned(model, states, tolerance, pulls)
+    model = ReducedEnergy(candidate_points(elements, modes, near, rng), loads, elements.law, np.zeros((count, count)))
+    return hyper_reduced(model, states, tolerance, pulls)
 
 
-def nonlinear_pulls(cells: Cells, law: Law, states: np.ndarray) -> np.ndarray:
-    """Return what each of k cells adds to the gradient beyond its linear part at ``states`` (s, r): (k, s, r)."""
-    slopes, volumes, mu, lam = cells
+def nonlinear_pulls(points: CubaturePoints, law: Law, states: np.ndarray) -> np.ndarray:
+    """Return the nonlinear part of the gradient of each of k points' energies at ``states`` (s, r): (k, s, r)."""
+    slopes, volumes, mu, lam = points
     count = len(volumes)
     flat, f, p = slopes.reshape(9 * count, -1), np.empty((9, count)), np.empty((9, count))
     energies, accepted = np.empty(count), np.empty(count, dtype=bool)
     found = np.empty((count, *states.shape))
     for s, q in enumerate(np.ascontiguousarray(states)):
-        cell_stresses(q, flat, volumes, mu, lam, *law, f, p, energies, accepted)
+        point_stresses(q, flat, volumes, mu, lam, *law, f, p, energies, accepted)
         moved = f.reshape(3, 3, count) - np.eye(3)[:, :, None]
         strain = 0.5 * (moved + moved.transpose(1, 0, 2)).reshape(9, count)
         linear = 2.0 * mu * strain
@@ -191,7 +199,7 @@ TIGHTER, TIGHTENINGS = 0.5, 6
 """By what the fit is tightened until motions held out are met, and how often."""
 
 
-def held_out_cells(
+def energy_for_motions(
     elements: ElementsAtRest,
     modes: np.ndarray,
     masses: np.ndarray,
@@ -201,38 +209,40 @@ def held_out_cells(
     held_out: np.ndarray,
     tolerance: float,
 ) -> tuple[ReducedEnergy, float]:
-    """Choose few cells with weights above zero that pull as all elements do; return them and what they miss held out.
+    """Choose few weighted points that move a body as all elements do; return their energy and its error.
 
-    modes, masses : (n, 3, r) and (r,), that mass does not couple; near : (n_elements,) bool, whose points are all
+    modes, masses : (n, 3, r) and (r,), in which mass is diagonal; near : (n_elements,) bool, whose points are all
         candidates
-    hessian : of the coordinates (r,), about the right one: it says how far a force moves the body
-    states, held_out : coordinates (k, r) of motions that cells are fitted to, and of others
-    What is missed is a displacement: that by which forces amiss would move the body, over its displacement, both in the
-    norm of mass; RMS over the states fitted to, and of those held out the largest, which is at most ``tolerance``.
-    The stiffness at rest is fitted alike. What cells lack of it is a matrix that does not turn with the body.
-    Raises NotConverged where no choice meets motions held out.
+    hessian : function of coordinates (r,), about the Hessian of the energy, which turns errors of forces into
+        displacements
+    states, held_out : coordinates (k, r) of motions that weights are fitted to, and of motions that they are not fitted
+        to
+    Errors are displacements over those of the body, both in the norm of mass. The RMS over ``states`` is made small;
+    the largest over ``held_out`` is returned, and at most ``tolerance``. The stiffness at rest is fitted alike, as a
+    correction of it would be a matrix that does not turn with the body. NotConverged where no choice of points
+    suffices.
     """
     r, count = len(masses), len(states)
     stiffness = products(modes, elements.multiply(modes))
-    cells = some_points(elements, modes, near, np.random.default_rng(0))
+    points = candidate_points(elements, modes, near, np.random.default_rng(0))
     every, root = np.concatenate([states, held_out]), np.sqrt(masses)
     moves = [root[:, None] * np.linalg.inv(hessian(q)) / np.linalg.norm(root * q) for q in every]
 
     beyond = [-np.tensordot(elements.force(modes @ q), modes, 2) - stiffness @ q for q in every]
     wanted = np.array([move @ pull for move, pull in zip(moves, beyond, strict=True)])
-    pulls = nonlinear_pulls(cells, elements.law, every)
+    pulls = nonlinear_pulls(points, elements.law, every)
     rows = np.einsum("sij,ksj->ski", np.array(moves), pulls).transpose(0, 2, 1)
     share, upper = np.sqrt(count / r), np.triu_indices(r)
     twice = share * np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
-    of_each = cells.stiffnesses()[:, *upper] * twice
+    of_each = points.stiffnesses()[:, *upper] * twice
     fitted = np.vstack([rows[:count].reshape(-1, len(pulls)), of_each.T]).T
     target = np.append(wanted[:count].ravel(), np.eye(r)[upper] * twice)
     enough = tolerance * np.sqrt(count) / np.linalg.norm(target)
     for _ in range(TIGHTENINGS):
-        chosen, weights = few_of(fitted, target, enough)
+        chosen, weights = sparse_weights(fitted, target, enough)
         missed = np.linalg.norm(rows[count:, :, chosen] @ weights - wanted[count:], axis=1).max()
         if missed <= tolerance:
-            return ReducedEnergy(cells.take(chosen, weights), np.zeros((r, 1)), elements.law), float(missed)
+            return ReducedEnergy(points.take(chosen, weights), np.zeros((r, 1)), elements.law), float(missed)
         enough *= TIGHTER
     raise NotConverged(
         f"cells of a reduced body misplace it by {missed:.2g} of its displacement in motions that they were not fitted "

@@ -1,15 +1,15 @@
-"""Search for the rest of a body in few coordinates, compiled: by L-BFGS under forces, by Newton under an instrument.
+"""Minimise the energy of a body in few coordinates, compiled: by L-BFGS under forces, by Newton under an instrument.
 
-x = X + Φ q with ΦᵀKΦ = I at rest, so that a step along the gradient answers small loads. An instrument is a penalty at
-points of the surface: few shapes cannot follow it at all of them, and multipliers would make it press where they fail.
+x = X + Φ q with ΦᵀKΦ = I at rest, so that a step along the gradient is the linear response. An instrument is a penalty
+at points of the surface: few modes cannot follow it at all of them, and multipliers would press where modes fail.
 """
 
 import numba
 import numpy as np
 
 from palpate.effects.instrument import curvatures, distances
-from palpate.models.reduced.cells import add_tangent, elastic, scratch_of
 from palpate.models.reduced.cholesky import factor, solve
+from palpate.models.reduced.cubature_points import add_tangent, elastic, scratch_of
 
 MEMORY = 10
 """Steps that the inverse Hessian is improved by."""
@@ -17,11 +17,11 @@ MEMORY = 10
 
 @numba.njit(cache=True, error_model="numpy")
 def settle(q, load, body, touch, tolerance, iterations):
-    """Minimise the elastic energy less load · q, or with that of contact, from ``q`` (r,) in place.
+    """Minimise elastic energy less load · q, or plus that of contact, from ``q`` (r,) in place; return the residual.
 
     load : (r,); body : as ``elastic`` takes it; touch : None, or what ``touched`` and ``newton`` take, without a load
-    Under a load it is L-BFGS that starts from the identity, under an instrument Newton's method. Returns the residual
-    over the pull of the load or of contact; it is above ``tolerance`` where the search has ended without one.
+    The method is L-BFGS from the identity under a load, and Newton's under an instrument. The residual is relative to
+    the load or the pull of contact, and above ``tolerance`` where the search ended without a minimum.
     """
     scratch, none = scratch_of(body), np.empty((0, 0))
     steps, turns, scale = np.empty((MEMORY, len(q))), np.empty((MEMORY, len(q))), np.empty(MEMORY)
@@ -58,7 +58,7 @@ def settle(q, load, body, touch, tolerance, iterations):
 
 @numba.njit(cache=True, error_model="numpy")
 def valued(q, load, body, scratch, touch):
-    """Return the energy [J] that ``settle`` minimises, its gradient (r,), and the size of what pulls."""
+    """Return the energy [J] that ``settle`` minimises, its gradient (r,), and the norm of the load or the pull."""
     energy, gradient = elastic(q, body, scratch)
     if touch is None:
         return energy - np.dot(load, q), gradient - load, np.sqrt(np.dot(load, load))
@@ -68,7 +68,11 @@ def valued(q, load, body, scratch, touch):
 
 @numba.njit(cache=True, error_model="numpy")
 def remember(step, turn, steps, turns, scale, kept):
-    """Keep a step, by how much it turned the gradient, and the inverse of their product; return how many are kept."""
+    """Store a ``step`` and the change ``turn`` of the gradient along it for L-BFGS; return how many pairs were stored.
+
+    steps, turns, scale : where the last pairs and the inverses of their products are; a pair of negative curvature is
+        left out
+    """
     m, curvature = kept % len(steps), np.dot(step, turn)
     if not curvature > 0.0:
         return kept
@@ -78,10 +82,10 @@ def remember(step, turn, steps, turns, scale, kept):
 
 @numba.njit(cache=True, error_model="numpy")
 def directed(factored, right, steps, turns, scale, kept):
-    """Return ``right`` (n,) times an inverse Hessian: that of a factor, or 1 for none, improved by L-BFGS.
+    """Return the L-BFGS estimate of the inverse Hessian times ``right`` (n,) (Nocedal and Wright 2006, algorithm 7.4).
 
-    factored : (n, n) as of ``cholesky.factor``, or (0, 0); steps, turns, scale, kept : as of ``remember``, of which the
-        last are known (Nocedal and Wright 2006, 7.4)
+    factored : the Cholesky factor (n, n) of the Hessian that the estimate starts from, or (0, 0) for the identity
+    steps, turns, scale, kept : as of ``remember``
     """
     found, size = right.copy(), len(steps)
     part, oldest = np.empty(size), max(0, kept - size)
@@ -99,11 +103,11 @@ def directed(factored, right, steps, turns, scale, kept):
 
 @numba.njit(cache=True, error_model="numpy")
 def touched(q, touch):
-    """Return the energy of contact [J] and its pull (r,) at ``q`` (r,), as an instrument is at points.
+    """Return the energy [J] and the pull (r,) on coordinates of an instrument's penalty at points, at ``q`` (r,).
 
-    touch : ``base`` (r, r), what of the tangent does not change; of p points places at rest (3 p,) [m], modes (3 p, r),
-        areas (p,) [m²] and penalties (p,) [Pa/m]; an instrument's tip, axes and shape; places, gaps, normals and
-        pressures of the points, which are written
+    touch : ``base`` (r, r), the part of the tangent that does not change; of p points places at rest (3 p,) [m], modes
+        (3 p, r), areas (p,) [m²] and penalties (p,) [Pa/m]; an instrument's tip, axes and shape; places, gaps, normals
+        and pressures of the points, which are written
     """
     _, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures = touch
     moved, energy, pull = rest + np.dot(modes, q), 0.0, np.zeros(len(q))
@@ -124,10 +128,10 @@ def touched(q, touch):
 
 @numba.njit(cache=True, error_model="numpy")
 def newton(q, right, body, touch):
-    """Return ``right`` (r,) times the inverse of the tangent at ``q`` (r,), which ``touched`` has looked at last.
+    """Return the inverse of the tangent at ``q`` (r,) times ``right`` (r,), where ``touched`` was evaluated last.
 
-    Where the tangent is not positive definite, as where cells give way or are inverted, the body's stiffness at rest,
-    the identity, stands for it.
+    Where the tangent is not positive definite, as where the body buckles or is inverted, its stiffness at rest, the
+    identity, takes its place.
     """
     slopes, volumes, mu, lam, _, law, measure, volume = body
     base, _, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures = touch
@@ -151,8 +155,8 @@ def newton(q, right, body, touch):
         if curved:
             tangent += base
             for block in range(len(slopes)):
-                cells = slopes[block].reshape(9, volumes.shape[1], r), volumes[block], mu[block], lam[block]
-                add_tangent(q, *cells, law, measure, volume, tangent)
+                points = slopes[block].reshape(9, volumes.shape[1], r), volumes[block], mu[block], lam[block]
+                add_tangent(q, *points, law, measure, volume, tangent)
         else:
             tangent += np.eye(r)
         if factor(tangent):

@@ -27,7 +27,7 @@ SEED, JITTER = 87, 0.3
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """The presses that springs are fitted to, and the settings of their motion; ``with_volume`` adds a volume force."""
+    """The presses that springs are fitted to, and the settings of their motion."""
 
     particles: Particles
     model: SpringModel
@@ -50,15 +50,15 @@ class Experiment:
         return volume_stiffness(self.model, self.particles.material)
 
     def fitness(self, press: str, references: dict[str, Motion]) -> Fitness:
-        """Return the fitness function of one press against its reference."""
+        """Return the fitness of one press against its reference."""
         return Fitness(self.model, self.presses[press], self.settings, *references[press])
 
 
 def experiment(asked: Any, poisson: float) -> Experiment:
-    """Build the experiment that the config describes, with a reference of this Poisson ratio.
+    """Return paper 2's experiment with the cube of the config, whose reference has this Poisson ratio.
 
     asked : the config's block ``springs``
-    Raises InputError if a key point is outside the cube, or the step is too long.
+    InputError if a key point is outside the cube, or the step is too long.
     """
     mesh = paper_cube(asked.side_m)
     material = Material(asked.material.young_pa, poisson, asked.material.density_kg_m3)
@@ -76,7 +76,7 @@ def experiment(asked: Any, poisson: float) -> Experiment:
 
 
 def simulate_references(experiment: Experiment, substeps: int) -> dict[str, Motion]:
-    """Simulate the motion of finite elements under each press; what is read back lies in memory as this does."""
+    """Return the motion of finite elements under each press, in arrays contiguous as those read back are."""
     particles, model, settings = experiment.particles, experiment.model, experiment.settings
     found = {}
     for name, press in experiment.presses.items():
@@ -130,7 +130,7 @@ def middle(mesh: TetMesh, face: str) -> tuple[int, np.ndarray]:
 
 
 def _points(seed: int) -> np.ndarray:
-    """Place nodes in the unit cube: those of a face stay in it, those of edges and middles of faces do not move."""
+    """Return nodes in the unit cube; those of a face stay in it, those of edges and middles of faces do not move."""
     rng = np.random.default_rng(seed)
     grid = np.stack(np.meshgrid(*[np.arange(5) / 4.0] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     outer = (grid == 0.0) | (grid == 1.0)
@@ -144,7 +144,7 @@ def _points(seed: int) -> np.ndarray:
 
 
 def _remove_edge(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
-    """Replace the three tetrahedra around the worst edge by two."""
+    """Return ``tetrahedra`` with the three around an edge replaced by two, where the worst angle gains most."""
     worst = dihedral_angles(TetMesh(points, tetrahedra)).min(axis=1)
     ends = np.sort(tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     edges, number, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)

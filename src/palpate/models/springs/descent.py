@@ -23,7 +23,7 @@ from palpate.models.springs.spring_motion import Press, Settings, SpringModel
 
 @dataclass(frozen=True, eq=False)
 class Gradient:
-    """Derivatives of a number that depends on a motion.
+    """Derivatives of a number that depends on a motion, by the stiffness of the springs that move.
 
     young : (n,) by the modulus of each node [1/Pa]; volume : by the stiffness of the volume force [m/N]
     """
@@ -40,9 +40,10 @@ def pull_back(
     motion: tuple[np.ndarray, np.ndarray],
     by_motion: tuple[np.ndarray, np.ndarray],
 ) -> Gradient:
-    """Compute the derivatives of a number by the moduli from those by the key points' positions and velocities.
+    """Return the derivatives of a number by the moduli, from its derivatives by the key points' motion: the adjoint.
 
-    motion : of spring_motion.trajectory; by_motion : two of (steps/every, p, 3), as spring_motion.simulate returns
+    motion : of ``spring_motion.trajectory``
+    by_motion : by positions and velocities, both (steps/every, p, 3), as ``spring_motion.simulate`` returns these
     """
     (x, v), (by_x, by_v) = motion, by_motion
     stiffness = spring_motion.stiffnesses(model, young)
@@ -63,7 +64,7 @@ def _backwards(
     x, v, by_x, by_v, every, corners, shares, stiffness, damping, pairs, rest, tetrahedra, volume_rest, volume,
     mobility, h, by_stiffness, by_damping, by_volume,
 ):  # fmt: skip
-    """Step backwards through the motion; add to the last three arrays, (s,), (s,) and (1,)."""
+    """Step the adjoint backwards through a motion; add derivatives to the last three arrays, (s,), (s,) and (1,)."""
     a, b, w = np.zeros_like(x[0]), np.zeros_like(x[0]), np.empty_like(x[0])
     for s in range(len(x) - 2, -1, -1):
         frame = s // every
@@ -83,7 +84,7 @@ def _backwards(
 
 @numba.njit(cache=True, error_model="numpy")
 def _through_springs(x, v, w, stiffness, damping, pairs, rest, a, b, by_stiffness, by_damping):
-    """Add a step's derivatives through the springs.
+    """Add the derivatives of one step through the springs.
 
     w·f of a spring is T n·d with d = w₁ − w₂; its derivatives by the second end are minus those by the first.
     """
@@ -117,7 +118,7 @@ def _through_springs(x, v, w, stiffness, damping, pairs, rest, a, b, by_stiffnes
 
 @numba.njit(cache=True, error_model="numpy")
 def _through_volume(x, w, tetrahedra, volume_rest, volume, a, by_volume):
-    """Add a step's derivatives through the volume force.
+    """Add the derivatives of one step through the volume force.
 
     w·f of a tetrahedron is −κ (L − L₀) g·w with g = ∂L/∂x; its Hessian is symmetric, so it is its own transpose.
     """
@@ -175,11 +176,11 @@ def value_and_gradient(fitness: Fitness, young: np.ndarray, volume_n_m: float) -
 def descend(
     presses: list[Fitness], start_pa: np.ndarray, limits: Range, evaluations: int, most_n_m: float | None = None
 ) -> tuple[Fit, float]:
-    """Find the best moduli by L-BFGS from ``start_pa`` (n,) [Pa], and the stiffness [N/m] of the volume force.
+    """Return the best moduli by L-BFGS from ``start_pa`` (n,) [Pa], and the stiffness [N/m] of the volume force.
 
     presses : fitnesses of the same springs, whose sum is maximised by ``evaluations`` motions and adjoints of each
-    most_n_m : with it that stiffness is sought too, up to this; without, it stays
-    One row of history per evaluation of all of them. Raises NotConverged if a motion diverges on the way.
+    most_n_m : the largest stiffness of the volume force, if that is searched for too; None leaves it as it is
+    The history has a row per evaluation of all presses. NotConverged if a motion diverges.
     """
     n, begin, initial_n_m = len(start_pa), perf_counter(), presses[0].settings.volume_n_m
     history: list[list[float]] = []

@@ -1,4 +1,4 @@
-"""Fitness of springs against a reference motion (paper 2, eq. 9), closed forms, and the limit of the explicit step."""
+"""Fitness of springs against a reference motion (paper 2, eq. 9), closed forms of moduli, and the stable step."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -28,7 +28,7 @@ ALPHA_S = 0.0025
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Result of a search: ``young`` (n,) [Pa], its ``fitness`` [m], and its ``history``.
+    """The result of a search: ``young`` (n,) [Pa], its ``fitness`` [m], and the ``history`` of the search.
 
     history : (k, 3) evaluations so far, seconds so far, best fitness so far
     """
@@ -40,7 +40,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Range:
-    """Moduli that a search may use, from ``low_pa`` to ``high_pa`` [Pa]."""
+    """The least and largest modulus of a search, ``low_pa`` and ``high_pa`` [Pa]."""
 
     low_pa: float
     high_pa: float
@@ -50,8 +50,8 @@ class Fitness:
     """f = −Σ_steps Σ_keys (‖r − rˢ‖ + α ‖v − vˢ‖) [m], with norms, since the paper's bare differences could cancel.
 
     positions [m] and velocities [m/s] : of the reference at the key points when compared, both (steps/every, p, 3)
-    Each individual is computed in one lane of one thread, so that results are identical bit for bit for any number of
-    threads. One whose motion diverges has the fitness −inf.
+    A motion that diverges has the fitness −∞. Each individual is computed in one lane of one thread: results are
+    identical bit for bit for any number of threads.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class Fitness:
 
 
 class Track:
-    """Record of a fitness's calls: the best individual and, after each call, a row of a ``Fit``'s history."""
+    """A fitness that records its calls: the best individual, and a row of a ``Fit``'s history after each call."""
 
     def __init__(self, fitness: Callable[[np.ndarray], np.ndarray]):
         self._fitness, self._start, self._count = fitness, perf_counter(), 0
@@ -118,6 +118,7 @@ def _evaluate(
     found, stiffness, damping, corners, shares, positions, velocities, every,
     nodes, pairs, rest, tetrahedra, volume_rest, volume, mobility, load, factors, h,
 ):  # fmt: skip
+    """Write the fitness of each lane of each block into ``found``: distances from the reference, summed on the way."""
     k = len(LANES)
     for block in numba.prange(len(stiffness)):
         x = nodes.repeat(k).reshape((len(nodes), 3 * k))
@@ -158,9 +159,9 @@ STARTS = 12
 
 
 def van_gelder(model: SpringModel, material: Material) -> tuple[SpringModel, np.ndarray]:
-    """Set k = E ΣV/l² with the material's E everywhere (Van Gelder 1998): moduli (n,) [Pa] for the unchanged model.
+    """Return moduli (n,) [Pa] of k = E ΣV/l² with the material's E everywhere (Van Gelder 1998), for the same model.
 
-    Averaged over directions that is the given E at a Poisson ratio of 1/4.
+    Averaged over directions the network then has the modulus E, at a Poisson ratio of 1/4.
     """
     return model, np.full(len(model.masses), float(material.young_pa))
 
@@ -186,7 +187,7 @@ CLOSED = {"van_gelder": van_gelder, "lloyd": lloyd}
 
 
 def uniform(fitness: Callable[[np.ndarray], np.ndarray], nodes: int, limits: Range) -> Fit:
-    """Find the fittest modulus common to all ``nodes``: evenly in log E, then by Brent's method around the best."""
+    """Return the fittest modulus common to all ``nodes``: by even steps of log E, then Brent's method at the best."""
     track = Track(fitness)
     low, high = np.log(limits.low_pa), np.log(limits.high_pa)
     logs = np.linspace(low, high, STARTS)
@@ -212,7 +213,7 @@ def volume_stiffness(model: SpringModel, material: Material) -> float:
 
 
 def step_limit(particles: Particles, model: SpringModel, settings: Settings, young_pa: float) -> float:
-    """Compute the longest step [s] that is stable about rest when all moduli are ``young_pa`` [Pa]."""
+    """Return the longest step [s] that is stable about rest if all moduli are ``young_pa`` [Pa]."""
     stiffness = stiffnesses(model, np.full(len(model.masses), float(young_pa)))
     springs = Springs(model.pairs, stiffness, model.rest_m)
     effects: dict[str, Effect] = {"springs": springs, "kelvin": Kelvin(springs, model.masses, settings.damping_ratio)}

@@ -1,10 +1,10 @@
 """Answer with mass-spring networks, whose moduli are fitted to samples, or forces to those of finite elements.
 
-Pressed, moduli are fitted to training samples by the equilibrium's adjoint. Under an instrument, which a penalty keeps
-nodes out of, and on a cut level springs have the moduli of the material (Van Gelder 1998), of each element as much as
-there is tissue in it, and under an instrument with a volume force its bulk modulus, too. Their forces are multiplied by
-one factor, by which they fit those of calibrating touches, or those on the hooks before the cut. Springs that the blade
-crosses are deleted, or nodes are doubled.
+Pressed, moduli are fitted to training samples by the adjoint of the equilibrium. Under an instrument, kept out by a
+penalty at nodes, and on a cut level springs have the moduli of the material (Van Gelder 1998), scaled by the share of
+tissue in each element, and under an instrument with a volume force its bulk modulus, too. Forces are multiplied by one
+factor, fitted to calibrating touches, or to the hooks before the cut. Springs that the blade crosses are deleted, or
+nodes are doubled.
 """
 
 from collections.abc import Sequence
@@ -50,7 +50,7 @@ TOLERANCE, REQUIRED_RESIDUAL, MAX_ITERATIONS = 1e-6, 1e-3, 300
 
 
 class LoadedSprings:
-    """Springs between ``particles``, what holds these, and a load: the energy that a search for equilibrium lowers.
+    """The energy of springs between ``particles``, of their supports and of a load, whose minimum is the equilibrium.
 
     rest : (n, 3) [m]
     Raises InputError for a body that nothing holds.
@@ -65,24 +65,24 @@ class LoadedSprings:
             raise InputError(f"{particles.name}: nothing is held, so springs have no equilibrium; give it anchors.")
 
     def act(self, springs: Effect, **more: Effect) -> None:
-        """Take these springs, and effects beside them; nothing loads them yet."""
+        """Replace the springs, and effects beside them; the load is zero."""
         self._system = System(self.particles, {"springs": springs} | self._supports | more)
         self.load(np.zeros_like(self.rest))
 
     def load(self, force: np.ndarray) -> None:
-        """Load nodes with ``force`` (n, 3) [N]; what acts on held ones counts for nothing."""
+        """Replace the load by nodal forces ``force`` (n, 3) [N]; those at held nodes are left out."""
         self._load = np.where(self._system.free[:, None], force, 0.0)
 
     def energy(self, x: np.ndarray) -> float:
-        """Return the energy of what acts minus the work of the load [J]."""
+        """Return the energy [J] of springs and supports at ``x`` (n, 3) [m], minus the work of the load."""
         return self._system.energy(x) - float(np.vdot(self._load, x - self.rest))
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        """Return the forces of what acts and the load (n, 3) [N], zero at held nodes."""
+        """Return the force (n, 3) [N] of springs, supports and the load at ``x`` (n, 3) [m], zero at held nodes."""
         return self._system.potential_force(x) + self._load
 
     def stiffness(self, x: np.ndarray, definite: bool = False) -> sparse.bsr_array:
-        """Return the stiffness (3n, 3n) [N/m] at ``x``, held nodes apart; ``definite`` as effects have it."""
+        """Return the stiffness (3n, 3n) [N/m] at ``x``, held nodes apart, with parts clamped if ``definite``."""
         stiffness = self._system.stiffness(x, definite)
         self._system.hold(stiffness)
         return stiffness
@@ -91,7 +91,7 @@ class LoadedSprings:
 class Network(LoadedSprings):
     """Springs on the edges of a level's tetrahedra, and paper 2's volume force if it has a stiffness.
 
-    model : all of the springs but their stiffness, which ``stiffen`` gives
+    model : the network without the springs' stiffness, which ``stiffen`` sets
     up : (n_surface, n), from nodes to the fine surface
     """
 
@@ -103,19 +103,19 @@ class Network(LoadedSprings):
         self._shares = ContactShares(case, level)
 
     def stiffen(self, young_pa: np.ndarray, volume_n_m: float) -> None:
-        """Give nodes their moduli (n,) [Pa] (paper 2, eq. 5), and the volume force its stiffness [N/m]."""
+        """Set the moduli (n,) [Pa] of nodes (paper 2, eq. 5), and the stiffness of the volume force [N/m]."""
         volume = {"volume": Volume(self.particles, volume_n_m)} if volume_n_m > 0.0 else {}
         self.act(Springs(self.model.pairs, stiffnesses(self.model, young_pa), self.model.rest_m), **volume)
         self._factor = Factor(self.stiffness(self.rest))
 
     def press(self, contact: int, force: np.ndarray) -> None:
-        """Load it with ``force`` (3,) [N] at coarse node ``contact``; InputError if that cannot be pressed."""
+        """Load the network with ``force`` (3,) [N] at coarse node ``contact``; InputError if that cannot be pressed."""
         self.load(self._shares.spread([(contact, force)], len(self.rest)))
 
     def approach(self, iterations: int, start: np.ndarray | None = None) -> np.ndarray:
-        """Return positions (n, 3) [m] after so many quasi-Newton iterations; from rest the first is the linear answer.
+        """Return positions (n, 3) [m] after quasi-Newton ``iterations`` from ``start`` or rest.
 
-        Raises NotConverged if not even the first lowers the energy.
+        From rest the first iteration is the linear answer. NotConverged if not even the first lowers the energy.
         """
         tolerance_n, start = TOLERANCE * float(np.linalg.norm(self._load)), self.rest if start is None else start
         x = minimise_by_lbfgs(self, self._factor.solve, start, tolerance_n, iterations).x
@@ -132,9 +132,9 @@ class Network(LoadedSprings):
         return x
 
     def adjoint(self, x: np.ndarray, by_x: np.ndarray) -> np.ndarray:
-        """Apply the inverse of the stiffness at ``x`` to ``by_x`` (n, 3): the adjoint of the equilibrium.
+        """Return the inverse of the stiffness at ``x`` times ``by_x`` (n, 3): the adjoint of the equilibrium.
 
-        Where the stiffness is not positive definite, this returns what conjugate gradients reach.
+        Where the stiffness is not positive definite, this is the last iterate of conjugate gradients.
         """
         stiffness = self.stiffness(x)
         right = by_x.copy()
@@ -152,7 +152,7 @@ WIDTH = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Moduli:
-    """The result of a fit: ``young_pa`` (n,) of the nodes, ``volume_n_m``, and the ``misfit``, mean RMSE of peak."""
+    """Fitted ``young_pa`` (n,) of nodes, ``volume_n_m`` of the volume force, and ``misfit``, the mean RMSE of peak."""
 
     young_pa: np.ndarray
     volume_n_m: float
@@ -160,12 +160,12 @@ class Moduli:
 
 
 def fit_moduli(network: Network, samples: Database, nodal: bool, volume: bool, evaluations: tuple[int, int]) -> Moduli:
-    """Find the moduli with the least mean RMSE of peak over ``samples``; ``network`` is left with some others.
+    """Return the moduli with the least mean RMSE of peak over ``samples``; ``network`` is left with other ones.
 
-    nodal : a modulus for each node, sought from the best one for all
-    volume : with a volume force, whose stiffness is sought too
+    nodal : whether each node has a modulus, searched for from the best one for all
+    volume : whether there is a volume force, whose stiffness is searched for too
     evaluations : of the misfit and its gradient, for one modulus and for one a node
-    A sample without equilibrium counts as wrong by its whole peak. Raises NotConverged if all are.
+    A sample without equilibrium counts as wrong by its whole peak. NotConverged if all are.
     """
     search = _Search(network, samples, volume)
     search.descend(1, evaluations[0], np.append(np.zeros(1), [1.0 / WIDTH] if volume else []))
@@ -180,7 +180,7 @@ def fit_moduli(network: Network, samples: Database, nodal: bool, volume: bool, e
 
 
 class _Search:
-    """The misfit and its gradient by the unknowns: log E over the material's and, last, κ over ``stiff``."""
+    """The misfit of samples and its gradient by the unknowns: log E over the material's and, last, κ over ``stiff``."""
 
     def __init__(self, network: Network, samples: Database, volume: bool):
         self._network, self._samples = network, samples
@@ -195,7 +195,7 @@ class _Search:
         self.best = Moduli(np.full(len(network.rest), self._young), 0.0, np.inf)
 
     def descend(self, count: int, evaluations: int, start: np.ndarray) -> None:
-        """Improve on the best, with ``count`` moduli."""
+        """Lower the misfit by L-BFGS from ``start``, whose first ``count`` unknowns are moduli; ``best`` is updated."""
         steepness = float(np.linalg.norm(self._evaluate(start, count)[1]))
         if steepness == 0.0:
             return
@@ -210,6 +210,7 @@ class _Search:
         minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
 
     def _evaluate(self, unknowns: np.ndarray, count: int) -> tuple[float, np.ndarray]:
+        """Return the misfit and its gradient by ``unknowns``, of which the first ``count`` are moduli."""
         nodes, samples = len(self._network.rest), len(self._peaks)
         young = self._young * np.exp(np.broadcast_to(unknowns[:count], nodes))
         volume = float(unknowns[-1]) * self.stiff
@@ -224,7 +225,7 @@ class _Search:
         return misfit, np.append(slopes, by_volume) / samples
 
     def _sample(self, i: int) -> tuple[float, np.ndarray, float]:
-        """Return the RMSE of peak of one sample, and its gradient by the moduli (n,) [1/Pa] and by κ [m/N]."""
+        """Return sample ``i``'s RMSE of peak, and its gradient by the moduli (n,) [1/Pa] and by κ [m/N]."""
         network, nothing = self._network, (np.zeros(len(self._network.rest)), 0.0)
         network.press(int(self._samples.contact[i]), self._samples.force[i])
         try:
@@ -242,7 +243,7 @@ class _Search:
 
 
 def _slopes(network: Network, x: np.ndarray, adjoint: np.ndarray) -> tuple[np.ndarray, float]:
-    """Multiply ``adjoint`` (n, 3) by the derivatives of the forces at ``x`` by the moduli and by κ."""
+    """Return the derivatives by the moduli and by κ of the forces at ``x``, multiplied by ``adjoint`` (n, 3)."""
     pairs, model = network.model.pairs, network.model
     ends = x[pairs[:, 1]] - x[pairs[:, 0]]
     length = np.linalg.norm(ends, axis=1)
@@ -259,9 +260,9 @@ EVALUATIONS = 8, 40
 
 
 def prepare(case: Case, model: kinds.Springs) -> Solver:
-    """Fit moduli to the training samples, once for all iterations, and factorise the stiffness at rest.
+    """Return springs fitted to the training samples, once for all iterations, with the stiffness at rest factorised.
 
-    Raises InputError for a body that nothing holds, NotConverged if no moduli fit.
+    InputError for a body that nothing holds, NotConverged if no moduli fit.
     """
     network, kind = Network(case, model.level), (model.nodal, model.volume)
     samples = (case if model.samples is None else case.first(model.samples)).use_training()
@@ -299,7 +300,7 @@ def settings(case: TouchCase, volume: bool) -> list[Setting]:
 
 
 class SpringsTouch(NodeTouch):
-    """A network that makes so many quasi-Newton iterations at each step of the instrument.
+    """A network that makes so many quasi-Newton ``iterations`` at each step of the instrument.
 
     InputError for a body that nothing holds, LeftOut for one on a bed, NotConverged for one of several stiffnesses.
     """
@@ -350,7 +351,7 @@ LIFT = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Torn(Parted):
-    """A level whose nodes are as before, though springs between them are gone.
+    """A cut level whose nodes are as before, while the springs that the cut crosses are deleted.
 
     Points of the skin follow those corners of their triangle that are on their own side of the ``cuts``.
     """
@@ -358,6 +359,7 @@ class Torn(Parted):
     cuts: Sequence[Cut]
 
     def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
+        """Return ``rows`` without shares of corners on another side than the points, ``sides`` (k, cuts)."""
         rows = sparse.csr_array(rows)
         at, places = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), rows @ self.whole.nodes
         own = np.ones(len(at), dtype=bool)
@@ -370,7 +372,7 @@ class Torn(Parted):
 
 
 class CutSprings(LevelModel):
-    """A network that makes so many quasi-Newton ``iterations`` from its linear answer."""
+    """Springs of a cut level, which make so many quasi-Newton ``iterations`` from their linear answer."""
 
     def __init__(self, case: CutCase, level: int, way: str, iterations: int):
         super().__init__(case, level, way)
@@ -387,6 +389,7 @@ class CutSprings(LevelModel):
         self._ready(self._looked_at(Torn(**vars(before), cuts=cuts), cuts), deleted=cuts)
 
     def _ready(self, cut: Opened, deleted: Sequence[Cut] = ()) -> None:
+        """Build the springs of ``cut`` without those that the cuts ``deleted`` cross, and their preconditioner."""
         self._opened, rest = cut, cut.rest
         particles = particles_of(cut.parted.body, 0, surface=False)
         model = spring_model(particles)
@@ -415,7 +418,7 @@ class CutSprings(LevelModel):
         return cut.answer(way.x, self._factor * self._free_force(way.x))
 
     def _linear(self) -> np.ndarray:
-        """Return the positions (n, 3) [m] of the network linearised at rest."""
+        """Return the positions (n, 3) [m] of the linearised network under the hooks' motion."""
         cut = self._opened
         left = -self._stiffness(cut.shifts)
         left[self._still] = 0.0

@@ -1,6 +1,6 @@
-"""Fit spring moduli to presses in every way: by closed forms, one modulus for all, evolution, and descent.
+"""Fit spring moduli to presses by any method: closed forms, one modulus for all, evolution, or descent.
 
-Evolution is paper 2's genetic algorithm, and its rival CMA-ES.
+Evolution is paper 2's genetic algorithm, or CMA-ES, its rival.
 """
 
 from collections.abc import Callable
@@ -55,6 +55,7 @@ class Genetic:
         self.individuals, self.fitness = individuals[order], fitness[order]
 
     def _child(self) -> np.ndarray:
+        """Return a new individual (n,) [Pa]: two parents' recombination or a copy of one, perhaps mutated."""
         random, limits, n = self._random, self._limits, self.generation
         first, second = self.individuals[random.integers(len(self.individuals), size=2)]
         child = first.copy()
@@ -76,7 +77,7 @@ def evolve(
     generations: int,
     report: Callable[[int, float], None] = lambda generation, best: None,
 ) -> Fit:
-    """Run so many ``generations``, and call ``report`` with each one's number and best fitness [m]."""
+    """Run ``generations`` of the genetic algorithm; ``report`` gets each one's number and best fitness [m]."""
     search = Genetic(fitness, nodes, population, limits, seed)
     while search.generation < generations:
         search.advance()

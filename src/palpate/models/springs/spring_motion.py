@@ -62,7 +62,7 @@ def spring_model(particles: Particles) -> SpringModel:
 
 @dataclass(frozen=True, eq=False)
 class KeyPoints:
-    """p points that move with the mesh: each is Σ ``shares`` (p, 4) times the nodes ``corners`` (p, 4)."""
+    """p points that move with the mesh, each the sum of ``shares`` (p, 4) times the nodes ``corners`` (p, 4)."""
 
     corners: np.ndarray
     shares: np.ndarray
@@ -111,7 +111,7 @@ class Press:
         return load
 
     def factors(self, step_s: float, steps: int) -> np.ndarray:
-        """Compute the fraction of the force at the end of each step, (steps,) from 0 to 1, for explicit steps."""
+        """Return the share of the force at the end of each explicit step, (steps,), from 0 to 1."""
         q = np.clip(step_s * np.arange(1, steps + 1) / self.rise_s, 0.0, 1.0)
         return q * q * (3.0 - 2.0 * q)
 
@@ -184,7 +184,7 @@ def trajectory(
 
 
 def constants(model: SpringModel, press: Press, settings: Settings) -> tuple:
-    """Collect the arguments of ``advance`` that no modulus changes, with the factors of the load in all steps."""
+    """Return the arguments of ``advance`` that no modulus changes, with the factors of the load in all steps."""
     mobility = 1.0 / model.masses
     mobility[model.held] = 0.0
     volume_rest = rest_distance_sum(model.nodes, model.tetrahedra)
@@ -233,6 +233,7 @@ def advance(
 def _record(
     x, v, stiffness, damping, nodes, pairs, rest, tetrahedra, volume_rest, volume, mobility, load, factors, h
 ):  # fmt: skip
+    """Write the positions ``x`` and velocities ``v`` after each step, (steps + 1, n, 3)."""
     force, work = np.empty_like(nodes), np.empty(12)
     x[0], v[0] = nodes, 0.0
     for s in range(len(factors)):
@@ -250,12 +251,12 @@ BALANCE_TOLERANCE = 1e-8
 def reference_motion(
     particles: Particles, model: SpringModel, press: Press, settings: Settings, substeps: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute positions [m] and velocities [m/s] of the key points after each of the springs' steps, (steps, p, 3).
+    """Compute positions [m] and velocities [m/s] of the key points by finite elements, (steps, p, 3) after each step.
 
     particles : those of ``model``, or of a finer level with a ``press`` of its own, whose first nodes are the same
-    Damping is that of ``damping_time``. Backward Euler takes ``substeps`` steps in each of the springs': its numerical
-    damping, ω h/2 of critical for a mode of frequency ω, is not to be fitted. Raises NotConverged where a step is not
-    found.
+    Damping is that of ``damping_time``. Each of the springs' steps is ``substeps`` steps of backward Euler, whose
+    numerical damping, ω h/2 of critical for a mode of frequency ω, is not to be fitted. NotConverged where a step is
+    not found.
     """
     elastic = LinearElements(particles, particles.tissue)
     time = damping_time(model, particles.material.young_pa, settings.damping_ratio)

@@ -1,7 +1,7 @@
-"""Contact of an instrument with a linear body that is pressed on discs: which of them bear, and how much.
+"""Solve contact of an instrument with a linear body that is pressed on discs: which discs carry force, and how much.
 
-The mean gap of each disc, weighted with its pressure, is none where it bears a force, which is never negative: a
-complementarity problem (Duriez and others 2006) in a few of the body's compliances, with the distance linearised anew.
+The mean gap of each disc, weighted with its pressure, is zero where it carries a force, which is never negative: a
+complementarity problem (Duriez and others 2006) in few compliances of the body, with the distance linearised anew.
 """
 
 from typing import NamedTuple
@@ -19,13 +19,13 @@ BLOCKS = 5
 
 
 class Discs(NamedTuple):
-    """m discs on a surface, whose gaps are looked at in s places.
+    """m discs on a surface, with their linear responses; gaps to an instrument are measured in s places.
 
     rest : (s, 3) [m]; ways : (m, 3) unit vectors along which the discs press
     motions : (m, s, 3) [m/N] of the places, by a unit force on each disc
     spins : (m, s, 3) [rad/N], the rotation vectors there, or none of them (0, s, 3) where motions are not turned
     shares : (m, s) of a disc's force in each place, rows that add up to 1; areas : (s,) [m²] of the places
-    responses, turns : (m, n, 3) [m/N], [rad/N], the motions and the rotation vectors of whatever is asked for
+    responses, turns : (m, n, 3) [m/N], [rad/N], the motions and the rotation vectors of the fine surface
     """
 
     rest: np.ndarray
@@ -40,10 +40,11 @@ class Discs(NamedTuple):
 
 @numba.njit(cache=True, error_model="numpy")
 def complementary(matrix, right, most):
-    """Return numbers z (k,) ≥ 0 with matrix z + right ≥ 0, one of both 0 everywhere, and whether they were found.
+    """Solve the linear complementarity problem: z ≥ 0, matrix z + right ≥ 0 (k,), one of both 0 in each row.
 
-    matrix : (k, k), with positive principal minors; most : exchanges. Block pivoting (Júdice and Pires 1994): all that
-    are wrong change sides while they become fewer; else one by one, which ends (Murty 1974).
+    matrix : (k, k), with positive principal minors; most : exchanges of rows at most
+    Returns z and whether it was found. Block pivoting (Júdice and Pires 1994): all wrong rows change sides while they
+    become fewer; else one by one, which ends (Murty 1974).
     """
     k = len(right)
     bears = np.ones(k, dtype=np.bool_)
@@ -76,12 +77,12 @@ def complementary(matrix, right, most):
 
 @numba.njit(cache=True, error_model="numpy")
 def settle_discs(rest, motions, spins, shares, tip, way, steps, axes, shape):
-    """Return the forces (m,) [N] of discs on a body that an instrument is pushed into, and what is off.
+    """Return the forces (m,) [N] of discs on a body that an instrument is pushed into, and the error of contact.
 
     rest, motions, spins, shares : as of ``Discs``; axes, shape : of the instrument
-    tip : (3,) [m], of it at first touch; way, steps : how it then moves (3,) [m], in so many steps
-    From far off the complementarity problem may have no solution; on the way, one linearisation a step is enough.
-    What is off is the largest gap of a disc that bears, or overlap of one that does not, over the way's length. Gaps of
+    tip : (3,) [m], of it at first touch; way, steps : its motion from there (3,) [m], in so many steps
+    The error is the largest gap of a disc with force, or overlap of one without, over the way's length. From far off
+    the complementarity problem may have no solution; in steps on the way, one linearisation each is enough. Gaps of
     turned motions close along normals that are turned back: how rotations change is left to the next linearisation.
     """
     m, s = shares.shape

@@ -1,9 +1,9 @@
 """Answer a touch with linear responses of its place, and contact solved in them: the classic of haptics.
 
-Unit forces on small discs that cover what may be touched have linear responses (James and Pai 1999, "ArtDefo"), of
-which the answer is made that ``disc_contact`` finds. They press along the inward normals of the surface at rest,
-whichever way the instrument comes. *Warped*, responses and normals are turned by the rotations of the sum of the
-responses at the surface, as ``warped_response`` does for presses: a linear body alone is 10 to 20 % too hard.
+Linear responses to unit forces on small discs that cover what may be touched (James and Pai 1999, "ArtDefo") are
+superposed; ``disc_contact`` finds the forces. Discs press along the inward normals of the surface at rest, whichever
+way the instrument comes. *Warped*, responses and normals are turned by the rotations of the summed responses at the
+surface, as ``warped_response`` does for presses: a linear body alone is 10 to 20 % too hard.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, Tou
 from palpate.benchmark.touch_mesh import TouchedMeshes, contact_radius
 from palpate.bodies.contacts import spread_over
 from palpate.bodies.mesh import Mesh, TetMesh
-from palpate.effects.instrument import GRASP, PUNCH, Instrument, Pose
+from palpate.effects.instrument import GRASP, PUNCH, Pose
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.touch.disc_contact import OFF, Discs, combined, settle_discs
 from palpate.models.touch.reduced_touch import doubt_beyond
@@ -41,7 +41,7 @@ SHORTER = (1, 2, 4)
 
 
 def settings(case: TouchCase) -> list[Setting]:
-    """List the numbers of discs, the levels of the mesh and whether responses are warped; of a grasp the levels."""
+    """List the numbers of discs, levels of the mesh and whether responses are warped; of a grasp the levels alone."""
     grid = case.grid.linear
     if case.instrument.kind != GRASP:
         return [dict(each) for each in grid]
@@ -50,7 +50,7 @@ def settings(case: TouchCase) -> list[Setting]:
 
 
 def online(case: TouchCase, held: int, level: int, discs: int = 0, warped: bool = False) -> TouchSolver:
-    """Return the model; each place is prepared when it is asked to. LeftOut for an instrument that sticks."""
+    """Return the solver of a setting, which prepares places when asked to. LeftOut for an instrument that sticks."""
     if case.instrument.kind == GRASP:
         return GraspedResponses(case, held, level)
     refuse_sticking(case, "linear responses of a place")
@@ -58,7 +58,7 @@ def online(case: TouchCase, held: int, level: int, discs: int = 0, warped: bool 
 
 
 class LinearTouch(TouchSolver):
-    """Linear responses of places, by node."""
+    """Linear responses of discs around places, by the node of the place."""
 
     def __init__(self, case: TouchCase, where: tuple[int, int], discs: int, warped: bool):
         self._case, self._asked = case, (where, discs, warped)
@@ -69,7 +69,7 @@ class LinearTouch(TouchSolver):
             self._places[touch.node] = _discs(self._case, touch.node, *self._asked)
 
     def respond(self, touch: Touch) -> Touched:
-        """Answer as ``TouchSolver`` does; TouchDoubted where contact is not solved, or unprepared."""
+        """Answer as ``TouchSolver`` does; TouchDoubted where contact is not solved, or beyond what is prepared."""
         discs, body = self._places[touch.node], self._case.body
         doubt_beyond(touch, body.fine.normals[touch.node], self._case.deepest_m)
         forces, off = _settled(discs, touch, touch.pose(body))
@@ -89,7 +89,8 @@ class LinearTouch(TouchSolver):
 class GraspedResponses(TouchSolver):
     """Linear responses to motions of what is grasped along three axes, by node.
 
-    Warped, they would move the patch elsewhere than it is held: by 9 % on average where the liver is pulled.
+    They are not warped: that would move the patch elsewhere than it is held, by 9 % on average where the liver is
+    pulled.
     """
 
     def __init__(self, case: TouchCase, held: int, level: int):
@@ -114,9 +115,13 @@ class GraspedResponses(TouchSolver):
 
 
 def _settled(discs: Discs, touch: Touch, begin: Pose) -> tuple[np.ndarray, float]:
-    """Return the forces of discs under a touch that begins at ``begin``, and what is off, as ``settle_discs`` does."""
-    way, least = touch.depth_m * touch.direction, int(np.ceil(touch.depth_m / _longest(touch.instrument)))
-    fixed, tool = (discs.rest, discs.motions, discs.spins, discs.shares), (begin.axes, touch.instrument.shape)
+    """Return the forces of discs under a touch that begins at ``begin``, and contact's error, as ``settle_discs``."""
+    instrument, way = touch.instrument, touch.depth_m * touch.direction
+    # a step leaves the end of a punch nearer than its side to all that is inside
+    edge = max(instrument.edge_m, SHARP * instrument.radius_m)
+    longest = edge if instrument.kind == PUNCH else STEP * instrument.radius_m
+    least = int(np.ceil(touch.depth_m / longest))
+    fixed, tool = (discs.rest, discs.motions, discs.spins, discs.shares), (begin.axes, instrument.shape)
     for factor in SHORTER:
         forces, off = settle_discs(*fixed, begin.tip, way, factor * least, *tool)
         if off <= OFF:
@@ -124,24 +129,21 @@ def _settled(discs: Discs, touch: Touch, begin: Pose) -> tuple[np.ndarray, float
     return forces, off
 
 
-def _longest(instrument: Instrument) -> float:
-    """Return the longest step [m]: of a punch, one that leaves its end nearer than its side to all that is inside."""
-    radius, punch = instrument.radius_m, instrument.kind == PUNCH
-    return max(instrument.edge_m, SHARP * radius) if punch else STEP * radius
-
-
 def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warped: bool) -> Discs:
+    """Compute linear responses of ``count`` discs around ``node``, on the mesh with the levels ``where``."""
     place, outward, instrument = case.body.fine.nodes[node], case.body.fine.normals[node], case.instrument
     meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
     deepest = Touch(instrument, node, -outward, case.deepest_m)
     found = meshes.around(deepest, *where)
     points, mesh = found.contact.points, found.problem.mesh
     at, up = points.interpolation @ mesh.nodes, points.interpolation @ mesh.normals
+    # centres of the discs among points near the place, denser in the middle
     reach = REACH * contact_radius(instrument, case.deepest_m) + 0.5 * instrument.length_m
     away = np.linalg.norm(at - place, axis=1)
     near = np.flatnonzero(away <= reach)
     graded = (at - place) * ((np.maximum(away, 1e-9 * reach) / reach) ** -GRADED)[:, None]
     centers = graded[near[spread_over(graded[near], count)]]
+    # pressures of the discs on the points, and the responses to them
     away = np.linalg.norm(graded[:, None] - centers, axis=2) / (WIDE * reach * np.sqrt(np.pi / count))
     pressures = points.areas[:, None] * np.clip(1.0 - away**2, 0.0, None)
     pressures /= pressures.sum(axis=0)
@@ -149,6 +151,7 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     loads = (points.interpolation.T @ pressures)[:, None, :] * ways.T
     columns = ElementsAtRest(found.body, found.level).solve(np.ascontiguousarray(loads), COLUMN_RESIDUAL)
+    # places where gaps are looked at, with the pressures of the points nearest to each
     on = np.flatnonzero(pressures.any(axis=1))
     looked = on[spread_over(graded[on], PLACES * count)]
     nearest = np.linalg.norm(graded[on][:, None] - graded[looked], axis=2).argmin(axis=1)
@@ -165,7 +168,7 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
 
 
 def by_column(rows: sparse.csr_array, field: np.ndarray) -> np.ndarray:
-    """Return what ``rows`` (k, n) see of each of the m columns of ``field`` (n, 3, m), (m, k, 3)."""
+    """Return the interpolation by ``rows`` (k, n) of each of m columns of ``field`` (n, 3, m), (m, k, 3)."""
     seen = (rows @ field.reshape(len(field), -1)).reshape(rows.shape[0], *field.shape[1:])
     return np.ascontiguousarray(seen.transpose(2, 0, 1))
 

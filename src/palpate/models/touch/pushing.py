@@ -1,6 +1,6 @@
-"""Shared by the methods that relax nodes under an instrument: its steps inward, and the answer when it has arrived.
+"""Shared by methods that relax nodes under an instrument: its steps inward, the answer at the end, and a calibration.
 
-Those without elements are calibrated by touches that quadratic elements answer: at a given depth a stiffness scales
+Methods without elements are calibrated by touches that quadratic elements answer: at a given depth a stiffness scales
 the force and leaves the displacement as it is, so that one factor fits it.
 """
 
@@ -38,9 +38,9 @@ class Relaxing(NamedTuple):
 
 
 class NodeTouch(TouchSolver):
-    """A method that relaxes the nodes of a level at each step of an instrument, from where they were before.
+    """A method that relaxes the nodes of a level at each step of an instrument, starting from the step before.
 
-    Where nothing touches yet, the body stays at rest. The area is that of the nodes which bear a force.
+    Where nothing touches yet, the body stays at rest. The area is that of the nodes which carry a force.
     """
 
     def __init__(self, case: TouchCase, level: int):
@@ -74,7 +74,7 @@ class NodeTouch(TouchSolver):
 def dragged(
     rest: np.ndarray, nodes: np.ndarray, shifts: np.ndarray, relax: Callable[[np.ndarray], np.ndarray]
 ) -> np.ndarray:
-    """Return positions (n, 3) [m] after ``nodes`` have moved by ``shifts`` (n, 3) [m], relaxed at each of SHARES."""
+    """Return positions (n, 3) [m] after ``nodes`` moved by ``shifts`` (n, 3) [m], relaxed at SHARES of the way."""
     x = rest.copy()
     for share in SHARES:
         x[nodes] = (rest + share * shifts)[nodes]
@@ -83,7 +83,7 @@ def dragged(
 
 
 COUNT, DEPTHS = 4, (0.3, 0.7)
-"""Touches that serve, and their depths over the radius of the instrument, at most the deepest of the case."""
+"""Calibrating touches, and their depths over the radius of the instrument, at most the deepest of the case."""
 ALONG, TOLERANCE = 2.0, 1e-3
 """Elements along the radius of what touches, and the residual at which their answers stop."""
 SEED = 1000
@@ -91,11 +91,12 @@ SEED = 1000
 
 
 def calibration(case: TouchCase) -> list[tuple[Touch, Touched]]:
-    """Return touches and the answers to them, found once for all models of a case."""
+    """Return some touches and quadratic elements' answers to them, computed once for all models of a case."""
     return case.share("calibration", lambda: _answered(case))
 
 
 def _answered(case: TouchCase) -> list[tuple[Touch, Touched]]:
+    """Choose touches that elements finer than the models' answer, and return these with the answers."""
     meshes, answers = TouchedMeshes(case.body), {}
 
     def bears(touch: Touch) -> bool:
@@ -116,7 +117,7 @@ def _answered(case: TouchCase) -> list[tuple[Touch, Touched]]:
 
 
 def force_scale(found: list[Touched], right: list[Touched]) -> float:
-    """Return the factor for the forces at the whole depth that leaves the least relative errors, by least squares.
+    """Return the factor for forces ``found`` that fits the ``right`` ones, by least squares of relative errors.
 
     NotConverged where no touch is felt at all.
     """

@@ -1,23 +1,19 @@
-"""A body in few coordinates that an instrument is pushed into: elastic energy of cells, and contact at points."""
+"""Settle a body in few coordinates under an instrument; the pushes that prepare it, and predict where it settles."""
 
 from collections.abc import Sequence
 
 import numba
 import numpy as np
-from scipy import sparse
 
-from palpate.benchmark.touch import Touch, TouchDoubted, Touched
-from palpate.effects.instrument import Pose
-from palpate.models.reduced.energy import ReducedEnergy
+from palpate.benchmark.touch import Touch, TouchDoubted
 from palpate.models.reduced.search import settle
-from palpate.solvers.indentation import ContactPoints
 
 
 @numba.njit(cache=True, error_model="numpy")
 def settle_touching(q, body, base, points, tip, axes, shape, tolerance, iterations):
     """Settle ``q`` (r,) in place under an instrument; return its force (3,) [N], the area touched [m²], the residual.
 
-    base, points, tip, axes, shape : as ``search.touched`` has them; the area is that at rest
+    base, points, tip, axes, shape : as in ``search.touched``; the area is that at rest
     """
     count, force, area = len(points[2]), np.zeros(3), 0.0
     normals, pressures = np.empty((count, 3)), np.empty(count)
@@ -31,63 +27,6 @@ def settle_touching(q, body, base, points, tip, axes, shape, tolerance, iteratio
     return force, area, left
 
 
-RESIDUAL, ITERATIONS = 1e-3, 30
-"""Residual of an answer over the force of contact, and most of Newton's iterations."""
-
-
-STIFFER = 2.0
-"""Penalty over that of the elements, whose multipliers are lacking."""
-
-
-class ReducedTouch:
-    """One place of a body in r coordinates.
-
-    model : its energy; modes : (n, 3, r) the motion of the nodes; points : of the surface, those ``near`` (q,) bool
-    are looked at; rest : (n, 3) [m]; up : the map (n_surface, n) to the fine surface
-    Its ``points`` are what ``settle_touching`` takes; ``surface`` (3 n_surface, r) is the motion of the fine surface,
-    in single precision, as it takes long to read.
-    """
-
-    def __init__(
-        self,
-        model: ReducedEnergy,
-        modes: np.ndarray,
-        points: ContactPoints,
-        near: np.ndarray,
-        rest: np.ndarray,
-        up: sparse.csr_array,
-    ):
-        count, flat, nodes = modes.shape[2], modes.reshape(len(rest), -1), points.interpolation[near]
-        moved = (nodes @ flat).reshape(-1, count)
-        self.points = (nodes @ rest).ravel(), moved, points.areas[near], STIFFER * points.penalty[near]
-        self.model = model
-        self.surface = (up @ flat).reshape(-1, count).astype(np.float32)
-
-    @property
-    def count(self) -> int:
-        """The number of coordinates."""
-        return len(self.model.rest)
-
-    def settle(self, pose: Pose, q: np.ndarray) -> tuple[np.ndarray, float, float]:
-        """Settle ``q`` (r,) in place; return the force (3,) [N], the area touched [m²] and the residual."""
-        where = self.points, pose.tip, pose.axes, pose.instrument.shape
-        return settle_touching(q, self.model.body, self.model.base, *where, RESIDUAL, ITERATIONS)
-
-    def answer(self, touch: Touch, pose: Pose, q: np.ndarray, stretched: float = 1.0) -> Touched:
-        """Return the answer to ``touch``, which begins at ``pose``, from coordinates ``q`` (r,), which are settled.
-
-        stretched : areas that touch over those at rest. TouchDoubted where the search stops above its tolerance.
-        """
-        force, area, left = self.settle(pose.moved(touch.depth_m * touch.direction), q)
-        if not left <= RESIDUAL:
-            raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
-        return Touched(
-            (self.surface @ q.astype(np.float32)).reshape(-1, 3).astype(float),
-            float(force @ touch.direction),
-            stretched * area,
-        )
-
-
 TILT = 45.0
 """Largest angle [degrees] to the straight push for which a place is prepared."""
 LOOKED_AT = 0.15
@@ -98,7 +37,7 @@ RIDGE = 1e-6
 
 
 def tilted(axes: np.ndarray, tilt: float, turn: float) -> np.ndarray:
-    """Return the unit vector (3,) into the body, ``tilt`` [degrees] off straight in and turned about that by ``turn``.
+    """Return the unit vector (3,) into the body, ``tilt`` [degrees] off the normal and turned about it by ``turn``.
 
     axes : (3, 3), of an upright instrument
     """
@@ -107,7 +46,7 @@ def tilted(axes: np.ndarray, tilt: float, turn: float) -> np.ndarray:
 
 
 def tilted_ways(axes: np.ndarray, tilts: Sequence[float], around: int) -> np.ndarray:
-    """Return straight in, and for each of ``tilts`` [degrees] so many ways ``around``: (1 + around · tilts, 3)."""
+    """Return straight in, and for each of ``tilts`` [degrees] ``around`` directions: (1 + around · tilts, 3)."""
     turns = 360.0 / around * np.arange(around)
     return np.array([tilted(axes, 0.0, 0.0), *(tilted(axes, tilt, turn) for tilt in tilts for turn in turns)])
 
@@ -121,9 +60,9 @@ def doubt_beyond(touch: Touch, outward: np.ndarray, deepest_m: float) -> None:
 
 
 class Pushes:
-    """Pushes that a place was prepared by, between which a search begins.
+    """Pushes of one place whose results are known, from which the state under another push is predicted.
 
-    deepest_m : of the pushes [m]; ways : (k, 3) [m]; states : (k, r), where they came to
+    deepest_m : of the pushes [m]; ways : (k, 3) [m], their displacements; states : (k, r), their results
     """
 
     def __init__(self, deepest_m: float, ways: np.ndarray, states: np.ndarray):
@@ -131,11 +70,11 @@ class Pushes:
         self._weights = np.linalg.solve(_alike(self._ways, self._ways) + RIDGE * np.eye(len(ways)), states)
 
     def begin(self, push: np.ndarray) -> np.ndarray:
-        """Return the coordinates (r,) at which the search for what a ``push`` (3,) [m] comes to begins."""
+        """Return the coordinates (r,) that are expected under a ``push`` (3,) [m], where its search begins."""
         return _alike(push / self._deepest, self._ways) @ self._weights
 
 
 def _alike(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return how alike ways (..., 3) and (m, 3) are, (..., m): the kernel of polynomials of the degrees 1 to 3."""
+    """Return the polynomial kernel of degrees 1 to 3 of displacements (..., 3) and (m, 3), (..., m)."""
     product = a @ b.T
     return product + product**2 + product**3

@@ -21,7 +21,7 @@ from palpate.bodies.material import LAWS
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
 from palpate.models.contact_modes.contact_modes import LARGEST_NORM, LARGEST_PRESS, LEAST_DET, ContactSolver, Prepared
-from palpate.models.contact_modes.workshop import Workshop, bring_to_surface
+from palpate.models.contact_modes.offline import Offline, bring_to_surface
 from palpate.models.kinds import ContactModes
 from palpate.press.portable.runtimes.palpate_model import APART, SCALARS, VERSION, PortableModel, TouchPlace
 from palpate.press.portable.touches import Touches, measured, prepare_places
@@ -97,7 +97,7 @@ def calibrate(
     """
     rows, peaks = [], []
     for node in progress(checked):
-        for i, force in enumerate(best.shop.shown(node, "snapshots").forces[::EVERY]):
+        for i, force in enumerate(best.offline.contact(node, "snapshots").forces[::EVERY]):
             if (row := _compared(model, surface, best, ((node, force),))) is not None:
                 rows.append((node, *row))
                 peaks += [row[3]] if i == 0 else []
@@ -214,7 +214,7 @@ def export_model(
     _refuse(case)
     nodes, checked = _places(case.body, contacts)
     solver, best = ContactSolver(case, model), ContactSolver(case, model.having(modes="snapshots"))
-    shop, surface = solver.shop, case.body.fine.surface
+    shop, surface = solver.offline, case.body.fine.surface
     prepared = [solver.prepare_contact(node) for node in progress("contact")(nodes)]
     seen, sampled = _linear_responses(case.body, shop, prepared, nodes, progress("linear responses, part"))
     columns = [each.columns for each in prepared]
@@ -286,7 +286,7 @@ def _places(body: Body, contacts: int | Sequence[int]) -> tuple[list[int], list[
 
 def _linear_responses(
     body: Body,
-    shop: Workshop,
+    shop: Offline,
     prepared: Sequence[Prepared],
     nodes: Sequence[int],
     progress: Callable[[Sequence], Iterable],
@@ -315,7 +315,7 @@ def to_columns(moved: np.ndarray) -> np.ndarray:
 
 
 def _responses(
-    shop: Workshop, level: int, nodes: Sequence[int] | np.ndarray, progress: Callable[[Sequence], Iterable] = iter
+    shop: Offline, level: int, nodes: Sequence[int] | np.ndarray, progress: Callable[[Sequence], Iterable] = iter
 ) -> np.ndarray:
     """Return the responses (3 n, 3 k) [m/N] of a level to unit forces at ``nodes`` (k,)."""
     elements, parts = shop.elements(level), []

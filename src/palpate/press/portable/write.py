@@ -164,13 +164,13 @@ def model_bytes(
 
 def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:
     model = contact.prepared
-    cells, loads = model.reduced.cells, model.reduced.loads
+    points, loads = model.reduced.points, model.reduced.loads
     scale, coefficients = _short(basis.coordinates(model.rest).T)
     places = np.concatenate([contact.place, contact.normal, model.bearing[0], [model.reach]])
-    moduli = [np.broadcast_to(each, cells.volumes.shape) for each in (cells.mu, cells.lam)]
-    parts = [_words(np.array([loads.shape[0], len(cells.volumes)])), _floats(places), _floats(loads)]
-    parts += [_floats(model.reduced.rest), *(_floats(each) for each in (cells.volumes, *moduli))]
-    return [*parts, *_columns(cells.slopes.reshape(-1, cells.slopes.shape[2])), _floats(scale), coefficients]
+    moduli = [np.broadcast_to(each, points.volumes.shape) for each in (points.mu, points.lam)]
+    parts = [_words(np.array([loads.shape[0], len(points.volumes)])), _floats(places), _floats(loads)]
+    parts += [_floats(model.reduced.rest), *(_floats(each) for each in (points.volumes, *moduli))]
+    return [*parts, *_columns(points.slopes.reshape(-1, points.slopes.shape[2])), _floats(scale), coefficients]
 
 
 def _touched(place: TouchPlace) -> list[bytes]:

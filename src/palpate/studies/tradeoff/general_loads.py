@@ -20,7 +20,7 @@ from palpate.bodies.contacts import places_between
 from palpate.bodies.refinement import quadratic_prolongation
 from palpate.effects.patch_load import patch_shares
 from palpate.errors import InputError, NotConverged
-from palpate.models.contact_modes.workshop import Workshop
+from palpate.models.contact_modes.offline import Offline
 from palpate.table_declaration import Table
 
 SHARE = 0.7
@@ -293,7 +293,7 @@ class _Beyond:
     """Quadratic elements on the finest level, from the answer of the level before; no search beyond MOST_ITERATIONS."""
 
     def __init__(self, case: Case):
-        self._shop = Workshop(case.body, case.radius_m, 0)
+        self._shop = Offline(case.body, case.radius_m, 0)
         self._body, self._last = case.body, len(case.body.levels) - 1
         self._up = quadratic_prolongation(*case.body.levels[-2:])
 

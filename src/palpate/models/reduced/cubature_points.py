@@ -1,6 +1,6 @@
-"""Weighted cells of elements, which have the elastic energy of a body in few coordinates, and its derivatives.
+"""The elastic energy of a body in few coordinates, summed over weighted cubature points, and its derivatives.
 
-Cells are points of elements near a place and averages of elements elsewhere; ``cubature`` chooses few of them.
+A cubature point is an integration point of an element, or the mean of some elements; ``cubature`` chooses them.
 """
 
 from typing import NamedTuple
@@ -13,10 +13,11 @@ from palpate.effects.corotational import BLOCK, hessians, rotations, stresses, t
 
 
 @numba.njit(cache=True, error_model="numpy")
-def cell_stresses(q, slopes, volumes, mu, lam, shape, measure, volume, f, p, energies, accepted):
-    """Write F (9, k) of k cells and their stresses times volumes (9, k) [J] into ``f, p``; return their energy [J].
+def point_stresses(q, slopes, volumes, mu, lam, shape, measure, volume, f, p, energies, accepted):
+    """Compute F (9, k) and the stresses times volumes (9, k) [J] of k cubature points; return their energy [J].
 
-    q : (r,); slopes : (9 k, r); energies, accepted : (k,) scratch; shape, measure, volume : of the law, or None
+    q : (r,) coordinates; slopes : (9 k, r) of F by q; f, p : where results are written
+    energies, accepted : (k,) workspace; shape, measure, volume : functions of the law, or None for the corotational one
     """
     count = len(volumes)
     moved = np.dot(slopes, q)
@@ -39,29 +40,30 @@ def cell_stresses(q, slopes, volumes, mu, lam, shape, measure, volume, f, p, ene
 
 @numba.njit(cache=True, error_model="numpy")
 def elastic(q, body, scratch):
-    """Return the elastic energy [J] and its gradient (r,), block by block of cells, which stay in the cache.
+    """Return the elastic energy [J] at coordinates ``q`` (r,) and its gradient (r,).
 
-    body : as ``ReducedEnergy.in_blocks`` returns it; scratch : as ``scratch_of`` it
+    body : as ``ReducedEnergy.in_blocks`` returns it; scratch : workspace of ``scratch_of``
+    Cubature points are summed block by block, so that a block stays in the cache.
     """
     slopes, volumes, mu, lam, rest, shape, measure, volume = body
     pull = np.dot(rest, q)
     energy = 0.5 * np.dot(pull, q)
     for b in range(len(slopes)):
-        energy += cell_stresses(q, slopes[b], volumes[b], mu[b], lam[b], shape, measure, volume, *scratch)
+        energy += point_stresses(q, slopes[b], volumes[b], mu[b], lam[b], shape, measure, volume, *scratch)
         pull += np.dot(scratch[1].ravel(), slopes[b])
     return energy, pull
 
 
 @numba.njit(cache=True, error_model="numpy")
 def scratch_of(body):
-    """Return what ``cell_stresses`` writes a block of cells into."""
+    """Return the arrays that ``point_stresses`` writes a block of cubature points into."""
     count = body[1].shape[1]
     return np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=np.bool_)
 
 
 @numba.njit(cache=True, error_model="numpy")
 def pulled_by_each(p, slopes, pulls):
-    """Write what each of k cells adds to the gradient into ``pulls`` (k, r); p : (9, k) [J]; slopes : (9, k, r)."""
+    """Write each point's gradient into ``pulls`` (k, r), from P V ``p`` (9, k) [J] and ``slopes`` (9, k, r)."""
     pulls[:] = 0.0
     for i in range(9):
         for k in range(pulls.shape[0]):
@@ -71,7 +73,7 @@ def pulled_by_each(p, slopes, pulls):
 
 @numba.njit(cache=True, error_model="numpy")
 def least_det(q, slopes, count):
-    """Return the smallest det F of so many cells at ``q`` (r,); slopes : (9 count, r)."""
+    """Return the smallest det F of ``count`` cubature points at coordinates ``q`` (r,); slopes : (9 count, r)."""
     moved, least = np.dot(slopes, q), np.inf
     for k in range(count):
         a, b, c = moved[k] + 1.0, moved[count + k], moved[2 * count + k]
@@ -83,10 +85,10 @@ def least_det(q, slopes, count):
 
 @numba.njit(cache=True, error_model="numpy")
 def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
-    """Return what the cells from ``begin`` to ``end`` add to ``tangent`` by the corotational law, less 2 μ V |δF|².
+    """Return the corotational Hessian (r, r) of the points ``begin`` to ``end``, less that of 2 μ V |δF|².
 
-    With the columns g of R this is λ V (Σ g · δF g)² + tᵀ M t for t = Σ g × δF g, as ``corotational.turned`` has M.
-    NaN where a cell's rotation is not known.
+    With the columns g of R it is λ V (Σ g · δF g)² + tᵀ M t for t = Σ g × δF g, M as in ``corotational.turned``. NaN
+    where the rotation of a point is not known.
     """
     r, size = len(q), end - begin
     f, axes, rotated = np.empty((9, BLOCK)), np.zeros((9, BLOCK)), np.empty((15, BLOCK))
@@ -122,7 +124,7 @@ def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
 
 @numba.njit(cache=True, error_model="numpy")
 def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, definite):
-    """Return what the cells from ``begin`` to ``end`` add to ``tangent`` by any law; ``definite`` clamps each cell."""
+    """Return the Hessian (r, r) of the points ``begin`` to ``end`` by any law; ``definite``: each point's clamped."""
     r, size = len(q), end - begin
     f, axes, blocks = np.empty((9, BLOCK)), np.zeros((9, BLOCK)), np.empty((54, BLOCK))
     pulls, stiffnesses, bent = np.empty((15, BLOCK)), np.empty(BLOCK), np.zeros((9, size, r))
@@ -152,7 +154,7 @@ def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume
 
 @numba.njit(cache=True, error_model="numpy")
 def add_tangent(q, slopes, volumes, mu, lam, shape, measure, volume, found):
-    """Add to ``found`` (r, r) what of the tangent of k cells changes with ``q`` (r,); slopes : (9, k, r)."""
+    """Add the part of the energy's Hessian that changes with ``q`` (r,) to ``found`` (r, r); slopes : (9, k, r)."""
     for begin in range(0, len(volumes), BLOCK):
         end = min(begin + BLOCK, len(volumes))
         if shape is None:
@@ -163,7 +165,7 @@ def add_tangent(q, slopes, volumes, mu, lam, shape, measure, volume, found):
 
 @numba.njit(cache=True, error_model="numpy")
 def clamped_tangent(q, slopes, volumes, mu, lam, shape, measure, volume):
-    """Return the Hessian (r, r) of k cells' energy at ``q`` (r,), each clamped positive; slopes : (9, k, r)."""
+    """Return the Hessian (r, r) at ``q`` (r,), that of each of k points clamped positive; slopes : (9, k, r)."""
     found = np.zeros((len(q), len(q)))
     for begin in range(0, len(volumes), BLOCK):
         end = min(begin + BLOCK, len(volumes))
@@ -171,10 +173,11 @@ def clamped_tangent(q, slopes, volumes, mu, lam, shape, measure, volume):
     return found
 
 
-class Cells(NamedTuple):
-    """k cells, whose deformation gradients are I + slopes q for r coordinates q.
+class CubaturePoints(NamedTuple):
+    """k cubature points, whose deformation gradients are F = I + slopes q at coordinates q (r,).
 
-    slopes : (9, k, r), the entries of F row by row; volumes : (k,) [m³], or weights times volumes; mu, lam : (k,) [Pa]
+    slopes : (9, k, r), the entries of F row by row; volumes : (k,) [m³], times weights where some are chosen; mu, lam :
+        (k,) [Pa]
     """
 
     slopes: np.ndarray
@@ -182,14 +185,14 @@ class Cells(NamedTuple):
     mu: np.ndarray
     lam: np.ndarray
 
-    def take(self, chosen: np.ndarray, weights: np.ndarray) -> "Cells":
-        """Return those numbered ``chosen`` (j,), with volumes times ``weights`` (j,)."""
+    def take(self, chosen: np.ndarray, weights: np.ndarray) -> "CubaturePoints":
+        """Return the points with the numbers ``chosen`` (j,), their volumes multiplied by ``weights`` (j,)."""
         slopes = np.ascontiguousarray(self.slopes[:, chosen])
-        return Cells(slopes, self.volumes[chosen] * weights, self.mu[chosen], self.lam[chosen])
+        return CubaturePoints(slopes, self.volumes[chosen] * weights, self.mu[chosen], self.lam[chosen])
 
     @property
     def stiffness(self) -> np.ndarray:
-        """The Hessian (r, r) of their energy at rest, Σ V (2μ e : e + λ tr e tr e)."""
+        """The Hessian (r, r) of the energy of all points at rest, Σ V (2μ e : e + λ tr e tr e)."""
         strain, trace = self._strains
         found = trace.T @ ((self.volumes * self.lam)[:, None] * trace)
         for part in strain:
@@ -197,7 +200,7 @@ class Cells(NamedTuple):
         return found
 
     def stiffnesses(self) -> np.ndarray:
-        """Return the same of each cell, (k, r, r)."""
+        """Return the Hessian of the energy of each point at rest, (k, r, r)."""
         strain, trace = self._strains
         found = (self.volumes * self.lam)[:, None, None] * (trace[:, :, None] * trace[:, None, :])
         for part in strain:
@@ -206,7 +209,7 @@ class Cells(NamedTuple):
 
     @property
     def _strains(self) -> tuple[np.ndarray, np.ndarray]:
-        """The strains (9, k, r) of each coordinate, and their traces (k, r)."""
+        """The strains (9, k, r) of the points by each coordinate, and their traces (k, r)."""
         _, count, modes = self.slopes.shape
         f = self.slopes.reshape(3, 3, count, modes)
         strain = 0.5 * (f + f.transpose(1, 0, 2, 3)).reshape(9, count, modes)

@@ -61,12 +61,17 @@ def places_between(body: Body, count: int, known: np.ndarray) -> np.ndarray:
     known : nodes (m,) that they are to be far from, too
     They lie between coarse nodes that ``pressed_contacts`` lets be pressed; a body that has fewer gives all.
     """
-    good = np.zeros(len(body.coarse.nodes))
-    good[pressed_contacts(body, contacts_of(body))] = 1.0
-    able = body.fine.surface[(body.prolongation @ good)[body.fine.surface] > 1.0 - 1e-9]
+    able = between_contacts(body)
     able = able[able >= len(body.coarse.nodes)]
     points = body.fine.nodes
     return able[spread_out(points[able], points[known], min(count, len(able)))]
+
+
+def between_contacts(body: Body) -> np.ndarray:
+    """Return the fine surface nodes, increasing, that lie between coarse nodes of ``pressed_contacts``."""
+    pressed = np.zeros(len(body.coarse.nodes))
+    pressed[pressed_contacts(body, contacts_of(body))] = 1.0
+    return body.fine.surface[(body.prolongation @ pressed)[body.fine.surface] > 1.0 - 1e-9]
 
 
 def spread_over(points: np.ndarray, count: int) -> list[int]:

@@ -23,6 +23,20 @@ def components(pairs: np.ndarray, count: int) -> np.ndarray:
     return connected_components(graph, directed=False)[1]
 
 
+def triangle_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the edges (k, 2) of ``triangles`` (m, 3), and how many triangles have each, (k,).
+
+    Each edge is there once, smaller node first, in lexicographic order.
+    """
+    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    return np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+
+
+def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return the lengths (k,) [m] of ``edges`` (k, 2) between ``points`` (n, 3) [m]."""
+    return np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
+
+
 def area_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Compute normals of triangles, (m, 3), whose length is twice the triangle's area."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
@@ -173,4 +187,4 @@ class Sheet(Mesh):
     @cached_property
     def edges(self) -> np.ndarray:
         """Triangle edges, (n_edges, 2), each once, smaller node first, in lexicographic order."""
-        return np.unique(np.sort(self.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+        return triangle_edges(self.triangles)[0]

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.bodies.ct.config_scan import label_ball, label_region
 from palpate.bodies.material import Material, Tissue
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import TetMesh, edge_lengths
 from palpate.bodies.mesh_file import in_words, load_tagged
 from palpate.bodies.refinement import refine
 from palpate.bodies.settings import Ct, File, Region, Solid
@@ -127,8 +127,7 @@ def _check_held(place: str, mesh: TetMesh, shares: np.ndarray, free: np.ndarray)
         return
     if (shares >= 0.5).any():
         raise InputError(f"body {place} holds no tetrahedron that is not in a region before it; put it first.")
-    ends = mesh.nodes[mesh.edges]
-    edge = in_words(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()))
+    edge = in_words(float(edge_lengths(mesh.nodes, mesh.edges).mean()))
     raise InputError(
         f"body {place} holds no tetrahedron by half; the edges of the coarse mesh are about {edge}: move or enlarge"
         " the region, or make that mesh finer."

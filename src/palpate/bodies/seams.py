@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 from scipy.spatial import cKDTree
 
-from palpate.bodies.mesh import TetMesh, area_normals, components, within
+from palpate.bodies.mesh import TetMesh, area_normals, components, edge_lengths, within
 from palpate.bodies.surfaces.triangles import drop_unused
 from palpate.errors import InputError
 
@@ -85,12 +85,11 @@ def _coinciding(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return pairs of boundary faces, (k,) and (k,), that coincide facing each other, and the places of nodes (n,)."""
     triangles, surface, edges = mesh.triangles, mesh.surface, mesh.edges
     shortest = np.full(len(mesh.nodes), np.inf)
-    lengths = np.linalg.norm(mesh.nodes[edges[:, 0]] - mesh.nodes[edges[:, 1]], axis=1)
-    np.minimum.at(shortest, edges, lengths[:, None])
+    np.minimum.at(shortest, edges, edge_lengths(mesh.nodes, edges)[:, None])
     reach = SAME * shortest[surface]
     pairs = cKDTree(mesh.nodes[surface]).query_pairs(reach.max(initial=0.0), output_type="ndarray")
-    away = np.linalg.norm(np.diff(mesh.nodes[surface[pairs]], axis=1)[:, 0], axis=1)
-    group = components(surface[pairs[away <= reach[pairs].min(axis=1)]], len(mesh.nodes))
+    same_place = edge_lengths(mesh.nodes, surface[pairs]) <= reach[pairs].min(axis=1)
+    group = components(surface[pairs[same_place]], len(mesh.nodes))
     _, same, count = np.unique(np.sort(group[triangles], axis=1), axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(same, kind="stable")
     first, second = order[count[same[order]] == 2].reshape(-1, 2).T

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.bodies.body import Body
+from palpate.bodies.mesh import area_normals
 from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.solvers.equilibrium import Equilibrium
@@ -45,10 +46,9 @@ class CoarseAnswer:
     @cached_property
     def _normals(self) -> np.ndarray:
         """Normals (n, 3) at the nodes, as long as the areas of the triangles around them are large."""
-        a, b, c = (self.nodes[self.triangles[:, i]] for i in range(3))
-        normals = np.zeros_like(self.nodes)
+        areas, normals = area_normals(self.nodes, self.triangles), np.zeros_like(self.nodes)
         for corner in range(3):
-            np.add.at(normals, self.triangles[:, corner], np.cross(b - a, c - a))
+            np.add.at(normals, self.triangles[:, corner], areas)
         return normals
 
     def shares(self, triangle: int, weights: Sequence[float]) -> np.ndarray:
@@ -72,15 +72,24 @@ class CoarseAnswer:
         # (k, m, 3, 3) [m/N], how free coarse nodes move by a unit force along x, y and z on each disc
         moved_by = np.stack([np.einsum("iajb,j->iab", compliance, share, optimize=True) for share in shares])
         between = np.einsum("im,kmab->iakb", shares, moved_by).reshape(3 * len(shares), -1)
-        pushed = np.repeat(["moved" in press for press in presses], 3)
-        given = np.concatenate([press["moved"] if "moved" in press else press["force"] for press in presses])
-        forces = np.where(pushed, 0.0, given)
-        if pushed.any():
-            missing = (given - between @ forces)[pushed]
-            forces[pushed] = np.linalg.solve(between[np.ix_(pushed, pushed)], missing)
-        coarse = np.einsum("kmab,kb->ma", moved_by, forces.reshape(-1, 3))
+        given = np.array([press["moved"] if "moved" in press else press["force"] for press in presses])
+        forces = press_forces(between, given, np.array(["moved" in press for press in presses]))
+        coarse = np.einsum("kmab,kb->ma", moved_by, forces)
         moved = np.einsum("nc,nca->na", self.arrays["weights"], coarse[self.arrays["parents"]])
-        return Answered(moved, forces.reshape(-1, 3))
+        return Answered(moved, forces)
+
+
+def press_forces(compliance: np.ndarray, given: np.ndarray, pushed: np.ndarray) -> np.ndarray:
+    """Return the forces (k, 3) [N] of k presses of a linear body, some by a force and some to a displacement.
+
+    compliance : (3 k, 3 k) [m/N], from the forces of all presses to the mean displacements of their discs
+    given : (k, 3), force [N] or displacement [m]; pushed : (k,) bool, which of them are displacements
+    """
+    unknown, forces = np.repeat(pushed, 3), np.where(pushed[:, None], 0.0, given).ravel()
+    if unknown.any():
+        missing = (given.ravel() - compliance @ forces)[unknown]
+        forces[unknown] = np.linalg.solve(compliance[np.ix_(unknown, unknown)], missing)
+    return forces.reshape(-1, 3)
 
 
 def coarse_answer(body: Body, radius_m: float) -> CoarseAnswer | None:

@@ -15,7 +15,7 @@ from palpate.bodies.cutting.cut import Cut, Piece
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.material import Tissue
-from palpate.bodies.mesh import EDGES, Around, Mesh, Sheet, TetMesh, area_normals, unit
+from palpate.bodies.mesh import EDGES, Around, Mesh, Sheet, TetMesh, area_normals, edge_lengths, triangle_edges, unit
 from palpate.errors import InputError
 
 ON_SURFACE = 1e-9
@@ -205,7 +205,7 @@ class Conforming:
         close, reach = np.full(len(self.nodes), np.inf), np.full(len(self.nodes), np.inf)
         for end in (0, 1):
             np.minimum.at(close, edges[:, end], share[:, end])
-            np.minimum.at(reach, edges[:, end], self._lengths(edges))
+            np.minimum.at(reach, edges[:, end], edge_lengths(self.nodes, edges))
         around, free = Around(self.tetrahedra, len(self.nodes)), self._free()
         for node in sorted(np.flatnonzero(close < CLOSE_OF_EDGE).tolist(), key=close.__getitem__):
             to = self._foot(node, level, free(node), CLOSE_OF_EDGE * reach[node])
@@ -215,7 +215,7 @@ class Conforming:
                 continue
             there[node], value[node] = True, 0.0
         edges = self._crossing(value, asked)
-        edges = edges[np.argsort(-self._lengths(edges), kind="stable")]
+        edges = edges[np.argsort(-edge_lengths(self.nodes, edges), kind="stable")]
         self._halve(edges, _roots(level, *np.swapaxes(self.nodes[edges], 0, 1)))
         return np.append(there, np.ones(len(edges), dtype=bool))
 
@@ -223,15 +223,11 @@ class Conforming:
         """Halve edges that cross the patch from front to front, where it would stay joined."""
         mesh = TetMesh(self.nodes, self.tetrahedra)
         faces, elements = inner_faces(mesh)
-        chosen = faces[self.sides(faces, elements[:, 0]) != 0.0]
-        edges, count = np.unique(chosen[:, [[0, 1], [0, 2], [1, 2]]].reshape(-1, 2), axis=0, return_counts=True)
-        skin = np.sort(mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1) @ [len(self.nodes), 1]
-        inner = (count > 1) | np.isin(edges @ [len(self.nodes), 1], skin)
+        edges, count = triangle_edges(faces[self.sides(faces, elements[:, 0]) != 0.0])
+        key = [len(self.nodes), 1]
+        inner = (count > 1) | np.isin(edges @ key, triangle_edges(mesh.triangles)[0] @ key)
         edges = edges[inner & self._rim[edges].all(axis=1)]
         self._halve(edges, np.full(len(edges), 0.5))
-
-    def _lengths(self, edges: np.ndarray) -> np.ndarray:
-        return np.linalg.norm(self.nodes[edges[:, 0]] - self.nodes[edges[:, 1]], axis=1)
 
     def _crossing(self, value: np.ndarray, asked: np.ndarray) -> np.ndarray:
         """Return the edges (k, 2) near the last piece's patch whose ends lie on different sides.
@@ -241,7 +237,7 @@ class Conforming:
         edges = TetMesh(self.nodes, self.tetrahedra).edges
         edges = edges[(value[edges[:, 0]] * value[edges[:, 1]] < 0.0) & asked[edges].all(axis=1)]
         within = self._pieces[-1].within(self.nodes[edges].reshape(-1, 3)).reshape(-1, 2)
-        return edges[within.max(axis=1) > -MARGIN * self._lengths(edges)]
+        return edges[within.max(axis=1) > -MARGIN * edge_lengths(self.nodes, edges)]
 
     def _free(self) -> Callable[[int], np.ndarray]:
         """Return what says of a node the projection (3, 3) onto the directions that it may move in.

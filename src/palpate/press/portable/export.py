@@ -16,7 +16,7 @@ from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.load import Load, Press
 from palpate.benchmark.model import Case
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import contacts_of, pressed_contacts, spread_out, spread_over
+from palpate.bodies.contacts import between_contacts, spread_out, spread_over
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
@@ -227,7 +227,7 @@ def export_model(
     unmeasured = _info(case, model, basis, prepared, scalars) | {"error": "not measured"}
     bare = PortableModel(model_bytes(unmeasured, scalars, basis, empty, packed))
     # how far the nodes that can be pressed are from the nearest contact at most, as runtimes measure it
-    able = np.searchsorted(surface, _able(case.body))
+    able = np.searchsorted(surface, between_contacts(case.body))
     apart = 1.05 * max(bare.apart(basis.nodes[i], basis.normals[i]).min() for i in able)
     scalars["farthest_m"] = min(FARTHEST * case.radius_m, apart)
     compliance = _compliance(bare, basis, np.searchsorted(surface, seen), sampled, columns)
@@ -259,16 +259,9 @@ def _refuse(case: Case) -> None:
         raise InputError(f"bodies.{name} is a sheet, of which no portable model is made; export a solid body.")
 
 
-def _able(body: Body) -> np.ndarray:
-    """Return the nodes of the fine surface that lie between coarse nodes which can be pressed."""
-    good = np.zeros(len(body.coarse.nodes))
-    good[pressed_contacts(body, contacts_of(body))] = 1.0
-    return body.fine.surface[(body.prolongation @ good)[body.fine.surface] > 1.0 - 1e-9]
-
-
 def _places(body: Body, contacts: int | Sequence[int]) -> tuple[list[int], list[int]]:
     """Return the nodes to prepare, and those between them at which errors are measured."""
-    able = _able(body)
+    able = between_contacts(body)
     points = body.fine.nodes[able]
     if isinstance(contacts, int):
         count = min(contacts, len(able) - 1)

@@ -13,7 +13,7 @@ from scipy import sparse
 
 from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import NEAR_PLANE, Parted, divide
-from palpate.bodies.mesh import FACES, Around, TetMesh, area_normals
+from palpate.bodies.mesh import FACES, Around, TetMesh, area_normals, triangle_edges
 
 SAME = 1e-8
 """Distance over the size of the body within which two points are one."""
@@ -62,10 +62,9 @@ def drawn(
 
 def _rims(cuts: Sequence[Cut], nodes: np.ndarray, triangles: np.ndarray, near: float) -> np.ndarray:
     """Return the edges (k, 2) that the skin ends at and both of whose ends are on the surface of one cut."""
-    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    kinds, count = np.unique(edges, axis=0, return_counts=True)
-    on = np.any([(np.abs(cut.across(nodes)) <= near)[kinds].all(axis=1) for cut in cuts], axis=0)
-    return kinds[on & (count == 1)]
+    edges, count = triangle_edges(triangles)
+    on = np.any([(np.abs(cut.across(nodes)) <= near)[edges].all(axis=1) for cut in cuts], axis=0)
+    return edges[on & (count == 1)]
 
 
 def _welded(points: np.ndarray, rows: sparse.csr_array, size: float) -> tuple[np.ndarray, np.ndarray, sparse.csr_array]:

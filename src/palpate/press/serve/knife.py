@@ -18,11 +18,12 @@ from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Cut, make_cut
 from palpate.bodies.cutting.settings import CutSettings
 from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, part, whole
-from palpate.bodies.mesh import Sheet, components
+from palpate.bodies.mesh import Sheet, components, edge_lengths
 from palpate.bodies.surface_quadrature import near_ball
 from palpate.effects.patch_load import Patch, patch_shares
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
+from palpate.press.coarse_rival import press_forces
 from palpate.press.serve.drawn import Drawn, drawn
 from palpate.press.serve.pressed_model import Asked, Found
 from palpate.solvers.equilibrium import Equilibrium
@@ -68,8 +69,8 @@ def cut_level(body: Body) -> tuple[int, float]:
     if counts[0] > MOST_NODES:
         raise InputError(f"{body.name}: {counts[0]} nodes cannot be cut at once; give it a coarser mesh.")
     level = sum(count <= MOST_NODES for count in counts) - 1
-    ends = body.levels[level].nodes[body.levels[level].edges]
-    return level, float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)))
+    mesh = body.levels[level]
+    return level, float(np.median(edge_lengths(mesh.nodes, mesh.edges)))
 
 
 class Followed(NamedTuple):
@@ -178,13 +179,10 @@ class KnifeModel:
         count = len(asked)
         units = np.einsum("kn,ab->nakb", weights.toarray(), np.eye(3)).reshape(-1, 3, 3 * count)
         moved = self._equilibrium.at_rest()(units)
-        given = np.concatenate([each.moved if each.force is None else each.force for each in asked])
-        pushed = np.repeat([each.force is None for each in asked], 3)
-        between = (weights @ moved.reshape(len(moved), -1)).reshape(3 * count, 3 * count)
-        forces = np.where(pushed, 0.0, given)
-        if pushed.any():
-            forces[pushed] = np.linalg.solve(between[np.ix_(pushed, pushed)], (given - between @ forces)[pushed])
-        return moved @ forces, forces.reshape(-1, 3)
+        given = np.array([each.moved if each.force is None else each.force for each in asked])
+        compliance = (weights @ moved.reshape(len(moved), -1)).reshape(3 * count, 3 * count)
+        forces = press_forces(compliance, given, np.array([each.force is None for each in asked]))
+        return moved @ forces.ravel(), forces
 
     def _converged(self, weights: sparse.csr_array, asked: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
         """Return the same with the body's law."""

@@ -50,9 +50,10 @@ def unit(vector: np.ndarray) -> np.ndarray:
 
 
 def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pair places (k, d) with the simplices (m, d + 1, d) near them: numbers of both (n,), and coordinates (n, d + 1).
+    """Pair places (k, d) with the simplices (m, d + 1, d) near them, of which some contain them.
 
-    Barycentric coordinates of the place, all positive where the simplex contains it; flat simplices are left out.
+    Returns n pairs: the number of the place (n,), that of the simplex (n,), and the place's barycentric coordinates in
+    it (n, d + 1), all positive where the simplex contains the place. Flat simplices are left out.
     """
     edges = corners[:, 1:] - corners[:, :1]
     longest = np.linalg.norm(edges, axis=2).max(axis=1)
@@ -68,7 +69,10 @@ def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def ranked_faces(faces: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the order (m,) of faces (m, 3) by their increasing nodes, and which then equal the next one, (m - 1,)."""
+    """Return the order (m,) that sorts faces (m, 3), and which of the sorted faces equal the next one, (m - 1,) bool.
+
+    The nodes of each face increase.
+    """
     a, b, c = faces.T
     keys = a * n_nodes + b  # numbers sort many times as fast as rows
     order = np.lexsort((c, keys))

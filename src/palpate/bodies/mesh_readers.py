@@ -36,9 +36,9 @@ class Tags:
 
 
 def gmsh_tags(gmsh: Any, kind: int, kept: np.ndarray) -> Tags:
-    """Collect the elements of a type by physical group, or if no volume is in one, by the geometrical tag.
+    """Collect the elements of a type by physical group, or if no volume is in one, by the tag of their volume.
 
-    kept : the number that each of gmsh's elements gets
+    kept : (k,) the number that each of gmsh's k elements of this type has in the mesh that is read
     """
     numbers = gmsh.model.mesh.getElementsByType(kind)[0]
     order = np.argsort(numbers)
@@ -55,12 +55,12 @@ def gmsh_tags(gmsh: Any, kind: int, kept: np.ndarray) -> Tags:
     return Tags({tag: found for tag, found in groups.items() if len(found)}, names)
 
 
-def cell_tags(found: Mapping[str, np.ndarray]) -> Tags:
-    """Take tags from cell data: whole numbers, one for each tetrahedron.
+def cell_tags(cell_data: Mapping[str, np.ndarray]) -> Tags:
+    """Return the tags of tetrahedra that a file's cell data hold: the array of whole numbers whose name says so.
 
-    found : name → values of the tetrahedra, of which those with another shape than (k,) or other values are passed over
+    cell_data : name → values of the tetrahedra; arrays of another shape than (k,) and of fractions are no tags
     """
-    numbers = {name: values for name, values in found.items() if values.ndim == 1 and values.dtype.kind in "iuf"}
+    numbers = {name: values for name, values in cell_data.items() if values.ndim == 1 and values.dtype.kind in "iuf"}
     whole = {name: values.astype(np.int64) for name, values in numbers.items() if (values == np.round(values)).all()}
     known = {name.lower(): name for name in whole}
     key = next((known[name] for name in KNOWN if name in known), next(iter(whole), ""))

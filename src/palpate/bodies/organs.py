@@ -47,10 +47,10 @@ def coarse_body(shape: Shape, length_m: float, balls: Sequence[Ball] = ()) -> Te
 
 
 def onto_shape(shape: Shape, length_m: float) -> Onto:
-    """Make the projection to the smooth shape: to the nearest place of it that faces the same way, by its own formula.
+    """Return the projection to the smooth shape: to its nearest place that faces the same way, by its own formula.
 
-    The dense surface says where to begin; from there the place on the unit sphere is found by Gauss-Newton steps. Trap:
-    the dense surface alone, taken as flat around its points, is as far from the shape as the facets of the third
+    It begins at the nearest point of a dense surface, and finds the place on the unit sphere by Gauss-Newton steps.
+    Trap: the dense surface alone, taken as flat around its points, is as far from the shape as the facets of the third
     refinement are.
     """
     dense, triangles, sphere = _dense(shape, length_m)
@@ -77,7 +77,10 @@ def onto_shape(shape: Shape, length_m: float) -> Onto:
 
 
 def _closer(places: Shape, s: np.ndarray, missing: np.ndarray) -> np.ndarray:
-    """Return the places (n, 3) of the sphere after a step from ``s`` that is to make up for ``missing`` (n, 3) [m]."""
+    """Return points (n, 3) of the unit sphere, a Gauss-Newton step from ``s`` (n, 3), whose images lie nearer a target.
+
+    places : from the sphere to the shape [m]; missing : (n, 3) [m], from the images of ``s`` to the targets
+    """
     other = np.where(np.abs(s[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     first = unit(np.cross(s, other))
     axes = np.stack([first, np.cross(s, first)], axis=1)

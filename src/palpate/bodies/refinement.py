@@ -152,6 +152,7 @@ def quadratic_prolongation(coarse: Mesh, fine: Mesh) -> sparse.csr_array:
     n, elements, ten = len(fine.nodes), ten_nodes(fine), ten_nodes(coarse)
     parents = np.repeat(np.arange(len(coarse.tetrahedra)), 8)
     places = np.argmax(ten[parents][:, None, :] == fine.tetrahedra[:, :, None], axis=2)
+    # of the fine elements' corners, (m, 4, 4): barycentric coordinates in their parents
     corners = np.vstack([np.eye(4), np.eye(4)[EDGES].mean(axis=1)])[places]
     nodes, first = np.unique(elements[:, 4:], return_index=True)
     middles = corners[:, EDGES].mean(axis=2).reshape(-1, 4)[first]

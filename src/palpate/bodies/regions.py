@@ -135,27 +135,26 @@ def _check_held(place: str, mesh: TetMesh, shares: np.ndarray, free: np.ndarray)
 
 
 def _check_shown(name: str, mesh: TetMesh, shares: np.ndarray, inside: Inside | None) -> None:
-    """Warn if the elements of a region have another volume or place than it, or reach a surface that it does not."""
-    held = shares >= 0.5
-    asked, has, beyond = shares @ mesh.volumes, mesh.volumes[held].sum(), (1.0 - shares[held]) @ mesh.volumes[held]
-    misplaced = np.abs(held - shares) @ mesh.volumes
-    if abs(has / asked - 1.0) > VOLUME_OFF or misplaced > MISPLACED * asked:
+    """Warn if a region's elements differ from it in volume or place, or reach the body's surface where it does not.
+
+    shares : (n_tetrahedra,) of each element in the region, which has those that lie in it by half
+    """
+    chosen = shares >= 0.5
+    asked_m3, has_m3 = shares @ mesh.volumes, mesh.volumes[chosen].sum()
+    beyond_m3, misplaced_m3 = (1.0 - shares[chosen]) @ mesh.volumes[chosen], np.abs(chosen - shares) @ mesh.volumes
+    if abs(has_m3 / asked_m3 - 1.0) > VOLUME_OFF or misplaced_m3 > MISPLACED * asked_m3:
         warnings.warn(
-            f"regions of the body are made of whole coarse tetrahedra: those of {name} have {1e6 * has:.3g} mL, and "
-            f"what is asked {1e6 * asked:.3g} mL; {1e6 * beyond:.3g} mL of the first are outside of the second; "
+            f"regions of the body are made of whole coarse tetrahedra: those of {name} have {1e6 * has_m3:.3g} mL, and "
+            f"what is asked {1e6 * asked_m3:.3g} mL; {1e6 * beyond_m3:.3g} mL of the first are outside of the second; "
             "make the coarse mesh finer there.",
             stacklevel=5,
         )
-    count = np.isin(mesh.surface, mesh.tetrahedra[held]).sum()
-    if inside is not None and count and not inside(_on_surface(mesh)).any():
+    count = np.isin(mesh.surface, mesh.tetrahedra[chosen]).sum()
+    grid = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
+    on_surface = np.einsum("pa,tai->tpi", grid, mesh.nodes[mesh.triangles]).reshape(-1, 3)
+    if inside is not None and count and not inside(on_surface).any():
         warnings.warn(
             f"tetrahedra of {name} have {count} nodes on the body's surface, which what is asked does not reach, so "
             "that a press there is on them; make the coarse mesh finer there, or move the region inwards.",
             stacklevel=5,
         )
-
-
-def _on_surface(mesh: TetMesh) -> np.ndarray:
-    """Return points (n, 3) [m] on the surface: nodes, and 15 points of each triangle."""
-    grid = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
-    return np.einsum("pa,tai->tpi", grid, mesh.nodes[mesh.triangles]).reshape(-1, 3)

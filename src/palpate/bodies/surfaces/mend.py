@@ -130,10 +130,10 @@ def orient(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, int]:
-    """Drop triangles of no area and all but one of those with the same corners, in the given order.
+    """Drop triangles of no area, and all but one of those with the same corners, in the given order.
 
-    Also return how many of those left are dropped, too, since two parts share them: each is there in both senses, and
-    fewer edges are open without them.
+    Triangles in both senses, which two parts share, are dropped altogether if fewer edges are open without them; also
+    return how many these are.
     """
     area = np.linalg.norm(area_normals(points, triangles), axis=1)
     longest = np.ptp(points[triangles], axis=1).max(axis=1)

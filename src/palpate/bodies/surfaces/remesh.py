@@ -104,7 +104,10 @@ def flip_onto(points: np.ndarray, triangles: np.ndarray, distance: Callable[[np.
 def _flip_where(
     points: np.ndarray, triangles: np.ndarray, better: Callable[[_Edge, _Pair, _Edge, _Pair], bool]
 ) -> np.ndarray:
-    """Flip edges of two triangles where that is better, and makes neither folds nor spikes."""
+    """Flip edges between two triangles where ``better`` says so, and where that makes neither folds nor spikes.
+
+    better : takes an edge, its two triangles, the other diagonal, and the two triangles after the flip
+    """
     valence = np.bincount(triangles.ravel())
     places: list[list[float]] = points.tolist()
     triangles = triangles.tolist()
@@ -259,6 +262,7 @@ def _keeps_topology(fans: Fans, a: int, b: int) -> bool:
 
 
 def _keeps_facing(points: np.ndarray, fans: Fans, a: int, b: int) -> bool:
+    """Test whether no triangle around an edge a b would turn over if the edge were collapsed to its midpoint."""
     middle = (points[a] + points[b]) / 2
     around = np.array(list(fans[a] ^ fans[b]))
     old = points[around]

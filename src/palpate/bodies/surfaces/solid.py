@@ -42,7 +42,10 @@ def winding_numbers(
 
 
 def _along(points: np.ndarray, triangles: np.ndarray, sizes: list[int]) -> np.ndarray:
-    """Compute the mean count of the two rays along the last axis, for each place, (u, v, w)."""
+    """Return for each place of a grid (u, v, w) the mean of the signed crossings of its two rays along the last axis.
+
+    points : (n, 3) in steps of the grid from its first place; sizes : u, v and w
+    """
     corners, rays = points[triangles], np.indices(sizes[:2]).reshape(2, -1).T
     # places are at whole numbers, moved a little so that no ray meets an edge or a corner
     ray, which, weights = within(rays + np.array([0.000314159, 0.000271828]), corners[:, :, :2])
@@ -147,7 +150,7 @@ def solidify(source: str, mended: Mended) -> Solid:
     hollows, note = _hollows(filled & ~mask, mask.sum(), voxel_m3)
     # where nothing overlaps, every place is clearly inside once or outside
     apart = bool(winding.max() < 1.4 and winding.min() > -0.4)
-    steps = [partial(_steps, mask=each, origin=origin, spacing=spacing) for each in (filled, *hollows)]
+    steps = [partial(_drop_outward, mask=each, origin=origin, spacing=spacing) for each in (filled, *hollows)]
     shells = _shells(points, triangles)
     middles, facing = points[triangles].mean(axis=1), area_normals(points, triangles)
     facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-300)
@@ -199,7 +202,7 @@ def _specks(points: np.ndarray, triangles: np.ndarray, spacing: float) -> list[s
 
 
 def _hollows(hollow: np.ndarray, volume: int, voxel_m3: float) -> tuple[list[np.ndarray], str]:
-    """List the hollows that are kept, and say how many are not."""
+    """List the masks of large hollows, and note how many small ones are filled."""
     label, count = ndimage.label(hollow)
     sizes = np.bincount(label.ravel(), minlength=count + 1)[1:]
     large = np.flatnonzero(sizes > SMALL_HOLLOW * volume)
@@ -208,10 +211,13 @@ def _hollows(hollow: np.ndarray, volume: int, voxel_m3: float) -> tuple[list[np.
     return [label == 1 + number for number in large], note
 
 
-def _steps(
+def _drop_outward(
     places: np.ndarray, normals: np.ndarray, mask: np.ndarray, origin: np.ndarray, spacing: np.ndarray
 ) -> np.ndarray:
-    """Compute by how much less of the mask there is outward of each place than inward, -1 to 1."""
+    """Return how much the mask, 0 or 1 interpolated, falls across each place along its normal: (k,), -1 to 1.
+
+    Across the mask's surface it is 1 if the normal points outward.
+    """
     field, step = mask.astype(np.float32), 1.5 * spacing * normals
     inner, outer = (((at - origin) / spacing).T[::-1] for at in (places - step, places + step))
     return ndimage.map_coordinates(field, inner, order=1) - ndimage.map_coordinates(field, outer, order=1)

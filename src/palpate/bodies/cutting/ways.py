@@ -186,8 +186,7 @@ class _Copies(NamedTuple):
 
 def _centred(mesh: TetMesh, cuts: Sequence[Cut]) -> _Copies:
     """Return each element as one copy, on the side of each cut on which its middle is."""
-    count, middles = len(mesh.tetrahedra), mesh.nodes[mesh.tetrahedra].mean(axis=1)
-    sides = np.column_stack([_sign(cut.across(middles)) for cut in cuts])
+    count, sides = len(mesh.tetrahedra), sides_of(cuts, mesh.nodes[mesh.tetrahedra].mean(axis=1))
     return _Copies(np.arange(count), sides, np.zeros(sides.shape, dtype=bool), np.ones(count))
 
 
@@ -264,10 +263,8 @@ def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -
 def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
     """Find how cuts divide the elements, by dividing each along the planes of all flat pieces of the cuts."""
     corners, count = mesh.nodes[mesh.tetrahedra], len(mesh.tetrahedra)
-    middles = corners.mean(axis=1)
-    sides = np.column_stack([_sign(cut.across(middles)) for cut in cuts])
-    at_nodes = [_sign(cut.across(mesh.nodes)) for cut in cuts]
-    mixed = np.any([np.ptp(side[mesh.tetrahedra], axis=1) > 0 for side in at_nodes], axis=0)
+    sides = sides_of(cuts, corners.mean(axis=1))
+    mixed = (np.ptp(sides_of(cuts, mesh.nodes)[mesh.tetrahedra], axis=1) > 0).any(axis=1)
     element = np.flatnonzero(mixed)
     parts, area, inside = corners[element], np.zeros((count, len(cuts))), np.zeros((count, len(cuts)))
     for c, cut in enumerate(cuts):
@@ -279,8 +276,7 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
             area[:, c] += np.bincount(owner[on], size[on], minlength=count)
             on &= cut.within(middle) > 0.0
             inside[:, c] += np.bincount(owner[on], size[on], minlength=count)
-    middles = parts.mean(axis=1)
-    side = np.column_stack([_sign(cut.across(middles)) for cut in cuts])
+    side = sides_of(cuts, parts.mean(axis=1))
     volume = np.abs(TetMesh(parts.reshape(-1, 3), np.arange(4 * len(parts)).reshape(-1, 4)).volumes)
     doubled = np.zeros(sides.shape, dtype=bool)
     for c in range(len(cuts)):
@@ -344,8 +340,9 @@ DIVISIONS: dict[int, dict] = {
 which further corners lie; its parts, by corners; and the section."""
 
 
-def _sign(values: np.ndarray) -> np.ndarray:
-    return np.where(values >= 0.0, 1, -1)
+def sides_of(cuts: Sequence[Cut], points: np.ndarray) -> np.ndarray:
+    """Return the side of each cut, 1 or -1, on which ``points`` (n, 3) [m] are, (n, cuts)."""
+    return np.column_stack([np.where(cut.across(points) >= 0.0, 1, -1) for cut in cuts])
 
 
 def _solid(
@@ -366,7 +363,7 @@ def _solid(
     for c, cut in enumerate(cuts):
         across = cut.across(mesh.nodes)[origin]
         # a node on the cut is on both sides
-        side_of_node = np.where(np.abs(across) <= NEAR_PLANE * mesh.size, 0, _sign(across))
+        side_of_node = np.where(np.abs(across) <= NEAR_PLANE * mesh.size, 0, np.sign(across))
         empty |= one_sided[:, c, None] & (sides[:, c, None] * side_of_node[tetrahedra] < 0)
     solid[tetrahedra[~empty]] = True
     return solid | ~np.isin(origin, origin[solid])

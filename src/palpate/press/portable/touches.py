@@ -70,7 +70,7 @@ class _Trial:
 def prepare_places(
     body: Body, asked: Touches, seed: int, progress: Callable[[Sequence], Iterable] = iter
 ) -> tuple[list[TouchPlace], list[_Trial]]:
-    """Return places of ``body`` whose errors are not known yet, and trials to measure them by.
+    """Prepare the places of ``body`` at which instruments press, and trials to measure their errors by.
 
     InputError for instruments that a file cannot hold; warns of places that bear no touch.
     """
@@ -103,8 +103,8 @@ def prepare_places(
 def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequence[_Trial]) -> list[TouchPlace]:
     """Return ``places`` with their errors, the largest of the ``trials`` there; model : the file that holds them.
 
-    Straight pushes and tilted ones have errors of their own: the shapes of few directions know others less well. Warns
-    of places whose errors are above MOST_ERROR or MOST_FORCE_ERROR, which are left.
+    Straight pushes and tilted ones have errors of their own, as modes of few directions answer others less well. Warns
+    of places whose errors are above MOST_ERROR or MOST_FORCE_ERROR, which are left out.
     """
     found = []
     for number, place in enumerate(places):
@@ -118,8 +118,10 @@ def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequenc
                 errors[straight].append((apart / peak, abs(answer.force_n / trial.force_n - 1.0)))
         (error, force_error), (tilted, tilted_force) = (np.max(errors[straight], axis=0) for straight in (True, False))
         if max(error, tilted) <= MOST_ERROR and max(force_error, tilted_force) <= MOST_FORCE_ERROR:
-            told: dict[str, Any] = {"error": float(error), "force_error": float(force_error)}
-            found.append(replace(place, **told, tilted_error=float(tilted), tilted_force_error=float(tilted_force)))
+            errors_of: dict[str, Any] = {"error": float(error), "force_error": float(force_error)}
+            found.append(
+                replace(place, **errors_of, tilted_error=float(tilted), tilted_force_error=float(tilted_force))
+            )
     if left := len(places) - len(found):
         warnings.warn(f"{left} of {len(places)} places to touch are answered too wrongly, and are left.", stacklevel=2)
     return found
@@ -136,7 +138,7 @@ def _refuse(instrument: Instrument, depth_of_radius: float) -> None:
 
 
 def _nodes(body: Body, instrument: Instrument, count: int) -> list[int]:
-    """Return ``count`` nodes that can be touched, spread over the surface, where it is no edge to the instrument."""
+    """Return ``count`` nodes that can be touched, spread over those where the surface is flat beside the instrument."""
     able, surface = places_to_touch(body), body.fine.surface
     points, normals = body.fine.nodes[surface], body.fine.normals
     flat = []
@@ -148,7 +150,7 @@ def _nodes(body: Body, instrument: Instrument, count: int) -> list[int]:
 
 
 def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPlace, list[_Trial]]:
-    """Return a place without errors, and its trials; NotConverged where the body bears no such touch."""
+    """Prepare one place, without errors yet, and its trials; NotConverged where the body gives way under the touch."""
     body, instrument, deepest = case.body, case.instrument, case.deepest_m
     solver, origin = TouchModes(case, HELD, level), body.fine.nodes[node]
     axes = upright(instrument, origin, body.fine.normals[node]).axes
@@ -189,7 +191,7 @@ def _quadratic(ways: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _trials(case: TouchCase, level: int, node: int, axes: np.ndarray, number: int) -> list[_Trial]:
-    """Return touches between those that a place is made of, as elements of the same mesh answer them."""
+    """Return the answers of elements of the same mesh to touches between those that a place is made of."""
     meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
     pushes = [Touch(case.instrument, node, tilted(axes, tilt, turn), case.deepest_m) for tilt, turn, _ in TRIED]
     mesh = meshes.around_all(pushes, HELD, level)

@@ -26,7 +26,7 @@ BENT = 0.5
 
 @dataclass(frozen=True, eq=False)
 class SurfaceBasis:
-    """b displacements of n surface nodes, stored at a part of them and interpolated quadratically to the others.
+    """Basis of b displacements of n surface nodes, stored at some of them and interpolated quadratically to the others.
 
     nodes, normals : (n, 3); triangles : (t, 3) of these nodes; parts : along an edge, of triangles under a disc
     made_of, weights : (n, 6), the stored nodes that each node is made of
@@ -64,9 +64,9 @@ class SurfaceBasis:
 def surface_basis(
     body: Body, radius_m: float, linear: Sequence[np.ndarray], bent: Sequence[np.ndarray], most: int
 ) -> SurfaceBasis:
-    """Choose at most ``most`` vectors by proper orthogonal decomposition.
+    """Choose a basis of at most ``most`` vectors for answers, by proper orthogonal decomposition.
 
-    linear, bent : (3 n, k) each, columns of contacts and what is beyond them; each counts over its largest entry
+    linear, bent : displacements (3 n, k) each, linear responses and what is beyond them, each over its largest entry
     """
     surface = body.fine.surface
     made = _interpolation(body)
@@ -84,24 +84,24 @@ def surface_basis(
     parts = int(np.clip(np.ceil(PARTS_OF_RADIUS * edge / radius_m), 1, MOST_PARTS))
     empty = np.zeros((3 * len(rows), 0))
     bare = SurfaceBasis(nodes, body.fine.normals[surface], triangles, parts, made_of, weights, rows, empty)
-    shown = [bare.at_stored(each) / np.abs(each).max() for each in linear]
-    shown += [BENT * bare.at_stored(each) / np.abs(each).max() for each in bent]
-    flat = np.hstack(shown)
-    products = flat @ flat.T if flat.shape[0] < flat.shape[1] else flat.T @ flat
-    values, vectors = np.linalg.eigh(products)
-    kept = np.argsort(values)[::-1][: min(most, int((values > 1e-10 * values[-1]).sum()))]
-    found = vectors[:, kept]
-    if flat.shape[0] >= flat.shape[1]:
-        found = flat @ found / np.sqrt(values[kept])
-    chosen = found * np.sqrt(len(rows))
+    scaled = [bare.at_stored(each) / np.abs(each).max() for each in linear]
+    scaled += [BENT * bare.at_stored(each) / np.abs(each).max() for each in bent]
+    samples = np.hstack(scaled)
+    products = samples @ samples.T if samples.shape[0] < samples.shape[1] else samples.T @ samples
+    values, eigenvectors = np.linalg.eigh(products)
+    largest = np.argsort(values)[::-1][: min(most, int((values > 1e-10 * values[-1]).sum()))]
+    vectors = eigenvectors[:, largest]
+    if samples.shape[0] >= samples.shape[1]:
+        vectors = samples @ vectors / np.sqrt(values[largest])
+    chosen = vectors * np.sqrt(len(rows))
     return SurfaceBasis(nodes, bare.normals, triangles, parts, made_of, weights, rows, chosen)
 
 
 def fitted_compliance(discs: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
-    """Fit the symmetric matrix (b, b) that takes means over discs to the coordinates of the linear responses to them.
+    """Fit the compliance (b, b), from means of the basis over a disc to the coordinates of the response to its force.
 
-    discs, coordinates : (b, k), of k unit forces; by reciprocity the matrix is symmetric, and each force counts over
-    the size of its response
+    discs, coordinates : (b, k), of k unit forces, each counted over the size of its response
+    By reciprocity the compliance is symmetric.
     """
     sizes = np.linalg.norm(coordinates, axis=0)
     left, right = discs / sizes, coordinates / sizes

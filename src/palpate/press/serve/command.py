@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from functools import partial
 from math import isclose
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -68,7 +69,7 @@ def press(
 
 
 def answers(live: LiveModels) -> Mapping[str, Answer]:
-    """Return what a page may ask for, by its address below the page's."""
+    """Return the functions that answer a page's requests, by their addresses below the page's."""
     found = {f"answer/{name}": partial(live.answer, name) for name in live.names}
     found |= {f"answer/{name}": partial(live.answer_cut, name) for name in live.knives}
     return found | {f"cut/{name}": partial(live.cut, name) for name in live.knives}
@@ -93,11 +94,14 @@ def find_run(config: Path | None, results: Path | None) -> FinishedRun:
 
 
 def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> str:
-    """Return the page: the prepared model in a file, if the run has made one, answers in it, the others from here."""
-    meshes = live.case.meshes
+    """Return the page of a scene: with a portable file in it, if the run has made one, and models that the server asks.
+
+    only : name of the single model to offer, or None for all
+    """
     words = case_words(live.case, live.peak, live.hardest)
     if models := [] if only else _in_file(run.folder(scene).parent / "press", live.case):
         words |= models[0].info  # or the same colour would be another displacement in the view beside
+    surface = {"nodes": live.case.meshes.nodes_fine_surface, "triangles": live.case.meshes.triangles, "info": words}
     models += [
         PressModel(
             name,
@@ -105,19 +109,17 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
             url=f"answer/{name}",
             advice=f"Error {percent(row['rmse_of_peak'])} of the peak; "
             f"{seconds(row['online_p95_s'])} for a given force.",
-            nodes=meshes.nodes_fine_surface,
-            triangles=meshes.triangles,
-            info=words,
+            **surface,
         )
         for name, row in live.rows.items()
     ]
-    models += _knives(live, words)
+    models += _knives(live, surface)
     models += _coarse(live.case, words)
     return press_document(models, f"Press it: {spaced(scene)}", held_nodes(live.case.body))
 
 
 def _in_file(folder: Path, case: Case) -> list[PressModel]:
-    """Return the model that the study press has written for a body, if there is one of discs of the same radius."""
+    """Return the portable model that the study press has written to ``folder``, if its discs have the case's radius."""
     path, measured = folder / f"{CONTACT_MODES}.palpate", folder / "press.csv"
     if not path.is_file() or not isclose((model := read(path)).radius_m, case.radius_m, rel_tol=1e-6):
         return []
@@ -128,21 +130,19 @@ def _in_file(folder: Path, case: Case) -> list[PressModel]:
     return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=about, info=info)]
 
 
-def _knives(live: LiveModels, words: Mapping[str, float | str]) -> list[PressModel]:
-    """Return the models that follow a knife."""
+def _knives(live: LiveModels, surface: Mapping[str, Any]) -> list[PressModel]:
+    """Return the models that a knife cuts; surface : the fields of ``PressModel`` on the body's surface."""
     if not live.knives:
         return []
-    meshes, (_, long) = live.case.meshes, cut_level(live.case.body)
+    _, long = cut_level(live.case.body)
     return [
         PressModel(
             name,
             CUT_TITLES[name],
             url=f"answer/{name}",
             advice=f"{CUT_ABOUT[name]} {1e3 * long:.0f} mm long, they open where a cut severs most of one.",
-            nodes=meshes.nodes_fine_surface,
-            triangles=meshes.triangles,
-            info=words,
             knife=f"cut/{name}",
+            **surface,
         )
         for name in live.knives
     ]

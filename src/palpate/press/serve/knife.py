@@ -1,7 +1,7 @@
-"""Elements that a knife cuts while they are pressed: each request says all cuts that the body at rest has had.
+"""Elements that are cut with a knife while they are pressed: each request names all cuts of the body at rest.
 
-A level whose elements answer soon is parted with virtual nodes, and its factor made anew. Presses are spread over the
-surface as it is drawn, with the lips, so that a disc lies on the tissue of its own side alone.
+A level with few elements is cut with virtual nodes, and its stiffness factorised anew. Presses are distributed over the
+drawn surface, with its lips, so that a disc beside a cut acts on the tissue of its side alone.
 """
 
 import json
@@ -101,10 +101,10 @@ class KnifeModel:
         self.follow([])
 
     def follow(self, cuts: list[CutSettings]) -> Followed:
-        """Have these cuts of the body at rest, and no others; nothing is done if it has them already.
+        """Cut the body at rest by ``cuts``, of ``read_cuts``, and no others; return the cut body.
 
-        cuts : of ``read_cuts``
-        Raises InputError, and leaves the body as it is, for a cut that is outside, or that severs nothing.
+        Nothing is computed if these are its cuts already. Raises InputError for a cut that is outside the body or
+        severs nothing, and keeps the cuts from before.
         """
         if cuts != self._cuts:
             begin = perf_counter()
@@ -113,7 +113,7 @@ class KnifeModel:
             held = np.isin(np.arange(len(parted.origin)), parted.body.anchors[0])
             self._refuse_idle(parted, held, made)
             loose = parted.loose(held)
-            body = _held(parted.body, held | loose)
+            body = replace(parted.body, anchors=[np.flatnonzero(held | loose)])
             equilibrium, ready = Equilibrium(body, 0), perf_counter()
             surface = drawn(parted, made, self._skin, self._triangles, self._rows)
             self._surface, self._sheet = surface, Sheet(surface.nodes, surface.triangles, 0.0)
@@ -125,7 +125,7 @@ class KnifeModel:
         return self._followed
 
     def _refuse_idle(self, parted: Parted, held: np.ndarray, cuts: Sequence[Cut]) -> None:
-        """Refuse the last cut if no node gets a copy by it, or only nodes that are held."""
+        """Raise InputError if the last cut doubles no node, or only nodes that are held."""
         if not cuts:
             return
         before = (
@@ -155,7 +155,7 @@ class KnifeModel:
         return Found(self._surface.rows @ moved, forces, None, "", 1e3 * (perf_counter() - begin))
 
     def _weights(self, asked: Asked) -> np.ndarray:
-        """Return what each node of the parted level bears of a press, (n_parted,); those held bear nothing."""
+        """Return the parts (n_parted,) of a press that act on the nodes of the cut level; 0 for held nodes."""
         sheet, corners = self._sheet, self._sheet.triangles[asked.triangle]
         place, normal = asked.weights @ sheet.nodes[corners], asked.weights @ sheet.normals[corners]
         if not (length := float(np.linalg.norm(normal))) > 0.0:
@@ -175,7 +175,10 @@ class KnifeModel:
         return weights
 
     def _linearly(self, weights: sparse.csr_array, asked: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
-        """Return displacements (n_parted, 3) [m] and forces (k, 3) [N] under small strains."""
+        """Return displacements (n_parted, 3) [m] and forces (k, 3) [N] of k presses under small strains.
+
+        weights : (k, n_parted), the parts of each press that act on the nodes
+        """
         count = len(asked)
         units = np.einsum("kn,ab->nakb", weights.toarray(), np.eye(3)).reshape(-1, 3, 3 * count)
         moved = self._equilibrium.at_rest()(units)
@@ -185,7 +188,7 @@ class KnifeModel:
         return moved @ forces.ravel(), forces
 
     def _converged(self, weights: sparse.csr_array, asked: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the same with the body's law."""
+        """Return displacements and forces as ``_linearly`` does, with the body's law."""
         pushed = np.array([each.force is None for each in asked])
         forces = np.array([np.zeros(3) if each.force is None else each.force for each in asked])
         load, rest = weights.T @ forces, self._equilibrium.mesh.nodes
@@ -194,8 +197,3 @@ class KnifeModel:
         ways = np.array([each.moved for each in asked if each.force is None])
         solution, forces[pushed] = push(self._equilibrium, load, weights[pushed], ways, TOLERANCE)
         return solution.x - rest, forces
-
-
-def _held(body: Body, held: np.ndarray) -> Body:
-    """Return a body of one level with other nodes (n,) bool held."""
-    return replace(body, anchors=[np.flatnonzero(held)])

@@ -1,4 +1,4 @@
-"""Points, weights and shape functions on surface triangles: exact over their part in a ball; the enclosed volume."""
+"""Quadrature and shape functions on surface triangles, exact over their part in a ball; the enclosed volume."""
 
 import numpy as np
 from scipy import sparse
@@ -45,7 +45,7 @@ def near_ball(corners: np.ndarray, center: np.ndarray, radius: float) -> np.ndar
 def ball_points(
     corners: np.ndarray, center: np.ndarray, radius: float, degree: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Choose points that integrate polynomials up to ``degree`` over the part of each triangle in a ball.
+    """Return the quadrature that integrates polynomials up to ``degree`` over the part of each triangle in a ball.
 
     corners : (m, 3, 3) [m]; center : (3,) [m]; radius : [m]
     Returns barycentric coordinates (m, k, 3), weights (m, k) [m²], which may be negative, and the squared distances
@@ -74,9 +74,9 @@ def ball_points(
 
 
 def _rim(corners: np.ndarray, normal: np.ndarray, squared: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, k, 3) around triangles, on their edges or on the circle, and the doubled area that each sweeps.
+    """Return points (m, k, 3) on the rim of each triangle's part in a circle, and the doubled area that each sweeps.
 
-    corners : (m, 3, 3), seen from the circle's middle; squared : (m, 1) square of its radius
+    corners : (m, 3, 3), seen from the circle's middle; normal : (m, 3); squared : (m, 1) square of its radius
     """
     along = np.roll(corners, -1, axis=1) - corners
     length = (along**2).sum(axis=2)
@@ -96,7 +96,7 @@ def _rim(corners: np.ndarray, normal: np.ndarray, squared: np.ndarray, degree: i
 
 
 def _chord(first: np.ndarray, last: np.ndarray, upward: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, 3, k, 3) on the straight way from ``first`` to ``last`` and the doubled area of each."""
+    """Return points (m, 3, k, 3) on the segments from ``first`` to ``last``, and the doubled area that each sweeps."""
     places, weights = _gauss(degree)
     area = (np.cross(first, last) * upward).sum(axis=2)
     return first[:, :, None] + places[:, None] * (last - first)[:, :, None], area[..., None] * weights
@@ -105,7 +105,7 @@ def _chord(first: np.ndarray, last: np.ndarray, upward: np.ndarray, degree: int)
 def _arc(
     first: np.ndarray, last: np.ndarray, upward: np.ndarray, squared: np.ndarray, degree: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, 3, k, 3) on the circle between the rays to ``first`` and ``last``, and the doubled areas."""
+    """Return points (m, 3, k, 3) on the arcs between the rays to ``first`` and ``last``, and their doubled areas."""
     places, weights = _gauss(2 * degree + 12)
     angle = np.arctan2((np.cross(first, last) * upward).sum(axis=2), (first * last).sum(axis=2))
     lengths = np.linalg.norm(first, axis=2, keepdims=True)

@@ -36,7 +36,7 @@ _LAY = {"S": "back", "P": "front", "DR": "right", "DL": "left"}
 
 
 def described(entry: Ct) -> tuple[list[str], str]:
-    """Say in lines what is taken from the scan and the mask, and return the side that is below, or ""."""
+    """Describe in lines what is read from scan and mask; also return the side that the patient lies on, or ""."""
     with warnings.catch_warnings(action="ignore"):  # they come again when the body is made
         image = scan_of(entry)
         mask = mask_of(entry, image, entry.label) if entry.mask is not None else None

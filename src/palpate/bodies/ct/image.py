@@ -180,9 +180,9 @@ def read_labels(path: Path) -> dict[int | str, int]:
 
 
 def _uncropped(mask: Image, image: Image) -> Image:
-    """Enlarge a mask that 3D Slicer has cropped to its segments to ``image``'s grid.
+    """Enlarge a mask that 3D Slicer has cropped to its segments to the grid of ``image``.
 
-    One that is not made of voxels of the image stays as it is, to be refused.
+    A mask of voxels that are not the image's is returned as it is, for the caller to refuse.
     """
     first = np.round(image.to_index(mask.to_world(np.zeros(3)))).astype(int)
     box = tuple(slice(start, start + count) for start, count in zip(first, mask.hu.shape, strict=True))
@@ -290,7 +290,7 @@ def choose(
     wanted: int | str | Sequence[int | str] | None,
     voxel_m3: float,
 ) -> np.ndarray:
-    """Return the voxels (nz, ny, nx) bool of the wanted labels; InputError if one is not there, or several could be.
+    """Return the voxels (nz, ny, nx) bool of the wanted labels; InputError if one is missing, or it is not clear which.
 
     values : (nz, ny, nx), 0 outside
     names : of the labels, as far as the file has them; it may name labels that have no voxel
@@ -325,7 +325,7 @@ def choose(
 def describe(found: Mapping[int, float], names: Mapping[int, str], said: Callable[[float], str] = _volume) -> str:
     """List labels with their names and sizes, largest first: "104 labels: 5 liver (1023 mL), … and 96 more".
 
-    said : writes a size, by default a volume [mL]
+    found : label → size; said : writes a size, by default a volume [mL]
     """
     largest = sorted(found, key=lambda label: (-found[label], label))
     most = [f"{label:g} {names.get(label, '')}".strip() + f" ({said(found[label])})" for label in largest[:LISTED]]

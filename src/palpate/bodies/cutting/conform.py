@@ -172,7 +172,8 @@ class Conforming:
         self._pieces.append(piece)
         self._on = np.column_stack([self._on, np.zeros(len(self.nodes), dtype=bool)])
         self._on[:, -1] = self._conform_to(piece.across, np.ones(len(self.nodes), dtype=bool))
-        self._rim |= self._conform_to(piece.within, self._on[:, -1])
+        front = self._conform_to(piece.within, self._on[:, -1])  # which makes the arrays longer
+        self._rim |= front
 
     def sides(self, faces: np.ndarray, elements: np.ndarray) -> np.ndarray:
         """Return 0 for ``faces`` (k, 3) outside the patch, else 1 or -1, the side of their ``elements`` (k,), (k,)."""

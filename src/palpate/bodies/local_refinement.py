@@ -171,10 +171,7 @@ def _marked_edges(graded: list[_Level], centers: list[cKDTree], radii: np.ndarra
 
 
 def _elements(graded: list[_Level], marks: list[np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the elements that levels with halved edges ``marks`` leave: nodes (m, 4) of the last level, and roots (m,).
-
-    A root is the coarse element that an element is a part of.
-    """
+    """Yield the elements that halving edges ``marks`` makes: nodes (m, 4) of the last level, coarse elements (m,)."""
     active = np.arange(len(graded[0].mesh.tetrahedra))
     for level, finer, marked in zip(graded[:-1], graded[1:], marks, strict=True):
         halved, ten = marked[level.edges[active]], level.ten[active]
@@ -186,10 +183,7 @@ def _elements(graded: list[_Level], marks: list[np.ndarray]) -> Iterator[tuple[n
 
 
 def _complete_marks(edges: np.ndarray, marked: np.ndarray) -> None:
-    """Mark more edges, in place, until each element has none marked, one, the three of a face, or all six.
-
-    edges : (m, 6) of the elements; marked : (n_edges,) bool
-    """
+    """Mark more edges, in place, until each element has none marked, one, the three of a face, or all six."""
     while True:
         sides = marked[edges][:, _SIDES]
         count = marked[edges].sum(axis=1)

@@ -264,9 +264,8 @@ def _read_vtk(data: bytes) -> RawMesh:
             raise ValueError(CUT.format("its last cell is none"))
         _add_elements(raw, name, vtkCellTypeUtilities.GetDimension(kind), corners)
         if name == "tetra":
-            raw.tags = cell_tags(
-                {key: np.asarray(found.cell_data[key])[numbers] for key in found.cell_data if key[:3] != "vtk"}
-            )
+            names = [name for name in found.cell_data if name[:3] != "vtk"]
+            raw.tags = cell_tags({name: np.asarray(found.cell_data[name])[numbers] for name in names})
     return raw
 
 

@@ -116,10 +116,13 @@ def ten_nodes(mesh: Mesh) -> np.ndarray:
     The corners come first, then the midpoints of EDGES. So quadratic elements on one level of a body have the nodes of
     linear ones on the next level.
     """
-    n, ends = len(mesh.nodes), mesh.edges
-    local = np.sort(mesh.tetrahedra[:, EDGES], axis=2)
-    midpoints = n + np.searchsorted(ends[:, 0] * n + ends[:, 1], local[..., 0] * n + local[..., 1])
-    return np.hstack([mesh.tetrahedra, midpoints])
+    return np.hstack([mesh.tetrahedra, edge_midpoints(mesh, mesh.tetrahedra[:, EDGES])])
+
+
+def edge_midpoints(mesh: Mesh, edges: np.ndarray) -> np.ndarray:
+    """Return the numbers (m, k) that the midpoints of ``edges`` (m, k, 2) of ``mesh`` have in ``refine(mesh)``."""
+    n, ends = len(mesh.nodes), np.sort(edges, axis=2)
+    return n + np.searchsorted(mesh.edges[:, 0] * n + mesh.edges[:, 1], ends[..., 0] * n + ends[..., 1])
 
 
 def shape_functions(points: np.ndarray, edges: np.ndarray = EDGES) -> np.ndarray:

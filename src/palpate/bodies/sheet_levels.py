@@ -49,5 +49,4 @@ def refine_sheet(coarse: Sheet) -> tuple[Sheet, sparse.csr_array]:
 
 
 def _divisions(lattice: Sheet) -> list[int]:
-    """Return the cells of a lattice along x and y."""
     return [len(np.unique(lattice.nodes[:, axis].round(9))) - 1 for axis in range(2)]

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.mesh import Mesh
-from palpate.bodies.refinement import shape_functions
+from palpate.bodies.refinement import edge_midpoints, shape_functions
 
 EDGES = np.array([[0, 1], [0, 2], [1, 2]])
 """The edges of a triangle, in the order of the midpoints of its quadratic shape functions."""
@@ -12,9 +12,7 @@ EDGES = np.array([[0, 1], [0, 2], [1, 2]])
 
 def midpoints(mesh: Mesh, triangles: np.ndarray) -> np.ndarray:
     """Return the numbers (m, 3) of the midpoints of the EDGES of ``triangles`` (m, 3): those that refinement gives."""
-    n, ends = len(mesh.nodes), np.sort(triangles[:, EDGES], axis=2)
-    keys = mesh.edges[:, 0] * n + mesh.edges[:, 1]
-    return n + np.searchsorted(keys, ends[..., 0] * n + ends[..., 1])
+    return edge_midpoints(mesh, triangles[:, EDGES])
 
 
 def triangle_shapes(barycentric: np.ndarray, order: int) -> np.ndarray:

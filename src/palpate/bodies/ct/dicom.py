@@ -111,7 +111,6 @@ def _is_damaged_slice(file: Path) -> bool:
 
 
 def _rescaled_values(file: Path) -> np.ndarray:
-    """Read the rescaled values of one slice, (ny, nx)."""
     import SimpleITK
 
     try:

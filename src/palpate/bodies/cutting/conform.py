@@ -232,9 +232,9 @@ class Conforming:
         self._halve(edges, np.full(len(edges), 0.5))
 
     def _crossing(self, value: np.ndarray, asked: np.ndarray) -> np.ndarray:
-        """Return the edges (k, 2) between nodes ``asked`` (n,) bool at whose ends ``value`` (n,) has different signs.
+        """Return the edges (k, 2) between nodes ``asked`` (n,) bool along which ``value`` (n,) changes its sign.
 
-        Those near the last piece's patch count, up to MARGIN edges beyond its front, which has to lie within faces.
+        They are near the last piece's patch: up to MARGIN edges beyond its front, which has to lie within faces.
         """
         edges = TetMesh(self.nodes, self.tetrahedra).edges
         edges = edges[(value[edges[:, 0]] * value[edges[:, 1]] < 0.0) & asked[edges].all(axis=1)]
@@ -336,10 +336,7 @@ class Conforming:
                 return
 
     def _move_to_best(self, node: int, projection: np.ndarray, around: Around) -> bool:
-        """Move a node to the best of some places near it; return whether any is better than its own.
-
-        projection : (3, 3) onto the directions in which it may move
-        """
+        """Move a node in its free directions to the best of some places; return whether any is better than its own."""
         if not projection.any():
             return False
         elements = self.tetrahedra[around.of(node)]

@@ -18,6 +18,7 @@ from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.material import Tissue
 from palpate.bodies.mesh import FACES, Around, TetMesh, components
+from palpate.bodies.supports import can_hold
 from palpate.errors import InputError
 
 REMOVAL, SPLIT_FACES, VIRTUAL_NODES = "removal", "split_faces", "virtual_nodes"
@@ -27,8 +28,6 @@ LEAST_SHARE = 1e-3
 NEAR_PLANE = 1e-6
 """Distance over the size of the body within which a section of a plane is one of the cut."""
 
-LINE = 1e-6
-"""Second singular value of the places that a piece is held at, over its size, below which it can turn."""
 Joints = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Faces between copies: their nodes (k, 3), the copies (k, 2), and which are severed, (k,) bool."""
 
@@ -68,9 +67,7 @@ class Parted:
         piece, loose = self.pieces(), np.zeros(len(self.origin), dtype=bool)
         for number in range(piece.max() + 1):
             of_piece = piece == number
-            places = self.mesh.nodes[of_piece & held]
-            spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False) if len(places) > 2 else np.zeros(3)
-            if spread[1] <= LINE * self.mesh.size:
+            if not can_hold(self.mesh.nodes[of_piece & held], self.mesh.size):
                 loose |= of_piece & ~held
         return loose
 

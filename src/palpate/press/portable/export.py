@@ -105,9 +105,8 @@ def calibrate(
             if (row := _compared(model, surface, best, ((node, force),))) is not None:
                 rows.append((node, *row))
                 peaks += [row.peak_m] if i == 0 else []
-    at_contacts = [
-        _compared(model, surface, solver, ((node, 0.5 * _hardest(solver, node)),)) for node in nodes[:AT_CONTACTS]
-    ]
+    halves = [(node, 0.5 * _hardest(solver, node)) for node in nodes[:AT_CONTACTS]]
+    at_contacts = [_compared(model, surface, solver, (press,)) for press in halves]
     stored = max((row.error for row in at_contacts if row is not None), default=0.0)
     peak = float(np.median(peaks)) if peaks else 0.0
     if not rows:
@@ -248,7 +247,9 @@ def export_model(
     basis = surface_basis(case.body, case.radius_m, columns + singles, [each.rest for each in prepared], VECTORS)
     rows = np.searchsorted(surface, nodes)
     packed = [PackedContact(basis.nodes[i], basis.normals[i], each) for i, each in zip(rows, prepared, strict=True)]
-    scalars = _scalars(case, prepared)
+    hardest = float(np.median([1.0 / np.linalg.norm(each.bearing[0]) for each in prepared]))
+    scalars = dict.fromkeys(SCALARS, 0.0) | {"radius_m": float(case.radius_m), "hardest_n": hardest}
+    scalars |= {"guard": LEAST_DET, "far": LARGEST_NORM, "hard": LARGEST_PRESS}
     empty = np.zeros((basis.vectors.shape[1], basis.vectors.shape[1]))
     unmeasured = _info(case, model, basis, prepared, scalars) | {"error": "not measured"}
     bare = PortableModel(model_bytes(unmeasured, scalars, basis, empty, packed))
@@ -353,13 +354,6 @@ def _compliance(
     discs += [PREPARED_MOST * each.here.T for each in bare.contacts]
     known = [basis.coordinates(responses), *(PREPARED_MOST * basis.coordinates(each) for each in columns)]
     return fitted_compliance(np.hstack(discs), np.hstack(known))
-
-
-def _scalars(case: Case, prepared: Sequence[Prepared]) -> dict[str, float]:
-    """Return the numbers of the file's head before its errors are known."""
-    hardest = float(np.median([1.0 / np.linalg.norm(each.bearing[0]) for each in prepared]))
-    found = dict.fromkeys(SCALARS, 0.0) | {"radius_m": float(case.radius_m), "hardest_n": hardest}
-    return found | {"guard": LEAST_DET, "far": LARGEST_NORM, "hard": LARGEST_PRESS}
 
 
 def _info(

@@ -159,9 +159,9 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     reduced = solver.reduced(node)
     ways = tilted_ways(axes, TILTS, TURNS)
     begun = [Touch(instrument, node, way, deepest).pose(body) for way in ways]
-    first = _quadratic(
-        ways @ axes.T, np.array([(pose.tip - origin) @ way for pose, way in zip(begun, ways, strict=True)])
-    )
+    x, y = (ways @ axes.T)[:, :2].T
+    distances = np.array([(pose.tip - origin) @ way for pose, way in zip(begun, ways, strict=True)])
+    first = np.linalg.lstsq(np.column_stack([np.ones(len(x)), x, y, x * x, x * y, y * y]), distances)[0]
     edge = instrument.radius_m if instrument.kind == SPHERE else instrument.edge_m
     sizes: list[Any] = [instrument.radius_m, edge, axes, first, deepest, 1.0, *4 * [0.0]]
     slopes, volumes, mu, lam = (each[0] for each in reduced.model.body[:4])
@@ -182,12 +182,6 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     starts, stretched = np.linalg.solve(kernel, states), solver.respond(straight).area_m2 / areas[len(SHARES) - 1]
     place = replace(place, pushed=np.array(pushed), starts=starts, stretched=stretched)
     return place, _trials(case, level, node, axes, number)
-
-
-def _quadratic(ways: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Fit ``values`` (k,) by a quadratic function, (6,), of what unit vectors (k, 3) have across."""
-    x, y = ways[:, 0], ways[:, 1]
-    return np.linalg.lstsq(np.column_stack([np.ones(len(x)), x, y, x * x, x * y, y * y]), values)[0]
 
 
 def _trials(case: TouchCase, level: int, node: int, axes: np.ndarray, number: int) -> list[_Trial]:

@@ -132,12 +132,8 @@ def _under(mesh: TetMesh, triangles: np.ndarray, rows: sparse.csr_array) -> np.n
 
 def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray, sparse.csr_array]:
     """Return the corners (t, 3, 3) [m] of both lips' triangles, and their interpolation (3t, n_parted)."""
-    mesh, corners, nodes, weights = (
-        parted.whole,
-        [np.empty((0, 3, 3))],
-        [np.empty((0, 3, 4), int)],
-        [np.empty((0, 3, 4))],
-    )
+    mesh, corners = parted.whole, [np.empty((0, 3, 3))]
+    nodes, weights = [np.empty((0, 3, 4), int)], [np.empty((0, 3, 4))]
     doubled = np.flatnonzero(np.bincount(parted.parents) > 1)
     every = [piece for cut in cuts for piece in cut.pieces]
     for c, cut in enumerate(cuts):
@@ -155,18 +151,18 @@ def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray,
                 sides[:, c] = side
                 lips.append(_copies(parted, element, sides))
             both = lips[0] != lips[1]
-            frames = np.concatenate(
-                [np.swapaxes(mesh.nodes[mesh.tetrahedra[element]], 1, 2), np.ones((len(element), 1, 4))], axis=1
+            frames, places = (
+                np.concatenate([np.swapaxes(points, 1, 2), np.ones((len(element), 1, 4))], axis=1)
+                for points in (mesh.nodes[mesh.tetrahedra[element]], sections)
             )
-            places = np.concatenate([np.swapaxes(sections, 1, 2), np.ones((len(element), 1, 4))], axis=1)
-            shares = np.swapaxes(np.linalg.solve(frames, places), 1, 2)
+            barycentric = np.swapaxes(np.linalg.solve(frames, places), 1, 2)
             for triangle in ([0, 1, 2], [0, 2, 3]):
-                own, share = sections[:, triangle], shares[:, triangle]
-                turned = _normals(own) @ piece.normal
+                section, weight = sections[:, triangle], barycentric[:, triangle]
+                turned = _normals(section) @ piece.normal
                 for copies, outward in zip(lips, (-1.0, 1.0), strict=True):
                     for kept, step in ((both & (outward * turned > 0.0), 1), (both & (outward * turned < 0.0), -1)):
-                        corners.append(own[kept, ::step])
-                        weights.append(share[kept, ::step])
+                        corners.append(section[kept, ::step])
+                        weights.append(weight[kept, ::step])
                         nodes.append(np.repeat(parted.mesh.tetrahedra[copies[kept]][:, None], 3, axis=1))
     points, at = np.concatenate(corners), np.concatenate(nodes).reshape(-1, 4)
     entries = np.concatenate(weights).ravel(), (np.repeat(np.arange(len(at)), 4), at.ravel())

@@ -128,12 +128,9 @@ class KnifeModel:
         """Raise InputError if the last cut doubles no node, or only nodes that are held."""
         if not cuts:
             return
-        before = (
-            len(part(self._body, self._level, cuts[:-1], VIRTUAL_NODES).origin)
-            if cuts[:-1]
-            else len(parted.whole.nodes)
-        )
-        if len(parted.origin) <= before:
+        earlier, whole_nodes = cuts[:-1], parted.whole.nodes
+        before = part(self._body, self._level, earlier, VIRTUAL_NODES).origin if earlier else whole_nodes
+        if len(parted.origin) <= len(before):
             long = 1e3 * self._edge_m
             raise InputError(f"this cut severs nothing, as elements are {long:.0f} mm long; cut longer or deeper.")
         copied = np.bincount(parted.origin)[parted.origin] > 1

@@ -37,10 +37,14 @@ def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     return np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
 
 
+def corner_normals(corners: np.ndarray) -> np.ndarray:
+    """Return the normals (…, 3) of triangles with ``corners`` (…, 3, 3), as long as twice the triangle's area."""
+    return np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
+
+
 def area_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Compute normals of triangles, (m, 3), whose length is twice the triangle's area."""
-    a, b, c = (points[triangles[:, i]] for i in range(3))
-    return np.cross(b - a, c - a)
+    """Return the normals (m, 3) of ``triangles`` (m, 3) on ``points`` (n, 3), as long as twice the triangle's area."""
+    return corner_normals(points[triangles])
 
 
 def unit(vector: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.mesh import Mesh
+from palpate.bodies.mesh import Mesh, corner_normals
 from palpate.bodies.refinement import edge_midpoints, shape_functions
 
 EDGES = np.array([[0, 1], [0, 2], [1, 2]])
@@ -53,7 +53,7 @@ def ball_points(
     with signs, of what each edge sweeps: a triangle where the edge runs inside the circle, sectors where it is outside.
     Gauss points on the edge and along the rays are exact; those on an arc, of at most 90°, are right to 1e-13.
     """
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = corner_normals(corners)
     twice = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = normal / twice
     height = ((center - corners[:, 0]) * normal).sum(axis=1, keepdims=True)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
 from palpate.bodies.contacts import spread_out
-from palpate.bodies.mesh import area_normals
+from palpate.bodies.mesh import area_normals, corner_normals
 from palpate.bodies.surfaces.triangles import vertex_normals
 
 # weight of a difference of normals against a distance in units of the vertices' mean spacing: keeps the two
@@ -267,7 +267,7 @@ def _keeps_facing(points: np.ndarray, fans: Fans, a: int, b: int) -> bool:
     around = np.array(list(fans[a] ^ fans[b]))
     old = points[around]
     new = np.where(((around == a) | (around == b))[..., None], middle, old)
-    before, after = (np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) for p in (old, new))
+    before, after = corner_normals(old), corner_normals(new)
     sizes = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
     # an isosurface contains needles of zero area, which have no normal
     return bool((np.einsum("ij,ij->i", before, after) >= LEAST_COSINE * sizes).all())

@@ -143,7 +143,7 @@ def _add_product(sign, x, y, z, sums):
 
 @numba.njit(cache=True)
 def _take_sign(low, high, sums):
-    """Return the sign of the number in ``sums``, whose products start at digits low … high, and set it to zero."""
+    """Return the sign of the number in ``sums``, to which products at digits low … high were added, and zero it."""
     carry, found = np.int64(0), np.int64(0)
     for d in range(low, high + 9):
         value = sums[d] + carry

@@ -13,7 +13,7 @@ from scipy import sparse
 
 from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import NEAR_PLANE, Parted, divide, sides_of
-from palpate.bodies.mesh import FACES, Around, TetMesh, area_normals, triangle_edges
+from palpate.bodies.mesh import FACES, Around, TetMesh, area_normals, corner_normals, triangle_edges
 
 SAME = 1e-8
 """Distance over the size of the body within which two points are one."""
@@ -98,7 +98,7 @@ def _skin(
     owner, weights = np.append(rest, owner), np.concatenate([np.broadcast_to(np.eye(3), (len(rest), 3, 3)), weights])
     corners = weights @ nodes[triangles[owner]]
     normals = area_normals(nodes, triangles)[owner]
-    share = (_normals(corners) * normals).sum(axis=1) / (normals**2).sum(axis=1)
+    share = (corner_normals(corners) * normals).sum(axis=1) / (normals**2).sum(axis=1)
     for each in (weights, corners):
         each[share < 0.0] = each[share < 0.0][:, ::-1]
     kept = np.abs(share) > FLAT
@@ -158,7 +158,7 @@ def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray,
             barycentric = np.swapaxes(np.linalg.solve(frames, places), 1, 2)
             for triangle in ([0, 1, 2], [0, 2, 3]):
                 section, weight = sections[:, triangle], barycentric[:, triangle]
-                turned = _normals(section) @ piece.normal
+                turned = corner_normals(section) @ piece.normal
                 for copies, outward in zip(lips, (-1.0, 1.0), strict=True):
                     for kept, step in ((both & (outward * turned > 0.0), 1), (both & (outward * turned < 0.0), -1)):
                         corners.append(section[kept, ::step])
@@ -181,8 +181,3 @@ def _copies(parted: Parted, element: np.ndarray, sides: np.ndarray) -> np.ndarra
         fits = (parted.sides[copies] * sides[some] >= 0).all(axis=1)
         chosen[some[fits]] = copies[fits]
     return chosen
-
-
-def _normals(corners: np.ndarray) -> np.ndarray:
-    """Return the normals (t, 3) of triangles with corners (t, 3, 3) [m], twice the area long."""
-    return area_normals(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))

@@ -210,6 +210,7 @@ def _remeshed(path: Path, scale_m: float, nodes: int | None, snap: bool, changed
 
 
 def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> CoarseSolid:
+    """Remesh a file's surface; warn of what was mended, and if the coarse body is far from the surface."""
     mended, solid = solid_of(path, scale_m)
     _report_mended(path, mended.notes + solid.notes)
     made = _remeshed(path, scale_m, nodes, snap, _changed(path))

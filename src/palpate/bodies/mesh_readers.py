@@ -172,7 +172,7 @@ def _check_steps(path: Path, points: np.ndarray) -> None:
 
 
 def _read_gmsh(path: Path) -> RawMesh:
-    """Read versions 1, 2 and 4, ASCII and binary; trap: nodes are numbered by increasing tag, not by position.
+    """Read a gmsh file of version 1, 2 or 4, ASCII or binary; trap: nodes are numbered by tag, not by position.
 
     Version 2 repeats an element for each group that it is in; one of them is kept, which is in all groups.
     """

@@ -75,7 +75,7 @@ def read_regions(body: str, entry: Solid, mesh: TetMesh, own: Material, remeshed
 
 
 def _inside(place: str, rule: Region, entry: Solid) -> Inside | None:
-    """Return the test of a sphere or a label; None for a tag, which is known by elements."""
+    """Return the test whether points lie in a region that is given by sphere or label; None if it is given by tag."""
     if rule.label is not None:
         if not isinstance(entry, Ct):
             raise InputError(f"body {place} has a label, which only a body of kind ct has; give a sphere.")
@@ -122,7 +122,7 @@ def _middles() -> np.ndarray:
 
 
 def _check_held(place: str, mesh: TetMesh, shares: np.ndarray, free: np.ndarray) -> None:
-    """Raise InputError if a region holds no tetrahedron that is ``free``."""
+    """Raise InputError if a region has no tetrahedron ``free`` (n_tetrahedra,), by half in it and in none before it."""
     if free.any():
         return
     if (shares >= 0.5).any():

@@ -20,7 +20,7 @@ MIDDLE, CORNER = np.array([0.3197, 0.3623, 0.3180]), np.array([0.9000, 0.0613, 0
 
 
 def weld_pieces(nodes: np.ndarray, tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray, str]:
-    """Weld the pieces of a mesh, (n, 3) and (m, 4), at boundary faces that coincide; say how many, or nothing.
+    """Weld the pieces of a mesh, (n, 3) and (m, 4), at boundary faces that coincide; also say that in words.
 
     The first of the nodes that coincide stays, and elements keep their order. Faces of one piece stay apart, as those
     of a cut are.
@@ -82,7 +82,7 @@ def check_seams(source: str, mesh: TetMesh) -> None:
 
 
 def _coinciding(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return pairs of boundary faces, (k,) and (k,), that coincide facing each other, and the places of nodes (n,)."""
+    """Return pairs (k,), (k,) of boundary faces that coincide and face each other, and the nodes' places (n,)."""
     triangles, surface, edges = mesh.triangles, mesh.surface, mesh.edges
     shortest = np.full(len(mesh.nodes), np.inf)
     np.minimum.at(shortest, edges, edge_lengths(mesh.nodes, edges)[:, None])

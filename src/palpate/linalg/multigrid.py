@@ -97,6 +97,7 @@ def _inverses(values, diagonal):
 
 @numba.njit(cache=True)
 def _forward(indptr, indices, lower, inverses, right, x, residual):
+    """Sweep forward from zero: write ``x`` (n, 3), and add what it leaves to ``residual`` (n, 3), zero at first."""
     for i in range(np.uint64(len(right))):
         y0, y1, y2 = 0.0, 0.0, 0.0
         for k in range(indptr[i], indptr[i + 1]):
@@ -268,6 +269,7 @@ def _find_slots(indptr, indices, parents, coarse_indptr, coarse_indices):
 
 @numba.njit(cache=True)
 def _galerkin(indptr, indices, values, weights, slots, coarse):
+    """Add Pᵀ K P, of the fine blocks ``values`` of K, to the ``coarse`` blocks at ``slots``."""
     for i in range(len(indptr) - 1):
         for k in range(indptr[i], indptr[i + 1]):
             for p in range(2):

@@ -16,7 +16,7 @@ from palpate.errors import InputError
 
 
 def scan_of(entry: Ct) -> Image:
-    """Read the image, by default the synthetic abdomen; an MRI evened if it is asked for.
+    """Read the image that the settings name, or the synthetic abdomen; even an MRI's brightness if they ask for it.
 
     Raises InputError if the file is not what ``modality`` says.
     """
@@ -88,6 +88,7 @@ def label_ball(entry: Ct, label: Labels) -> tuple[np.ndarray, float]:
 
 
 def _voxels(entry: Ct, label: Labels) -> tuple[Image, np.ndarray]:
+    """Return the image, and the voxels (nz, ny, nx) bool of a label of the body's mask."""
     if entry.image is None:
         image, truth = abdomen()
         return image, choose(Path(image.source), truth["labels"], LABELS, label, image.voxel_m3)

@@ -32,7 +32,7 @@ class Slice:
 
 
 def read_folder(folder: Path, modality: str = "ct") -> "SimpleITK.Image":
-    """Read the series as a SimpleITK image with rescaled values.
+    """Read the DICOM series in ``folder`` as a SimpleITK image with rescaled values.
 
     Raises InputError unless it is one complete series of the ``modality``, "ct" or "mri".
 

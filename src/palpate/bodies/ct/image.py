@@ -194,6 +194,7 @@ def _uncropped(mask: Image, image: Image) -> Image:
 
 
 def _differences(mask: Image, image: Image) -> str:
+    """Describe how the grids of a mask and of an image differ."""
     angle = angle_deg(mask.axes, image.axes)
     away = 1e3 * float(np.linalg.norm(mask.matrix[:, 3] - image.matrix[:, 3]))
     said = [f"turned by {angle:.2g}°"] if angle > 1e-4 else []
@@ -206,6 +207,7 @@ def _differences(mask: Image, image: Image) -> str:
 
 
 def _read_file(path: Path) -> "SimpleITK.Image":
+    """Read an image file by SimpleITK; InputError if that fails, or if it is no single volume of scalars."""
     import SimpleITK
 
     if not path.is_file():

@@ -331,6 +331,7 @@ def make_cut(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
 
 
 def _described(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
+    """Make the cut that the settings describe, wherever it lies; InputError if they describe none, or several."""
     kinds = [kind for kind in ("path_m", "disc", "plane") if getattr(asked, kind) is not None]
     if len(kinds) != 1:
         raise InputError(f"{place} has {' and '.join(kinds) or 'none'} of path_m, disc and plane; give exactly one.")

@@ -157,7 +157,7 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
 
 
 def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> CoarseSolid:
-    """Make a shell for the outside and for each hollow, which share ``nodes`` among them, and fill what is between."""
+    """Build the coarse body: a coarse surface of the outside and of each hollow, of ``nodes`` in all, and fill it."""
     counts = _nodes_of_shells(solid, nodes)
     shells = [
         _shell(solid, number, mask, count, settle)
@@ -191,6 +191,7 @@ def _fill_well(points: np.ndarray, triangles: np.ndarray, solid: Solid, nodes: i
 def _shell(
     solid: Solid, number: int, mask: np.ndarray, count: int, settle: Settle | None
 ) -> tuple[np.ndarray, np.ndarray]:
+    """Build the coarse surface of the outside, number 0, or of a hollow, with about ``count`` nodes."""
     points, triangles = coarse_shell(mask, solid, count)
     if settle is None:
         tree = cKDTree(solid.places)

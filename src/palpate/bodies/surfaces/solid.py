@@ -179,6 +179,7 @@ def solidify(source: str, mended: Mended) -> Solid:
 
 
 def _check_pieces(source: str, sizes: np.ndarray, voxel_m3: float) -> list[str]:
+    """Note how many separate pieces are dropped; InputError if one of them is large."""
     rest = np.sort(sizes)[::-1][1:]
     if not len(rest):
         return []

@@ -85,6 +85,7 @@ def coincide(points, i, j):
 
 @numba.njit(cache=True)
 def _exact3d(points, chosen, sums):
+    """Return the sign of the determinant of four points by exact summation; 0 where two of them coincide."""
     for p in range(3):
         for q in range(p + 1, 4):
             if coincide(points, chosen[p], chosen[q]):

@@ -143,7 +143,7 @@ def _head(model: PressModel) -> dict:
 
 
 def _truth(one: Known) -> dict:
-    """Describe a press and pack its truth as whole numbers of a step."""
+    """Describe a press of known truth to the page, with its displacements as 16-bit multiples of a step [m]."""
     moved = np.asarray(one.displacement, float)
     newtons, peak = float(np.linalg.norm(one.force)), float(np.linalg.norm(moved, axis=1).max())
     step = float(np.abs(moved).max()) / _WHOLE

@@ -359,6 +359,7 @@ def _compliance(
 def _info(
     case: Case, model: ContactModes, basis: SurfaceBasis, prepared: Sequence[Prepared], scalars: dict[str, float]
 ) -> dict:
+    """Return the header of the file, but for its errors."""
     sizes = {"n": len(basis.nodes), "t": len(basis.triangles), "contacts": len(prepared)}
     named = {"format": "palpate portable model", "version": VERSION, "palpate": version("palpate")}
     body = {"body": case.body.name, "regime": case.regime, "model": "contact_modes", "setting": dict(model.said)}

@@ -110,7 +110,7 @@ def fitted_compliance(discs: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
 
 
 def _interpolation(body: Body) -> sparse.csr_array:
-    """Return the matrix from nodes that are stored to all of the surface: quadratic triangles over two refinements."""
+    """Return the interpolation (n, stored) from the stored surface nodes, by quadratic triangles two levels coarser."""
     surface = body.fine.surface
     if len(body.levels) < 3:
         return sparse.csr_array(sparse.eye_array(len(surface), format="csr"))
@@ -163,6 +163,7 @@ def model_bytes(
 
 
 def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:
+    """Return a prepared contact, as pieces of the file."""
     model = contact.prepared
     cells, loads = model.reduced.cells, model.reduced.loads
     scale, coefficients = _short(basis.coordinates(model.rest).T)
@@ -174,7 +175,7 @@ def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:
 
 
 def _touched(place: TouchPlace) -> list[bytes]:
-    """Return the parts of a place that a rigid instrument was prepared at."""
+    """Return a place that a rigid instrument was prepared at, as pieces of the file."""
     r, sizes = place.rest.shape[0], (len(place.volumes), len(place.areas), len(place.pushed))
     told = place.radius_m, place.edge_m, place.deepest_m, place.stretched
     errors = place.error, place.force_error, place.tilted_error, place.tilted_force_error

@@ -40,7 +40,7 @@ TOLERANCE = 1e-3
 
 
 def read_cuts(body: bytes) -> list[CutSettings]:
-    """Read ``{"cuts": [{"path_m": …, "depth_m": …}, …]}`` beside whatever else was sent; InputError if it is none."""
+    """Read the cuts of a request ``{"cuts": [{"path_m": …, "depth_m": …}, …], …}``; InputError for another form."""
     try:
         sent = json.loads(body)
         cuts = sent.get("cuts", [])

@@ -40,7 +40,7 @@ class Bounds(NamedTuple):
 
 
 def read_presses(body: bytes, bounds: Bounds) -> list[Asked]:
-    """Read ``{"presses": [...]}``, beside which ``cuts`` may stand; InputError for anything else."""
+    """Read the presses of a request ``{"presses": [...]}``, which may have ``cuts``; InputError for another form."""
     try:
         sent = json.loads(body)
         if set(sent) - {"cuts"} != {"presses"} or not isinstance(sent["presses"], list):
@@ -56,6 +56,7 @@ def read_presses(body: bytes, bounds: Bounds) -> list[Asked]:
 
 
 def _press(sent: Any, bounds: Bounds) -> Asked:
+    """Read one press; TypeError or ValueError for another form, InputError for one beyond the bounds."""
     name = "force" if "force" in sent else "moved"
     if set(sent) != {"triangle", "weights", name} or type(sent["triangle"]) is not int:
         raise TypeError

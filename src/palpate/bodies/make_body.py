@@ -158,10 +158,7 @@ def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, co
 
 
 def _filled_as_given(path: Path, points: np.ndarray, triangles: np.ndarray, entry: File, asked: bool) -> TetMesh | None:
-    """Fill a file's surface with tetrahedra, mended but not remeshed; None if that fails or makes bad elements.
-
-    asked : whether the settings ask for the surface's own number of nodes, so that bad elements are no reason
-    """
+    """Fill a file's surface with tetrahedra, mended but not remeshed; None if that fails or makes bad elements."""
     mended = mend(str(path), points, triangles)
     try:
         closed = check_closed(str(path), mended.points, mended.triangles)

@@ -73,10 +73,7 @@ def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def ranked_faces(faces: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the order (m,) that sorts faces (m, 3), and which of the sorted faces equal the next one, (m - 1,) bool.
-
-    The nodes of each face increase.
-    """
+    """Return the order (m,) that sorts faces (m, 3) of increasing nodes, and which equal the next one, (m - 1,)."""
     a, b, c = faces.T
     keys = a * n_nodes + b  # numbers sort many times as fast as rows
     order = np.lexsort((c, keys))

@@ -77,10 +77,7 @@ def onto_shape(shape: Shape, length_m: float) -> Onto:
 
 
 def _closer(places: Shape, s: np.ndarray, missing: np.ndarray) -> np.ndarray:
-    """Return points (n, 3) of the unit sphere, a Gauss-Newton step from ``s`` (n, 3), whose images lie nearer a target.
-
-    places : from the sphere to the shape [m]; missing : (n, 3) [m], from the images of ``s`` to the targets
-    """
+    """Return points (n, 3) of the sphere, a Gauss-Newton step from ``s`` to move images by ``missing`` (n, 3) [m]."""
     other = np.where(np.abs(s[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     first = unit(np.cross(s, other))
     axes = np.stack([first, np.cross(s, first)], axis=1)

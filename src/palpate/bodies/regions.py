@@ -135,10 +135,7 @@ def _check_held(place: str, mesh: TetMesh, shares: np.ndarray, free: np.ndarray)
 
 
 def _check_shown(name: str, mesh: TetMesh, shares: np.ndarray, inside: Inside | None) -> None:
-    """Warn if a region's elements differ from it in volume or place, or reach the body's surface where it does not.
-
-    shares : (n_tetrahedra,) of each element in the region, which has those that lie in it by half
-    """
+    """Warn if a region's elements differ from it in volume or place, or reach the body's surface where it does not."""
     chosen = shares >= 0.5
     asked_m3, has_m3 = shares @ mesh.volumes, mesh.volumes[chosen].sum()
     beyond_m3, misplaced_m3 = (1.0 - shares[chosen]) @ mesh.volumes[chosen], np.abs(chosen - shares) @ mesh.volumes

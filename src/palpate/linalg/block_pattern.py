@@ -194,10 +194,7 @@ def add_block(block, x, y):
 
 @numba.njit(cache=True)
 def hold(indptr, indices, values, held):
-    """Replace the rows and columns of nodes ``held`` (n,) bool by those of the identity matrix, in place.
-
-    indptr, indices, values : a matrix of 3 × 3 blocks, as in ``scipy.sparse.bsr_array``
-    """
+    """Replace the rows and columns of nodes ``held`` (n,) bool by those of the identity matrix, in place."""
     for i in range(len(indptr) - 1):
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]

@@ -151,10 +151,7 @@ def nearest(a, turn, work, out):
 
 @numba.njit(cache=True, error_model="numpy")
 def _newton(a, turn, r):
-    """Improve the quaternion ``turn`` of R by Newton's method until R maximises tr(RᵀA), and write R into ``r`` (3, 3).
-
-    False if no maximum is certain after six steps: the eigenvalues of tr(S) I − S, S = RᵀA, must be clearly positive.
-    """
+    """Improve the quaternion ``turn`` until its R maximises tr(RᵀA), and write R into ``r``; False if not certain."""
     for _ in range(6):
         _matrix(turn, r)
         s00 = r[0, 0] * a[0, 0] + r[1, 0] * a[1, 0] + r[2, 0] * a[2, 0]

@@ -52,10 +52,7 @@ class CoarseAnswer:
         return normals
 
     def shares(self, triangle: int, weights: Sequence[float]) -> np.ndarray:
-        """Return the part (m,) of a force on a disc that acts on each free coarse node.
-
-        The disc is around the place with barycentric coordinates ``weights`` (3,) in ``triangle``.
-        """
+        """Return the part (m,) of a force on the disc at a place of ``triangle`` that acts on each free coarse node."""
         corners = self.triangles[triangle]
         place, normal = np.asarray(weights) @ self.nodes[corners], np.asarray(weights) @ self._normals[corners]
         pressure = 1.0 - ((self.nodes - place) ** 2).sum(axis=1) / self.info["radius_m"] ** 2

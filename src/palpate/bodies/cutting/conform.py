@@ -267,10 +267,7 @@ class Conforming:
         return project
 
     def _place_on(self, level: Level, node: int, projection: np.ndarray, reach: float) -> np.ndarray | None:
-        """Return where (3,) [m] a node meets the surface ``level`` = 0 in its free directions, by Newton's method.
-
-        projection : (3, 3) onto these directions; None if the place is farther than ``reach`` [m]
-        """
+        """Return where (3,) [m] a node meets ``level`` = 0 by moves in free directions; None beyond ``reach`` [m]."""
         at, step = self.nodes[node].copy(), 100.0 * self._near * np.eye(3)
         for _ in range(FOOT_STEPS):
             value = float(level(at[None])[0])

@@ -157,11 +157,7 @@ def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Dou
 
 
 def _parted_faces(tetrahedra: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the pairs of faces that were one face of the whole mesh and have different nodes now.
-
-    origin : (n,) node of the whole mesh that each node was
-    Returns the faces' nodes on both sides, (k, 3) each, corner by corner, and the elements (k, 2) that they are of.
-    """
+    """Return pairs of faces that were one and have different nodes now: nodes (k, 3) of both, and elements (k, 2)."""
     faces = tetrahedra[:, FACES].reshape(-1, 3)
     faces = np.take_along_axis(faces, np.argsort(origin[faces], axis=1), axis=1)
     order = np.lexsort(origin[faces].T)

@@ -229,10 +229,7 @@ def _nodes_of_shells(solid: Solid, nodes: int) -> Iterable[int]:
 
 
 def _settler(solid: Solid, follow: bool) -> Settle:
-    """Return a function that moves the points of a coarse surface onto the body's surface.
-
-    follow : whether it also flips edges along the body's grooves and ridges
-    """
+    """Return a function that moves a coarse surface onto the body's, and with ``follow`` edges along its grooves."""
     tree = cKDTree(solid.places)
 
     def onto(points: np.ndarray, moved: np.ndarray, triangles: np.ndarray) -> np.ndarray:

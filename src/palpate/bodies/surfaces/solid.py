@@ -42,10 +42,7 @@ def winding_numbers(
 
 
 def _along(points: np.ndarray, triangles: np.ndarray, sizes: list[int]) -> np.ndarray:
-    """Return for each place of a grid (u, v, w) the mean of the signed crossings of its two rays along the last axis.
-
-    points : (n, 3) in steps of the grid from its first place; sizes : u, v and w
-    """
+    """Return for each place of a grid (u, v, w) the mean signed crossings of its two rays along the last axis."""
     corners, rays = points[triangles], np.indices(sizes[:2]).reshape(2, -1).T
     # places are at whole numbers, moved a little so that no ray meets an edge or a corner
     ray, which, weights = within(rays + np.array([0.000314159, 0.000271828]), corners[:, :, :2])
@@ -216,10 +213,7 @@ def _hollows(hollow: np.ndarray, volume: int, voxel_m3: float) -> tuple[list[np.
 def _drop_outward(
     places: np.ndarray, normals: np.ndarray, mask: np.ndarray, origin: np.ndarray, spacing: np.ndarray
 ) -> np.ndarray:
-    """Return how much the mask, 0 or 1 interpolated, falls across each place along its normal: (k,), -1 to 1.
-
-    Across the mask's surface it is 1 if the normal points outward.
-    """
+    """Return how much the mask falls across each place along its normal, (k,): 1 on its surface, if that is outward."""
     field, step = mask.astype(np.float32), 1.5 * spacing * normals
     inner, outer = (((at - origin) / spacing).T[::-1] for at in (places - step, places + step))
     return ndimage.map_coordinates(field, inner, order=1) - ndimage.map_coordinates(field, outer, order=1)

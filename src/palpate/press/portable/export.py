@@ -130,10 +130,7 @@ def calibrate(
 
 
 def _bound_weights(parts: np.ndarray, error: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Fit weights (3,) such that ``parts`` (k, 3) @ weights bounds nine of ten errors at a new place.
-
-    error, place : (k,) of the measured answers
-    """
+    """Fit weights (3,) to errors (k,) such that ``parts`` (k, 3) @ weights bounds nine of ten errors at new places."""
     weights, _ = nnls(parts / error[:, None], np.ones(len(error)))
     weights[0] = max(weights[0], 1.0)
     scores = error / (parts @ weights)
@@ -150,10 +147,7 @@ def _pairs(
     weights: np.ndarray,
     floor: float,
 ) -> tuple[np.ndarray, float]:
-    """Return errors (p,) of two presses at once, half as hard as they may be, and the bound's factor for the smaller.
-
-    weights, floor : of the bound of single presses, which does not see that presses act on each other
-    """
+    """Return errors (p,) of two presses at once, each half as hard as it may be, and the bound's factor for these."""
     errors: list[float] = []
     factors: list[float] = []
     for one, two in list(pairwise(checked))[:PAIRS]:

@@ -94,10 +94,7 @@ def find_run(config: Path | None, results: Path | None) -> FinishedRun:
 
 
 def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> str:
-    """Return the page of a scene: with a portable file in it, if the run has made one, and models that the server asks.
-
-    only : name of the single model to offer, or None for all
-    """
+    """Return the page of a scene, with all its models or ``only`` one: in a file, or asked from this server."""
     words = case_words(live.case, live.peak, live.hardest)
     if models := [] if only else _in_file(run.folder(scene).parent / "press", live.case):
         words |= models[0].info  # or the same colour would be another displacement in the view beside

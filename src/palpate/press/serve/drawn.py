@@ -115,10 +115,7 @@ def _skin(
 
 
 def _under(mesh: TetMesh, triangles: np.ndarray, rows: sparse.csr_array) -> np.ndarray:
-    """Return the element (t,) of ``mesh`` under each of ``triangles`` (t, 3) of the finer skin.
-
-    rows : (n, n_mesh) interpolation to the skin's nodes; those of a triangle are interpolated from one face's corners
-    """
+    """Return the element (t,) of ``mesh`` under each of ``triangles`` (t, 3), which ``rows`` interpolate from it."""
     pattern = sparse.csr_array((np.ones(rows.nnz), rows.indices, rows.indptr), shape=rows.shape)
     entries = np.repeat(np.arange(len(triangles)), 3), triangles.ravel()
     corners = sparse.csr_array((np.ones(triangles.size), entries), shape=(len(triangles), rows.shape[0])) @ pattern

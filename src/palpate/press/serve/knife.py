@@ -172,10 +172,7 @@ class KnifeModel:
         return weights
 
     def _linearly(self, weights: sparse.csr_array, asked: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
-        """Return displacements (n_parted, 3) [m] and forces (k, 3) [N] of k presses under small strains.
-
-        weights : (k, n_parted), the parts of each press that act on the nodes
-        """
+        """Return displacements (n_parted, 3) [m] and forces (k, 3) [N] of k presses under small strains."""
         count = len(asked)
         units = np.einsum("kn,ab->nakb", weights.toarray(), np.eye(3)).reshape(-1, 3, 3 * count)
         moved = self._equilibrium.at_rest()(units)

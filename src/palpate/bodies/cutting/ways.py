@@ -57,14 +57,9 @@ class Parted:
         assert isinstance(mesh, TetMesh)
         return mesh
 
-    def pieces(self) -> np.ndarray:
-        """Number the pieces that the body has come apart into, (n,) for its nodes."""
-        corners = self.mesh.tetrahedra
-        return components(corners[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(self.mesh.nodes))
-
     def loose(self, held: np.ndarray) -> np.ndarray:
         """Return the nodes (n,) bool of pieces that can still move or turn as a whole if nodes ``held`` (n,) are."""
-        piece, loose = self.pieces(), np.zeros(len(self.origin), dtype=bool)
+        piece, loose = components(self.mesh.edges, len(self.origin)), np.zeros(len(self.origin), dtype=bool)
         for number in range(piece.max() + 1):
             of_piece = piece == number
             if not can_hold(self.mesh.nodes[of_piece & held], self.mesh.size):

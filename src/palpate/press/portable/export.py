@@ -26,7 +26,7 @@ from palpate.models.contact_modes.workshop import Workshop, bring_to_surface
 from palpate.models.kinds import ContactModes
 from palpate.press.portable.runtimes.palpate_model import APART, SCALARS, VERSION, PortableModel, TouchPlace
 from palpate.press.portable.touches import Touches, measured, prepare_places
-from palpate.press.portable.write import PackedContact, SurfaceBasis, fitted_compliance, model_bytes, surface_basis
+from palpate.press.portable.write import PackedContact, SurfaceBasis, model_bytes, surface_basis
 
 EVERY = 4
 """Of the presses that a contact's snapshots are made of, each so many-th is asked for."""
@@ -62,10 +62,6 @@ class Calibration:
     held: float
     paired: np.ndarray
     answered: float
-
-    def scalars(self) -> dict[str, float]:
-        """Return the factors of the bound and the peak, which runtimes need."""
-        return {name: getattr(self, name) for name in ("floor", "share", "spread", "several", "peak_m")}
 
     def header(self) -> dict[str, object]:
         """Return the entries of the file's header on its errors, in words."""
@@ -254,7 +250,7 @@ def export_model(
     compliance = _compliance(bare, basis, np.searchsorted(surface, sampled), responses, columns)
     uncalibrated = PortableModel(model_bytes(unmeasured, scalars, basis, compliance, packed))
     calibration = calibrate(uncalibrated, surface, solver, best, nodes, checked, progress("error at place"))
-    scalars |= calibration.scalars()
+    scalars |= {name: getattr(calibration, name) for name in ("floor", "share", "spread", "several", "peak_m")}
     info = _info(case, model, basis, prepared, scalars) | calibration.header()
     places: list[TouchPlace] = []
     if touches is not None:
@@ -343,11 +339,18 @@ def _responses(
 def _compliance(
     bare: PortableModel, basis: SurfaceBasis, sampled: np.ndarray, responses: np.ndarray, columns: Sequence[np.ndarray]
 ) -> np.ndarray:
-    """Fit the compliance (b, b) of a file that has none yet, to ``responses`` at nodes ``sampled`` and to contacts."""
+    """Fit the compliance (b, b), from means of the basis over a disc to coordinates of the response to its force.
+
+    bare : the file without it; responses : at nodes ``sampled``; columns : of the contacts
+    Each response counts over its size; by reciprocity the compliance is symmetric.
+    """
     discs = [bare.mean_over_disc(basis.nodes[i], basis.normals[i]).T for i in sampled]
     discs += [PREPARED_MOST * each.here.T for each in bare.contacts]
     known = [basis.coordinates(responses), *(PREPARED_MOST * basis.coordinates(each) for each in columns)]
-    return fitted_compliance(np.hstack(discs), np.hstack(known))
+    means, coordinates = np.hstack(discs), np.hstack(known)
+    sizes = np.linalg.norm(coordinates, axis=0)
+    compliance = np.linalg.lstsq((means / sizes).T, (coordinates / sizes).T, rcond=1e-8)[0].T
+    return 0.5 * (compliance + compliance.T)
 
 
 def _info(

@@ -32,9 +32,10 @@ def read(path: Path | str) -> PortableModel:
 def describe(path: Path | str) -> str:
     """Return what a portable model file is, for the terminal; InputError as ``read``."""
     model, megabytes = read(path), Path(path).stat().st_size / 1e6
-    info = model.info
+    info, setting = model.info, model.info.get("setting")
+    said = ", ".join(f"{name}={value}" for name, value in setting.items()) if isinstance(setting, dict) else ""
     lines = [
-        f"{path}: {info.get('body')}, {info.get('regime')}: {info.get('model')} ({_setting(info.get('setting'))}), "
+        f"{path}: {info.get('body')}, {info.get('regime')}: {info.get('model')} ({said}), "
         f"{megabytes:.1f} MB, whole and sound",
         f"surface of {len(model.nodes)} nodes and {len(model.triangles)} triangles, {len(model.contacts)} contacts",
         f"pressed by discs of {1e3 * model.radius_m:g} mm radius, up to about {info.get('hardest_n', 0.0):.2g} N",
@@ -52,7 +53,3 @@ def describe(path: Path | str) -> str:
             "of elements of the same mesh"
         )
     return "\n".join([*lines, *FOUR_ERRORS])
-
-
-def _setting(setting: object) -> str:
-    return ", ".join(f"{name}={value}" for name, value in setting.items()) if isinstance(setting, dict) else ""

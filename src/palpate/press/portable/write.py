@@ -43,18 +43,13 @@ class SurfaceBasis:
     rows: np.ndarray
     vectors: np.ndarray
 
-    @property
-    def stored(self) -> int:
-        """The number of stored nodes."""
-        return len(self.rows)
-
     @cached_property
     def _inverse(self) -> np.ndarray:
         return np.linalg.pinv(self.vectors)
 
     def at_stored(self, moved: np.ndarray) -> np.ndarray:
         """Return displacements (3 stored, k) of those (3 n, k) of all nodes."""
-        return moved.reshape(len(self.nodes), 3, -1)[self.rows].reshape(3 * self.stored, -1).astype(float)
+        return moved.reshape(len(self.nodes), 3, -1)[self.rows].reshape(3 * len(self.rows), -1).astype(float)
 
     def coordinates(self, moved: np.ndarray) -> np.ndarray:
         """Return the coordinates (b, k) of displacements (3 n, k) of all nodes."""
@@ -95,18 +90,6 @@ def surface_basis(
         vectors = samples @ vectors / np.sqrt(values[largest])
     chosen = vectors * np.sqrt(len(rows))
     return SurfaceBasis(nodes, bare.normals, triangles, parts, made_of, weights, rows, chosen)
-
-
-def fitted_compliance(discs: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
-    """Fit the compliance (b, b), from means of the basis over a disc to the coordinates of the response to its force.
-
-    discs, coordinates : (b, k), of k unit forces, each counted over the size of its response
-    By reciprocity the compliance is symmetric.
-    """
-    sizes = np.linalg.norm(coordinates, axis=0)
-    left, right = discs / sizes, coordinates / sizes
-    found = np.linalg.lstsq(left.T, right.T, rcond=1e-8)[0].T
-    return 0.5 * (found + found.T)
 
 
 def _interpolation(body: Body) -> sparse.csr_array:
@@ -156,7 +139,7 @@ def model_bytes(
         parts += _contact(each, basis)
     for place in places:
         parts += _touched(place)
-    sizes = len(basis.nodes), len(basis.triangles), basis.stored, basis.vectors.shape[1], len(contacts), basis.parts
+    sizes = len(basis.nodes), len(basis.triangles), len(basis.rows), basis.vectors.shape[1], len(contacts), basis.parts
     rest = struct.pack("<7I", len(head), *sizes) + b"".join(parts)
     total = HEAD - 8 * len(SCALARS) - 28 + len(rest)
     return MAGIC + struct.pack("<3I", VERSION, total, zlib.crc32(rest)) + rest

@@ -20,7 +20,7 @@ from palpate.press.finished_run import FinishedRun
 from palpate.press.page.page import ABOUT, TITLES, PressModel, held_nodes, press_document, worth
 from palpate.press.portable.file import read
 from palpate.press.serve.knife import cut_level
-from palpate.press.serve.live_models import LiveModels, case_words
+from palpate.press.serve.live_models import LiveModels
 from palpate.press.serve.server import Answer, PressServer
 from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds, spaced
@@ -95,10 +95,15 @@ def find_run(config: Path | None, results: Path | None) -> FinishedRun:
 
 def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> str:
     """Return the page of a scene, with all its models or ``only`` one: in a file, or asked from this server."""
-    words = case_words(live.case, live.peak, live.hardest)
-    if models := [] if only else _in_file(run.folder(scene).parent / "press", live.case):
+    case, body = live.case, live.case.body
+    # in the words of a portable file's header
+    words: dict[str, Any] = {"body": body.name, "regime": case.regime, "radius_m": case.radius_m}
+    words |= {"size_m": body.fine.size, "young_pa": body.material.young_pa}
+    words |= {"peak_m": live.peak, "hardest_n": live.hardest}
+    if models := [] if only else _in_file(run.folder(scene).parent / "press", case):
         words |= models[0].info  # or the same colour would be another displacement in the view beside
-    surface = {"nodes": live.case.meshes.nodes_fine_surface, "triangles": live.case.meshes.triangles, "info": words}
+    surface: dict[str, Any] = {"nodes": case.meshes.nodes_fine_surface, "triangles": case.meshes.triangles}
+    surface["info"] = words
     models += [
         PressModel(
             name,
@@ -111,8 +116,8 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
         for name, row in live.rows.items()
     ]
     models += _knives(live, surface)
-    models += _coarse(live.case, words)
-    return press_document(models, f"Press it: {spaced(scene)}", held_nodes(live.case.body))
+    models += _coarse(case, words)
+    return press_document(models, f"Press it: {spaced(scene)}", held_nodes(body))
 
 
 def _in_file(folder: Path, case: Case) -> list[PressModel]:

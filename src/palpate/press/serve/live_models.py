@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.model import Case, Model
+from palpate.benchmark.model import Model
 from palpate.errors import InputError, NotConverged
 from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.knife import MOST_NODES, KnifeModel, read_cuts
@@ -143,13 +143,6 @@ def best_row(rows: pd.DataFrame, known: Iterable[str]) -> pd.Series:
     if soon.empty:
         return rows.sort_values("online_p95_s").iloc[0]
     return soon.sort_values("validation_rmse_of_peak", kind="stable").iloc[0]
-
-
-def case_words(case: Case, peak: float, hardest: float) -> dict[str, float | str]:
-    """Return what a page must know of a body and its presses, in the words of a model file's header."""
-    size, young = case.body.fine.size, case.body.material.young_pa
-    words: dict[str, float | str] = {"body": case.body.name, "regime": case.regime, "radius_m": case.radius_m}
-    return words | {"size_m": size, "young_pa": young, "peak_m": peak, "hardest_n": hardest}
 
 
 def _answer_json(found: Found) -> bytes:

@@ -165,8 +165,8 @@ def stomach_shape(sphere: np.ndarray) -> np.ndarray:
     places = np.linspace(-1.0, 1.0, 2001)
     rise = np.clip((places + 0.35) / 1.1, 0.0, 1.0)
     turn = BEND * (rise**3 * (10 - 15 * rise + 6 * rise * rise))  # from 0 to BEND without a kink
-    ways = 1.25 * np.column_stack([-np.sin(turn), -np.cos(turn)])
-    axis = np.cumsum((ways[1:] + ways[:-1]) / 2 * (places[1] - places[0]), axis=0)
+    tangents = 1.25 * np.column_stack([-np.sin(turn), -np.cos(turn)])
+    axis = np.cumsum((tangents[1:] + tangents[:-1]) / 2 * (places[1] - places[0]), axis=0)
     axis = np.vstack([np.zeros(2), axis])
     angle = np.interp(along, places, turn)
     blunt = (1.0001 - along * along) ** -0.12

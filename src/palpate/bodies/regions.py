@@ -41,10 +41,10 @@ Inside = Callable[[np.ndarray], np.ndarray]
 """A test whether points (n, 3) [m] lie in a region, (n,) bool."""
 
 
-def read_regions(body: str, entry: Solid, mesh: TetMesh, own: Material, remeshed: bool) -> Tissue | None:
+def read_regions(body: str, entry: Solid, mesh: TetMesh, base: Material, remeshed: bool) -> Tissue | None:
     """Read the tissue of the coarse ``mesh`` from its regions; None without such.
 
-    own : material of what is in no region; remeshed : whether the elements are not those of the file
+    base : material of what is in no region; remeshed : whether the elements are not those of the file
 
     A tetrahedron belongs to the first region that has half of its volume. Warns of regions that the mesh shows badly
     or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a region that holds no
@@ -52,11 +52,11 @@ def read_regions(body: str, entry: Solid, mesh: TetMesh, own: Material, remeshed
     """
     if not entry.regions:
         return None
-    materials, region = [own], np.zeros(len(mesh.tetrahedra), dtype=np.int64)
+    materials, region = [base], np.zeros(len(mesh.tetrahedra), dtype=np.int64)
     for number, (name, rule) in enumerate(entry.regions.items(), start=1):
         place = f"{body}: regions.{name}"
-        poisson = own.poisson if rule.poisson is None else rule.poisson
-        materials.append(Material(rule.young_pa, poisson, rule.density_kg_m3 or own.density_kg_m3, own.law))
+        poisson = base.poisson if rule.poisson is None else rule.poisson
+        materials.append(Material(rule.young_pa, poisson, rule.density_kg_m3 or base.density_kg_m3, base.law))
         inside = _inside(place, rule, entry)
         shares = share_inside(mesh, inside) if inside else _tagged(place, rule, entry, mesh, remeshed)
         free = (shares >= 0.5) & (region == 0)

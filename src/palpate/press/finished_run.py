@@ -70,8 +70,8 @@ class FinishedRun:
 
     def models(self, name: str, case: Case) -> Sequence[Model]:
         """Return a model with all the settings that the run has measured; InputError for one that it has not."""
-        own = {key: str(self.config.parent / path) for key, path in self.settings.own_models.items()}
+        own_models = {key: str(self.config.parent / path) for key, path in self.settings.own_models.items()}
         known = list(dict.fromkeys(self.table["model"]))
         if name not in known:
             raise InputError(f"--model {name} was not measured in {self.results}; choose from {', '.join(known)}.")
-        return model(name, own).tried(case, self.settings.tradeoff.settings)
+        return model(name, own_models).tried(case, self.settings.tradeoff.settings)

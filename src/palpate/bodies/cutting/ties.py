@@ -82,10 +82,10 @@ def cut_particles(place: str, body: Body, level: int, asked: settings.Cut) -> Pa
         raise InputError(f"{place}.cut: {body.name} lies on a bed, which lips would rest on; give it anchors.")
     strokes = []
     for number, entry in enumerate([asked, *(asked.more or [])]):
-        own = f"{place}.cut" if number == 0 else f"{place}.cut.more[{number - 1}]"
-        stroke = Stroke(make_cut(own, entry, body.fine), entry.at_s, entry.lasts_s)
+        setting = f"{place}.cut" if number == 0 else f"{place}.cut.more[{number - 1}]"
+        stroke = Stroke(make_cut(setting, entry, body.fine), entry.at_s, entry.lasts_s)
         if stroke.lasts_s > 0.0 and not isinstance(stroke.cut, Blade):
-            raise InputError(f"{own}.lasts_s is {stroke.lasts_s:g} s, and only a blade has a path; set it to 0.")
+            raise InputError(f"{setting}.lasts_s is {stroke.lasts_s:g} s, and only a blade has a path; set it to 0.")
         strokes.append(stroke)
     way = asked.way
     doubled = _conforming(body, level, strokes) if way == CONFORM else _parted(body, level, strokes, way)

@@ -73,7 +73,7 @@ class Parted:
         sides : (k, cuts) of the points, 1 or -1. Where all elements of a point are lost, or on the other side, its
             displacement is extrapolated from the element of its own side, if there is any, whose middle is nearest
         """
-        rows, own = sparse.csr_array(rows), self.origin[self.mesh.tetrahedra]
+        rows, whole_nodes = sparse.csr_array(rows), self.origin[self.mesh.tetrahedra]
         single = np.bincount(self.parents, minlength=len(self.whole.tetrahedra)) == 1
         changed = np.bincount(self.origin, minlength=len(self.whole.nodes)) != 1
         changed[self.whole.tetrahedra[~single]] = True
@@ -83,7 +83,7 @@ class Parted:
         affected = np.unique(of_entry[changed[rows.indices]])
         kept = ~np.isin(of_entry, affected)
         entries = [(of_entry[kept], number[rows.indices[kept]], rows.data[kept])]
-        around = Around(own, len(changed))
+        around = Around(whole_nodes, len(changed))
         for row in affected:
             part = slice(rows.indptr[row], rows.indptr[row + 1])
             corners, weights = rows.indices[part], rows.data[part]
@@ -92,11 +92,11 @@ class Parted:
                 fits = np.intersect1d(fits, around.of(corner))
             fits = fits[(self.sides[fits] * sides[row] >= 0).all(axis=1)]
             if len(fits):
-                at = np.argmax(own[fits[0]] == corners[:, None], axis=1)
+                at = np.argmax(whole_nodes[fits[0]] == corners[:, None], axis=1)
                 nodes = self.mesh.tetrahedra[fits[0], at]
             else:
                 allowed = np.flatnonzero((self.sides * sides[row] >= 0).all(axis=1))
-                allowed = allowed if len(allowed) else np.arange(len(own))
+                allowed = allowed if len(allowed) else np.arange(len(whole_nodes))
                 place = weights @ self.whole.nodes[corners]
                 middles = self.mesh.nodes[self.mesh.tetrahedra[allowed]].mean(axis=1)
                 near = allowed[np.linalg.norm(middles - place, axis=1).argmin()]
@@ -111,10 +111,10 @@ def whole(body: Body, level: int, cuts: int) -> Parted:
     """Return a ``level`` of a body before any of so many ``cuts``."""
     mesh = body.levels[level]
     assert isinstance(mesh, TetMesh)
-    own = body.from_level(level).up_to(0)
+    of_level = body.from_level(level).up_to(0)
     numbers = np.arange(len(mesh.nodes)), np.arange(len(mesh.tetrahedra))
     sides = np.zeros((len(mesh.tetrahedra), cuts), dtype=np.int64)
-    return Parted(own, mesh, *numbers, sides, np.ones(len(mesh.nodes), dtype=bool), 0.0)
+    return Parted(of_level, mesh, *numbers, sides, np.ones(len(mesh.nodes), dtype=bool), 0.0)
 
 
 def part(body: Body, level: int, cuts: Sequence[Cut], way: str) -> Parted:

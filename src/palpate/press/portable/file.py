@@ -44,11 +44,11 @@ def describe(path: Path | str) -> str:
     if isinstance(stored := info.get("float32_error"), float):
         lines.append(f"at the contacts themselves the file costs {100 * stored:.2g} % of the peak")
     for kind, radius_m in dict.fromkeys((each.kind, each.radius_m) for each in model.touches):
-        own = [each for each in model.touches if (each.kind, each.radius_m) == (kind, radius_m)]
-        straight, tilted = (max(getattr(each, name) for each in own) for name in ("force_error", "tilted_force_error"))
-        deepest = max(each.deepest_m for each in own)
+        same = [each for each in model.touches if (each.kind, each.radius_m) == (kind, radius_m)]
+        straight, tilted = (max(getattr(each, name) for each in same) for name in ("force_error", "tilted_force_error"))
+        deepest = max(each.deepest_m for each in same)
         lines.append(
-            f"{kind} of {1e3 * radius_m:.3g} mm at {len(own)} places, to {1e3 * deepest:.2g} mm; "
+            f"{kind} of {1e3 * radius_m:.3g} mm at {len(same)} places, to {1e3 * deepest:.2g} mm; "
             f"force within {100 * straight:.2g} % straight in, {100 * tilted:.2g} % tilted, "
             "of elements of the same mesh"
         )

@@ -85,11 +85,11 @@ def prepare_places(
             deepest = asked.depth_of_radius * instrument.radius_m * LOWER**fall
             try:
                 case = TouchCase(body, instrument, deepest, seed)
-                place, own = _place(case, asked.level, node, len(found))
+                place, trials_there = _place(case, asked.level, node, len(found))
             except (NotConverged, InputError):
                 continue
             found.append(place)
-            trials += own
+            trials += trials_there
             break
         else:
             left += 1
@@ -157,10 +157,10 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     straight = Touch(instrument, node, -axes[2], deepest)
     solver.prepare(straight)
     reduced = solver.reduced(node)
-    ways = tilted_ways(axes, TILTS, TURNS)
-    begun = [Touch(instrument, node, way, deepest).pose(body) for way in ways]
-    x, y = (ways @ axes.T)[:, :2].T
-    distances = np.array([(pose.tip - origin) @ way for pose, way in zip(begun, ways, strict=True)])
+    directions = tilted_ways(axes, TILTS, TURNS)
+    poses = [Touch(instrument, node, direction, deepest).pose(body) for direction in directions]
+    x, y = (directions @ axes.T)[:, :2].T
+    distances = np.array([(pose.tip - origin) @ direction for pose, direction in zip(poses, directions, strict=True)])
     first = np.linalg.lstsq(np.column_stack([np.ones(len(x)), x, y, x * x, x * y, y * y]), distances)[0]
     edge = instrument.radius_m if instrument.kind == SPHERE else instrument.edge_m
     sizes: list[Any] = [instrument.radius_m, edge, axes, first, deepest, 1.0, *4 * [0.0]]
@@ -171,11 +171,11 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     row = int(np.searchsorted(body.fine.surface, node))
     place = TouchPlace(row, instrument.kind, *sizes, *arrays)
     pushed, states, areas = [], [], []
-    for pose, way in zip(begun, ways, strict=True):
+    for pose, direction in zip(poses, directions, strict=True):
         q = np.zeros(reduced.count)
         for share in SHARES:
-            q, _, area, _ = settle_touch(place, pose.tip + share * deepest * way, q)
-            pushed.append(share * axes @ way)
+            q, _, area, _ = settle_touch(place, pose.tip + share * deepest * direction, q)
+            pushed.append(share * axes @ direction)
             states.append(q)
             areas.append(area)
     kernel = touch_kernel(np.array(pushed), np.array(pushed).T) + RIDGE * np.eye(len(pushed))

@@ -160,9 +160,9 @@ def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:
 def _touched(place: TouchPlace) -> list[bytes]:
     """Return a place that a rigid instrument was prepared at, as pieces of the file."""
     r, sizes = place.rest.shape[0], (len(place.volumes), len(place.areas), len(place.pushed))
-    told = place.radius_m, place.edge_m, place.deepest_m, place.stretched
+    lengths = place.radius_m, place.edge_m, place.deepest_m, place.stretched
     errors = place.error, place.force_error, place.tilted_error, place.tilted_force_error
-    parts = [_words(np.array([place.node, KINDS.index(place.kind), r, *sizes])), _floats(np.array([*told, *errors]))]
+    parts = [_words(np.array([place.node, KINDS.index(place.kind), r, *sizes])), _floats(np.array([*lengths, *errors]))]
     parts += [_floats(each) for each in (place.axes, place.first, place.rest, place.volumes, place.mu, place.lam)]
     parts += [*_columns(place.slopes), _floats(place.points), *_columns(place.moves)]
     parts += [_floats(each) for each in (place.areas, place.penalty, place.pushed, place.starts)]

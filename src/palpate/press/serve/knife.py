@@ -161,8 +161,8 @@ class KnifeModel:
         near = np.union1d(near, asked.triangle)
         # a disc beside a cut does not reach over it
         piece = components(sheet.triangles[near][:, [0, 1, 1, 2]].reshape(-1, 2), len(sheet.nodes))
-        own = sheet.triangles[near[piece[sheet.triangles[near, 0]] == piece[corners[0]]]]
-        nodes, shares = patch_shares(Sheet(sheet.nodes, own, 0.0), Patch(place, normal / length, self._radius_m))
+        connected = sheet.triangles[near[piece[sheet.triangles[near, 0]] == piece[corners[0]]]]
+        nodes, shares = patch_shares(Sheet(sheet.nodes, connected, 0.0), Patch(place, normal / length, self._radius_m))
         weights = shares @ self._surface.rows[nodes]
         if weights @ self._loose > 0.5:
             raise InputError("this piece is cut free and hangs from nothing; make the body whole.")

@@ -410,9 +410,10 @@ class PortableModel:
         for place, newtons in zip(places, force, strict=True):
             loaded += newtons @ place.disc
         rests = settle(*_loaded(places, force), rests, RESIDUAL_TOLERANCE)
-        own = iter(rests)
+        rest = iter(rests)
         bent = [
-            _bent(place, newtons, [next(own) for _ in place.near]) for place, newtons in zip(places, force, strict=True)
+            _bent(place, newtons, [next(rest) for _ in place.near])
+            for place, newtons in zip(places, force, strict=True)
         ]
         return self._compliance @ loaded, bent, rests
 
@@ -778,9 +779,9 @@ def _touch_place(reader: "_Reader", n: int) -> TouchPlace:
     node, kind, modes, cells, points, pushes = map(int, reader.take("<u4", 6))
     sound = node < n and kind < len(KINDS) and 0 < modes <= MOST_MODES and cells <= MOST_CELLS
     _must(sound and points <= MOST_POINTS and pushes <= MOST_PUSHES, "a place to touch has sizes that are none")
-    radius, edge, deepest, *told = map(float, reader.floats(8))
+    radius, edge, deepest, *factors = map(float, reader.floats(8))
     lengths = 0.0 < edge <= radius or (edge == 0.0 and radius > 0.0)
-    _must(lengths and deepest > 0.0 and min(told) >= 0.0, "a place to touch has lengths or errors that are none")
+    _must(lengths and deepest > 0.0 and min(factors) >= 0.0, "a place to touch has lengths or errors that are none")
     axes, first = reader.floats(9).reshape(3, 3).astype(float), reader.floats(6).astype(float)
     rest = reader.floats(modes**2).reshape(modes, modes).astype(float)
     moduli = reader.floats(3 * cells).reshape(3, cells).astype(float)
@@ -792,7 +793,7 @@ def _touch_place(reader: "_Reader", n: int) -> TouchPlace:
     )
     pushed = reader.floats(3 * pushes).reshape(pushes, 3).astype(float)
     starts = reader.floats(pushes * modes).reshape(pushes, modes).astype(float)
-    surface, sizes = reader.columns(3 * n, modes), (deepest, *told)
+    surface, sizes = reader.columns(3 * n, modes), (deepest, *factors)
     of_points = at, moves, areas, penalty, pushed, starts, surface
     arrays: list[Any] = [axes, first, *sizes, rest, *moduli, slopes, *of_points]
     return TouchPlace(node, KINDS[kind], radius, edge, *arrays)

@@ -201,7 +201,7 @@ def nest(
     regions: Tissue | None = None,
     smooth: "SmoothSurface | None" = None,
 ) -> Body:
-    """Refine ``coarse`` the given number of times (0 for a sheet) and pass the anchors on to every level.
+    """Return the body of a coarse mesh that is refined so many times (0 for a sheet), with its anchors on every level.
 
     ``snap``, if given, moves the new nodes of the first refinement. Finer levels keep that shape, facets and all, so
     that answers on them have a limit. Displacements are still interpolated linearly; only the rest positions then are

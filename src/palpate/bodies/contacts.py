@@ -1,4 +1,4 @@
-"""Decide which nodes of a body can be pressed, which of them are kept, and refuse the others."""
+"""Find the nodes of a body that can be pressed, choose some of them, and refuse other nodes."""
 
 from typing import NoReturn
 
@@ -21,15 +21,15 @@ def surface_contacts(body: Body) -> np.ndarray:
 
 
 def kept_contacts(body: Body, count: int | None) -> np.ndarray:
-    """Return the contacts to prepare, in increasing order: all, or ``count`` of those that samples press, well spread.
+    """Return the contacts to prepare, increasing: all, or ``count`` of those that samples press, spread far apart.
 
     The first is the one farthest from the middle of all, each next one the farthest from those before it. A body that
     has fewer gives all that it has.
     """
     if count is None:
         return contacts_of(body)
-    able = pressed_contacts(body, contacts_of(body))
-    return np.sort(able[spread_over(body.coarse.nodes[able], count)]) if len(able) else able
+    pressed = pressed_contacts(body, contacts_of(body))
+    return np.sort(pressed[spread_over(body.coarse.nodes[pressed], count)]) if len(pressed) else pressed
 
 
 def contacts_by_area(body: Body, count: int, seed: int) -> np.ndarray:
@@ -37,9 +37,10 @@ def contacts_by_area(body: Body, count: int, seed: int) -> np.ndarray:
 
     A body that has fewer gives all.
     """
-    able = pressed_contacts(body, contacts_of(body))
-    # first arrivals of Poisson processes, so that more contacts are the same and others (Efraimidis and Spirakis 2006)
-    return able[np.argsort(np.random.default_rng(seed).exponential(size=len(able)) / body.coarse.areas[able])[:count]]
+    pressed = pressed_contacts(body, contacts_of(body))
+    # first arrivals of Poisson processes: a larger count only adds contacts (Efraimidis and Spirakis 2006)
+    arrivals = np.random.default_rng(seed).exponential(size=len(pressed)) / body.coarse.areas[pressed]
+    return pressed[np.argsort(arrivals)[:count]]
 
 
 def sampled_contacts(body: Body, count: int | None, seed: int) -> np.ndarray:
@@ -61,12 +62,17 @@ def places_between(body: Body, count: int, known: np.ndarray) -> np.ndarray:
     known : nodes (m,) that they are to be far from, too
     They lie between coarse nodes that ``pressed_contacts`` lets be pressed; a body that has fewer gives all.
     """
-    good = np.zeros(len(body.coarse.nodes))
-    good[pressed_contacts(body, contacts_of(body))] = 1.0
-    able = body.fine.surface[(body.prolongation @ good)[body.fine.surface] > 1.0 - 1e-9]
+    able = between_contacts(body)
     able = able[able >= len(body.coarse.nodes)]
     points = body.fine.nodes
     return able[spread_out(points[able], points[known], min(count, len(able)))]
+
+
+def between_contacts(body: Body) -> np.ndarray:
+    """Return the fine surface nodes, increasing, that lie between coarse nodes of ``pressed_contacts``."""
+    pressed = np.zeros(len(body.coarse.nodes))
+    pressed[pressed_contacts(body, contacts_of(body))] = 1.0
+    return body.fine.surface[(body.prolongation @ pressed)[body.fine.surface] > 1.0 - 1e-9]
 
 
 def spread_over(points: np.ndarray, count: int) -> list[int]:
@@ -86,13 +92,10 @@ def spread_out(points: np.ndarray, known: np.ndarray, count: int) -> list[int]:
 
 
 def pressed_contacts(body: Body, contacts: np.ndarray) -> np.ndarray:
-    """Return those of ``contacts`` that no element joins to a held node, beside which the anchor would be pressed.
-
-    Nodes on the bed, where something is in the way, are left out, too.
-    """
+    """Return those of ``contacts`` that samples press: not on the bed, nor beside a held node, which would bear it."""
     elements = body.coarse.tetrahedra
-    able = np.setdiff1d(contacts, elements[np.isin(elements, body.anchors[0]).any(axis=1)])
-    return able if body.bed is None else np.setdiff1d(able, inner_nodes(body.coarse, body.bed))
+    away = np.setdiff1d(contacts, elements[np.isin(elements, body.anchors[0]).any(axis=1)])
+    return away if body.bed is None else np.setdiff1d(away, inner_nodes(body.coarse, body.bed))
 
 
 def row_of(contacts: np.ndarray, contact: int, place: str = "") -> int:
@@ -112,13 +115,14 @@ def refuse(contact: int, place: str = "") -> NoReturn:
 
 
 def contacts_near_regions(body: Body, places: int) -> tuple[np.ndarray, np.ndarray]:
-    """Choose the contact nearest to a region and others ever farther from it on the same side, and their distances [m].
+    """Choose ``places`` contacts at growing distances from a region, on the side where it is nearest to the surface.
 
     Their distances are spread evenly, up to half of the body's size.
+    Returns the contacts and their distances [m] from the region's nodes, (places,) or fewer.
     """
     contacts = pressed_contacts(body, contacts_of(body))
     stiff, at = body.fine.tetrahedra[body.tissue(-1).region > 0], body.coarse.nodes[contacts]
-    # to the middles of elements, of which one is nearest where several places touch or lie as deep
+    # to the middles of elements: of several nodes that are as near, one of an element's is nearest
     distance = cKDTree(body.fine.nodes[stiff].mean(axis=1)).query(at)[0]
     cover = cKDTree(body.fine.nodes[np.unique(stiff)]).query(at)[0]
     nearest = contacts[np.argmin(distance)]

@@ -1,4 +1,4 @@
-"""Bring displacements of a locally refined mesh to the fine surface of the whole body."""
+"""Interpolate displacements of a locally refined mesh to the fine surface of the whole body."""
 
 import numpy as np
 from scipy import sparse
@@ -12,9 +12,9 @@ _ROUNDING = 1e-9
 
 
 class FineSurfaceMap:
-    """Places of the fine surface nodes in the coarse triangles, which every local mesh of a body splits further.
+    """Places of a body's fine surface nodes in its coarse triangles, which every local refinement of it splits further.
 
-    They are found by the prolongation, not by rest positions, which may have moved to a smooth surface.
+    They follow from the prolongation, not from rest positions, which may have moved to a smooth surface.
     """
 
     def __init__(self, body: Body):
@@ -33,9 +33,10 @@ class FineSurfaceMap:
         keys = self._key(sides)
         ranked = np.argsort(keys, kind="stable")
         first, last = (np.searchsorted(keys[ranked], self._keys, side) for side in ("left", "right"))
+        # each fine node with all local triangles in its coarse triangle
         node = np.repeat(np.arange(len(self._keys)), last - first)
-        among = np.arange(len(node)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
-        triangle = ranked[np.repeat(first, last - first) + among]
+        number = np.arange(len(node)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
+        triangle = ranked[np.repeat(first, last - first) + number]
         corners = np.stack([_coordinates(weights, numbers[:, i], sides) for i in range(3)], axis=2)
         inside = np.linalg.solve(corners[triangle], self._places[node][:, :, None])[:, :, 0]
         kept = np.flatnonzero(inside.min(axis=1) > -_ROUNDING)

@@ -47,47 +47,49 @@ class LocalRefinement:
     """
 
     def __init__(self, body: Body, depth: int):
-        """Take ``body`` and the level that is reached, at least 1."""
+        """Prepare the refinement of ``body`` to level ``depth``, at least 1."""
         self._body, self._depth = body, depth
-        own = range(min(depth + 1, len(body.levels)))
-        self._own = [_Level.of(body.levels[level], level, body.anchors[level]) for level in own]
+        levels = range(min(depth + 1, len(body.levels)))
+        self._of_body = [_Level.of(body.levels[level], level, body.anchors[level]) for level in levels]
 
     def around(
         self, center: np.ndarray | list[np.ndarray], radius_m: float | Sequence[float], rim_level: int = 0
     ) -> LocalBody:
-        """Refine every element with a corner within ``radius_m`` [m] of ``center`` (3,) [m], or of any of (k, 3).
+        """Return the body with every element refined that has a corner within ``radius_m`` [m] of a center.
 
-        center : the same for all levels, or a list with those of each level that is refined, near those before
+        center : (3,) or several (k, 3) [m] for all levels, or a list with those of each level that is refined, near
+            those of the level before
         radius_m : one for all levels, or one for each that is refined, none larger than the one before
-        rim_level : to which elements are refined that have a corner at the rim of what is held, besides: displacements
-            grow with the root of the distance there
+        rim_level : to which elements at the rim of what is held are refined as well, as displacements grow there with
+            the root of the distance
         """
         radii = np.broadcast_to(radius_m, self._depth)
-        each = center if isinstance(center, list) else [center] * self._depth
-        body, graded, centers = self._body, list(self._own), [cKDTree(np.atleast_2d(points)) for points in each]
+        centers_of_levels = center if isinstance(center, list) else [center] * self._depth
+        centers = [cKDTree(np.atleast_2d(points)) for points in centers_of_levels]
+        body, graded = self._body, list(self._of_body)
         for level in range(len(graded) - 1, self._depth):
             graded.append(graded[-1].split(centers[level], radii[level], level < rim_level))
-        marks = _marks(graded[:-1], centers, radii, rim_level)
+        marks = _marked_edges(graded[:-1], centers, radii, rim_level)
         levels, numbers = [body.coarse], [np.arange(len(body.coarse.nodes))]
         prolongations, anchors, roots = [], [body.anchors[0]], [np.arange(len(body.coarse.tetrahedra))]
         for level in range(1, self._depth + 1):
             parts = list(_elements(graded[: level + 1], marks[:level]))
             elements, root = (np.concatenate(each) for each in zip(*parts, strict=True))
-            kept = np.unique(elements)
+            used = np.unique(elements)
             coarser = graded[level - 1].mesh
-            new = kept[len(numbers[-1]) :] - len(coarser.nodes)
-            prolongations.append(halfway(len(numbers[-1]), np.searchsorted(numbers[-1], coarser.edges[new])))
-            levels.append(TetMesh(graded[level].mesh.nodes[kept], np.searchsorted(kept, elements)))
+            halved = coarser.edges[used[len(numbers[-1]) :] - len(coarser.nodes)]
+            prolongations.append(halfway(len(numbers[-1]), np.searchsorted(numbers[-1], halved)))
+            levels.append(TetMesh(graded[level].mesh.nodes[used], np.searchsorted(used, elements)))
             anchors.append(midpoints_between(anchors[-1], prolongations[-1]))
-            numbers.append(kept)
+            numbers.append(used)
             roots.append(root)
-        dense = None
+        densities = None
         if body.densities is not None:
-            dense = [all_of[kept] for all_of, kept in zip(body.densities, numbers, strict=False)]
-            for up in prolongations[len(dense) - 1 :]:
-                dense.append(up @ dense[-1])
-        fixed = (body.name, levels, prolongations, anchors, body.material, body.bed, body.regions, dense)
-        return LocalBody(*fixed, numbers=tuple(numbers), roots=tuple(roots))
+            densities = [at_nodes[used] for at_nodes, used in zip(body.densities, numbers, strict=False)]
+            for prolongation in prolongations[len(densities) - 1 :]:
+                densities.append(prolongation @ densities[-1])
+        fields = (body.name, levels, prolongations, anchors, body.material, body.bed, body.regions, densities)
+        return LocalBody(*fields, numbers=tuple(numbers), roots=tuple(roots))
 
 
 MARGIN = 2.0
@@ -96,11 +98,11 @@ MARGIN = 2.0
 
 @dataclass(frozen=True, eq=False)
 class _Level:
-    """Elements of one level, all of them or those near a place only.
+    """Elements of one uniformly refined level, all m of them or those near a place only.
 
-    ten : (m, 10) their nodes as quadratic elements; parents : (m,) which of the level before they are parts of
-    first : by these, the first of eight parts that follow each other, or -1; roots : (m,) the coarse elements
-    held : (n,) bool, of the nodes
+    ten : (m, 10) their nodes as quadratic elements; parents : (m,) the elements of the level before
+    first : for each element of the level before, the first of its eight parts, which follow each other, or -1
+    roots : (m,) the coarse elements; held : (n,) bool, of the nodes
     """
 
     mesh: Mesh
@@ -112,7 +114,7 @@ class _Level:
 
     @staticmethod
     def of(mesh: Mesh, level: int, anchors: np.ndarray) -> "_Level":
-        """Take all elements of a body's ``level``; anchors : its held nodes."""
+        """Return all elements of ``mesh``, a body's ``level`` with held nodes ``anchors``."""
         each = np.arange(len(mesh.tetrahedra))
         held = np.isin(np.arange(len(mesh.nodes)), anchors)
         return _Level(mesh, ten_nodes(mesh), each // 8, each[::8], each // 8**level, held)
@@ -124,14 +126,14 @@ class _Level:
 
     @property
     def rim(self) -> np.ndarray:
-        """The numbers of held nodes that have an element with one that is not."""
+        """The held nodes of elements that have nodes which are not held, increasing."""
         held = self.held[self.mesh.tetrahedra]
         return np.unique(self.mesh.tetrahedra[held & ~held.all(axis=1, keepdims=True)])
 
     def split(self, center: cKDTree, radius: float, at_rim: bool) -> "_Level":
-        """Return the parts of the elements that may be split if those with a corner within ``radius`` are.
+        """Return the next level: the parts of elements that have a corner within ``radius`` [m], and of those beside.
 
-        at_rim : and those with a corner at the rim of what is held
+        at_rim : whether elements with a corner at the rim of what is held are split as well
         """
         corners, (finer, _) = self.mesh.nodes[self.mesh.tetrahedra], refine(self.mesh)
         away = center.query(corners)[0].min(axis=1) - radius
@@ -146,14 +148,14 @@ class _Level:
         return _Level(mesh, ten_nodes(mesh), np.repeat(chosen, 8), first, np.repeat(self.roots[chosen], 8), held)
 
 
-def _marks(graded: list[_Level], centers: list[cKDTree], radii: np.ndarray, rim_level: int) -> list[np.ndarray]:
-    """Return the edges of each level that are halved, (n_edges,) bool.
+def _marked_edges(graded: list[_Level], centers: list[cKDTree], radii: np.ndarray, rim_level: int) -> list[np.ndarray]:
+    """Return which edges of each level are halved, (n_edges,) bool.
 
-    The finest level comes first: whatever it splits must be a part of an element that the level before splits into
-    eight.
+    Levels are marked from the finest one down: what a level splits has to be a part of an element of the level before
+    that is split into eight.
     """
     marks: list[np.ndarray] = []
-    whole = np.empty(0, dtype=np.int64)
+    to_eight = np.empty(0, dtype=np.int64)
     for number, (level, radius) in reversed(list(enumerate(zip(graded, radii, strict=True)))):
         edges = level.edges
         close = centers[number].query(level.mesh.nodes)[0] <= radius
@@ -161,15 +163,15 @@ def _marks(graded: list[_Level], centers: list[cKDTree], radii: np.ndarray, rim_
             close[level.rim] = True
         marked = np.zeros(len(level.mesh.edges), dtype=bool)
         marked[edges[close[level.mesh.tetrahedra].any(axis=1)]] = True
-        marked[edges[whole]] = True
-        _close(edges, marked)
+        marked[edges[to_eight]] = True
+        _complete_marks(edges, marked)
         marks.insert(0, marked)
-        whole = np.unique(level.parents[marked[edges].any(axis=1)])
+        to_eight = np.unique(level.parents[marked[edges].any(axis=1)])
     return marks
 
 
 def _elements(graded: list[_Level], marks: list[np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield elements (m, 4), by node numbers of the last level, and the coarse ones (m,) that they are parts of."""
+    """Yield the elements that halving edges ``marks`` makes: nodes (m, 4) of the last level, coarse elements (m,)."""
     active = np.arange(len(graded[0].mesh.tetrahedra))
     for level, finer, marked in zip(graded[:-1], graded[1:], marks, strict=True):
         halved, ten = marked[level.edges[active]], level.ten[active]
@@ -180,8 +182,8 @@ def _elements(graded: list[_Level], marks: list[np.ndarray]) -> Iterator[tuple[n
     yield graded[-1].mesh.tetrahedra[active], graded[-1].roots[active]
 
 
-def _close(edges: np.ndarray, marked: np.ndarray) -> None:
-    """Mark more edges, in place, until each element has a pattern to split it by: none, one, a face, or all."""
+def _complete_marks(edges: np.ndarray, marked: np.ndarray) -> None:
+    """Mark more edges, in place, until each element has none marked, one, the three of a face, or all six."""
     while True:
         sides = marked[edges][:, _SIDES]
         count = marked[edges].sum(axis=1)
@@ -195,7 +197,7 @@ def _close(edges: np.ndarray, marked: np.ndarray) -> None:
 
 
 def _patterns() -> list[tuple[np.ndarray, np.ndarray]]:
-    """List halved edges (6,) of an element, and its parts (k, 4) by corners 0 to 3 and midpoints 4 to 9."""
+    """List which edges (6,) bool of an element are halved, and its parts (k, 4) by corners 0 to 3, midpoints 4 to 9."""
     found = [(np.zeros(6, dtype=bool), np.array([[0, 1, 2, 3]]))]
     for number, (a, b) in enumerate(EDGES):
         found.append((np.arange(6) == number, np.array([_with({b: 4 + number}), _with({a: 4 + number})])))
@@ -214,4 +216,4 @@ def _with(replaced: dict[int, int]) -> list[int]:
 
 
 _PATTERNS = _patterns()
-"""All patterns but that of eight parts."""
+"""All splits of an element but that into eight."""

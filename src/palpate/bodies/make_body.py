@@ -74,18 +74,19 @@ def _make(name: str, entry: bodies.Body) -> Body:
     if isinstance(entry, File | Ct):
         check_quality(body.levels, _remedy(body, remeshed))
     if isinstance(entry, Cylinder) and entry.smooth is not False and isinstance(body.fine, TetMesh):
-        own_m2, round_m2 = body.fine.volumes.sum() / entry.length_m, np.pi * entry.radius_m**2
-        if own_m2 < (1 - SECTION) * round_m2:
+        mesh_m2, round_m2 = body.fine.volumes.sum() / entry.length_m, np.pi * entry.radius_m**2
+        lacking = 1 - mesh_m2 / round_m2
+        if mesh_m2 < (1 - SECTION) * round_m2:
             _warn(
-                f"the section of the finest mesh is {1e4 * own_m2:.4g} cm², {100 * (1 - own_m2 / round_m2):.2g} % less "
-                "than the circle's, as its sides are flat; divide forces by that for stresses, or give smooth: true "
-                "and more refinements, or smooth: false if that is meant."
+                f"the section of the finest mesh is {1e4 * mesh_m2:.4g} cm², {100 * lacking:.2g} % less than the "
+                "circle's, as its sides are flat; divide forces by that for stresses, or give smooth: true and more "
+                "refinements, or smooth: false if that is meant."
             )
     return body
 
 
 def _coarse(entry: bodies.SolidBody) -> tuple[TetMesh, Snap | None, bool]:
-    """Return the coarse mesh, what snaps it to the finer surface that a CT or a file shows, and if it was remeshed."""
+    """Return a body's coarse mesh, what snaps finer ones to the surface of a CT or a file, and if it was remeshed."""
     match entry:
         case File():
             return build(entry)
@@ -111,15 +112,15 @@ def _remedy(body: Body, remeshed: bool) -> str:
 
 
 def build(entry: File) -> tuple[TetMesh, Snap | None, bool]:
-    """Build the coarse mesh of a file; also return its snapping, or None, and if it was remeshed.
+    """Build the coarse mesh of a file; also return what snaps finer ones to its surface, and whether it was remeshed.
 
     Tetrahedra are taken as they are. So is a closed surface of at most ``surface_nodes`` nodes (by default 400). Other
     surfaces are remeshed, and so are those that cannot be filled well, unless ``surface_nodes`` is just their number.
     Warns of all that was assumed and changed; raises InputError if no body can be made.
     """
-    own, scale_m, count = own_mesh(entry)
-    if own is not None:
-        return own, None, False
+    as_given, scale_m, count = own_mesh(entry)
+    if as_given is not None:
+        return as_given, None, False
     path, nodes = Path(entry.path), entry.surface_nodes
     made = _remesh(path, scale_m, None if nodes == count else nodes, entry.snap)
     if nodes is None:
@@ -142,7 +143,7 @@ def own_mesh(entry: File) -> tuple[TetMesh | None, float, int]:
     if tetrahedra is not None and count <= (nodes or count):
         return _given_tetrahedra(path, points, tetrahedra, count), scale_m, count
     if count <= (nodes or KEPT_NODES):
-        return _kept(path, points, triangles, entry, asked=nodes == count), scale_m, count
+        return _filled_as_given(path, points, triangles, entry, asked=nodes == count), scale_m, count
     return None, scale_m, count
 
 
@@ -156,8 +157,8 @@ def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, co
     return mesh
 
 
-def _kept(path: Path, points: np.ndarray, triangles: np.ndarray, entry: File, asked: bool) -> TetMesh | None:
-    """Fill a surface as it is, mended if needed; None if that is impossible or makes bad elements."""
+def _filled_as_given(path: Path, points: np.ndarray, triangles: np.ndarray, entry: File, asked: bool) -> TetMesh | None:
+    """Fill a file's surface with tetrahedra, mended but not remeshed; None if that fails or makes bad elements."""
     mended = mend(str(path), points, triangles)
     try:
         closed = check_closed(str(path), mended.points, mended.triangles)
@@ -177,7 +178,7 @@ def solid_of(path: Path, scale_m: float) -> tuple[Mended, Solid]:
 
 
 def _changed(path: Path) -> int:
-    """Return when a file was changed last [ns], 0 if it is missing: what is read or made of it holds until then."""
+    """Return when a file was changed last [ns], 0 if it is missing, for results that are kept until it changes."""
     return path.stat().st_mtime_ns if path.exists() else 0
 
 
@@ -206,6 +207,7 @@ def _remeshed(path: Path, scale_m: float, nodes: int | None, snap: bool, changed
 
 
 def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> CoarseSolid:
+    """Remesh a file's surface; warn of what was mended, and if the coarse body is far from the surface."""
     mended, solid = solid_of(path, scale_m)
     _report_mended(path, mended.notes + solid.notes)
     made = _remeshed(path, scale_m, nodes, snap, _changed(path))
@@ -220,9 +222,9 @@ def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> Coarse
 
 
 def taken(entry: bodies.Body, unit: str = "given") -> list[str]:
-    """Say in lines what is taken of the files of a body: frame, unit, pieces, holes and volume.
+    """Describe in lines what is read from a body's files: frame, unit, pieces, holes and volume.
 
-    unit : how the length of the unit is known, if ``scale_m`` says it
+    unit : how the unit's length is known where ``scale_m`` is given
     """
     if isinstance(entry, Ct):
         return described(entry)[0] if entry.image is not None else []

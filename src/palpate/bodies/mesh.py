@@ -23,10 +23,28 @@ def components(pairs: np.ndarray, count: int) -> np.ndarray:
     return connected_components(graph, directed=False)[1]
 
 
+def triangle_edges(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the edges (k, 2) of ``triangles`` (m, 3), and how many triangles have each, (k,).
+
+    Each edge is there once, smaller node first, in lexicographic order.
+    """
+    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    return np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+
+
+def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return the lengths (k,) [m] of ``edges`` (k, 2) between ``points`` (n, 3) [m]."""
+    return np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
+
+
+def corner_normals(corners: np.ndarray) -> np.ndarray:
+    """Return the normals (…, 3) of triangles with ``corners`` (…, 3, 3), as long as twice the triangle's area."""
+    return np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
+
+
 def area_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Compute normals of triangles, (m, 3), whose length is twice the triangle's area."""
-    a, b, c = (points[triangles[:, i]] for i in range(3))
-    return np.cross(b - a, c - a)
+    """Return the normals (m, 3) of ``triangles`` (m, 3) on ``points`` (n, 3), as long as twice the triangle's area."""
+    return corner_normals(points[triangles])
 
 
 def unit(vector: np.ndarray) -> np.ndarray:
@@ -36,9 +54,10 @@ def unit(vector: np.ndarray) -> np.ndarray:
 
 
 def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pair places (k, d) with the simplices (m, d + 1, d) near them: numbers of both (n,), and coordinates (n, d + 1).
+    """Pair places (k, d) with the simplices (m, d + 1, d) near them, of which some contain them.
 
-    Barycentric coordinates of the place, all positive where the simplex contains it; flat simplices are left out.
+    Returns n pairs: the number of the place (n,), that of the simplex (n,), and the place's barycentric coordinates in
+    it (n, d + 1), all positive where the simplex contains the place. Flat simplices are left out.
     """
     edges = corners[:, 1:] - corners[:, :1]
     longest = np.linalg.norm(edges, axis=2).max(axis=1)
@@ -54,7 +73,7 @@ def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def ranked_faces(faces: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the order (m,) of faces (m, 3) by their increasing nodes, and which then equal the next one, (m - 1,)."""
+    """Return the order (m,) that sorts faces (m, 3) of increasing nodes, and which equal the next one, (m - 1,)."""
     a, b, c = faces.T
     keys = a * n_nodes + b  # numbers sort many times as fast as rows
     order = np.lexsort((c, keys))
@@ -173,4 +192,4 @@ class Sheet(Mesh):
     @cached_property
     def edges(self) -> np.ndarray:
         """Triangle edges, (n_edges, 2), each once, smaller node first, in lexicographic order."""
-        return np.unique(np.sort(self.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+        return triangle_edges(self.triangles)[0]

@@ -1,4 +1,4 @@
-"""What a body is made of in a mesh file or a mesh of scikit-fem, its unit, and whether it is remeshed."""
+"""Read the points, triangles and tetrahedra of a body from a mesh file or a mesh of scikit-fem, and find its unit."""
 
 import warnings
 from pathlib import Path
@@ -83,10 +83,10 @@ KEPT_NODES = 400
 
 
 def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Load what the body is made of: points (n, 3) [file's unit], triangles (m, 3), and tetrahedra (k, 4) or None.
+    """Load a mesh file's points (n, 3) [file's unit], triangles (m, 3), and tetrahedra (k, 4) or None.
 
-    Of tetrahedra, the triangles are those of the boundary; the triangles of a surface are welded. Raises InputError if
-    there is neither, or if there are other elements.
+    The triangles are those of the tetrahedra's boundary; those of a file without tetrahedra are welded. Raises
+    InputError if there is neither, or if there are other elements.
     Trap: nodes that no element uses are dropped, and the others are renumbered from 0 in the file's order.
     """
     raw = read(path)

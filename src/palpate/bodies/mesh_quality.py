@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import EDGES, FACES, Mesh, TetMesh, components
+from palpate.bodies.mesh import EDGES, FACES, Mesh, TetMesh, components, corner_normals, unit
 from palpate.errors import InputError
 
 # larger coordinates are damaged files: a wrong byte order gives finite numbers up to 1e38
@@ -156,9 +156,7 @@ def check_quality(levels: Sequence[Mesh], remedy: str) -> None:
 
 def dihedral_angles(mesh: TetMesh) -> np.ndarray:
     """Compute the angles inside each element along its six edges, (n_tetrahedra, 6) [°]."""
-    corners = mesh.nodes[mesh.tetrahedra][:, FACES]
-    normals = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
-    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    normals = unit(corner_normals(mesh.nodes[mesh.tetrahedra][:, FACES]))
     first, second = normals[:, EDGES[:, 0]], normals[:, EDGES[:, 1]]
     # atan2 keeps its accuracy where the arc cosine of nearly ±1 loses it
     sine = np.linalg.norm(np.cross(first, second), axis=2)
@@ -168,8 +166,7 @@ def dihedral_angles(mesh: TetMesh) -> np.ndarray:
 def radius_ratios(mesh: TetMesh) -> np.ndarray:
     """Compute three times inradius over circumradius, (n_tetrahedra,)."""
     corners = mesh.nodes[mesh.tetrahedra]
-    faces = corners[:, FACES]
-    areas = np.linalg.norm(np.cross(faces[:, :, 1] - faces[:, :, 0], faces[:, :, 2] - faces[:, :, 0]), axis=2) / 2
+    areas = np.linalg.norm(corner_normals(corners[:, FACES]), axis=2) / 2
     inradius = 3 * np.abs(mesh.volumes) / areas.sum(axis=1)
     edges = corners[:, 1:] - corners[:, :1]
     centre = np.linalg.solve(2 * edges, (edges**2).sum(axis=2)[..., None])[..., 0]

@@ -36,9 +36,9 @@ class Tags:
 
 
 def gmsh_tags(gmsh: Any, kind: int, kept: np.ndarray) -> Tags:
-    """Collect the elements of a type by physical group, or if no volume is in one, by the geometrical tag.
+    """Collect the elements of a type by physical group, or if no volume is in one, by the tag of their volume.
 
-    kept : the number that each of gmsh's elements gets
+    kept : (k,) the number that each of gmsh's k elements of this type has in the mesh that is read
     """
     numbers = gmsh.model.mesh.getElementsByType(kind)[0]
     order = np.argsort(numbers)
@@ -55,12 +55,12 @@ def gmsh_tags(gmsh: Any, kind: int, kept: np.ndarray) -> Tags:
     return Tags({tag: found for tag, found in groups.items() if len(found)}, names)
 
 
-def cell_tags(found: Mapping[str, np.ndarray]) -> Tags:
-    """Take tags from cell data: whole numbers, one for each tetrahedron.
+def cell_tags(cell_data: Mapping[str, np.ndarray]) -> Tags:
+    """Return the tags of tetrahedra that a file's cell data hold: the array of whole numbers whose name says so.
 
-    found : name → values of the tetrahedra, of which those with another shape than (k,) or other values are passed over
+    cell_data : name → values of the tetrahedra; arrays of another shape than (k,) and of fractions are no tags
     """
-    numbers = {name: values for name, values in found.items() if values.ndim == 1 and values.dtype.kind in "iuf"}
+    numbers = {name: values for name, values in cell_data.items() if values.ndim == 1 and values.dtype.kind in "iuf"}
     whole = {name: values.astype(np.int64) for name, values in numbers.items() if (values == np.round(values)).all()}
     known = {name.lower(): name for name in whole}
     key = next((known[name] for name in KNOWN if name in known), next(iter(whole), ""))
@@ -172,7 +172,7 @@ def _check_steps(path: Path, points: np.ndarray) -> None:
 
 
 def _read_gmsh(path: Path) -> RawMesh:
-    """Read versions 1, 2 and 4, ASCII and binary; trap: nodes are numbered by increasing tag, not by position.
+    """Read a gmsh file of version 1, 2 or 4, ASCII or binary; trap: nodes are numbered by tag, not by position.
 
     Version 2 repeats an element for each group that it is in; one of them is kept, which is in all groups.
     """
@@ -264,9 +264,8 @@ def _read_vtk(data: bytes) -> RawMesh:
             raise ValueError(CUT.format("its last cell is none"))
         _add_elements(raw, name, vtkCellTypeUtilities.GetDimension(kind), corners)
         if name == "tetra":
-            raw.tags = cell_tags(
-                {key: np.asarray(found.cell_data[key])[numbers] for key in found.cell_data if key[:3] != "vtk"}
-            )
+            names = [name for name in found.cell_data if name[:3] != "vtk"]
+            raw.tags = cell_tags({name: np.asarray(found.cell_data[name])[numbers] for name in names})
     return raw
 
 

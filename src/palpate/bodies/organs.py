@@ -47,10 +47,10 @@ def coarse_body(shape: Shape, length_m: float, balls: Sequence[Ball] = ()) -> Te
 
 
 def onto_shape(shape: Shape, length_m: float) -> Onto:
-    """Make the projection to the smooth shape: to the nearest place of it that faces the same way, by its own formula.
+    """Return the projection to the smooth shape: to its nearest place that faces the same way, by its own formula.
 
-    The dense surface says where to begin; from there the place on the unit sphere is found by Gauss-Newton steps. Trap:
-    the dense surface alone, taken as flat around its points, is as far from the shape as the facets of the third
+    It begins at the nearest point of a dense surface, and finds the place on the unit sphere by Gauss-Newton steps.
+    Trap: the dense surface alone, taken as flat around its points, is as far from the shape as the facets of the third
     refinement are.
     """
     dense, triangles, sphere = _dense(shape, length_m)
@@ -77,7 +77,7 @@ def onto_shape(shape: Shape, length_m: float) -> Onto:
 
 
 def _closer(places: Shape, s: np.ndarray, missing: np.ndarray) -> np.ndarray:
-    """Return the places (n, 3) of the sphere after a step from ``s`` that is to make up for ``missing`` (n, 3) [m]."""
+    """Return points (n, 3) of the sphere, a Gauss-Newton step from ``s`` to move images by ``missing`` (n, 3) [m]."""
     other = np.where(np.abs(s[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     first = unit(np.cross(s, other))
     axes = np.stack([first, np.cross(s, first)], axis=1)
@@ -165,8 +165,8 @@ def stomach_shape(sphere: np.ndarray) -> np.ndarray:
     places = np.linspace(-1.0, 1.0, 2001)
     rise = np.clip((places + 0.35) / 1.1, 0.0, 1.0)
     turn = BEND * (rise**3 * (10 - 15 * rise + 6 * rise * rise))  # from 0 to BEND without a kink
-    ways = 1.25 * np.column_stack([-np.sin(turn), -np.cos(turn)])
-    axis = np.cumsum((ways[1:] + ways[:-1]) / 2 * (places[1] - places[0]), axis=0)
+    tangents = 1.25 * np.column_stack([-np.sin(turn), -np.cos(turn)])
+    axis = np.cumsum((tangents[1:] + tangents[:-1]) / 2 * (places[1] - places[0]), axis=0)
     axis = np.vstack([np.zeros(2), axis])
     angle = np.interp(along, places, turn)
     blunt = (1.0001 - along * along) ** -0.12

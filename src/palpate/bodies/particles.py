@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.material import Material, Tissue, joined, uniform
-from palpate.bodies.mesh import Mesh, Sheet, TetMesh
+from palpate.bodies.mesh import Mesh, Sheet, TetMesh, edge_lengths
 from palpate.bodies.supports import Bed
 from palpate.errors import InputError
 
@@ -195,8 +195,7 @@ def default_stiffness(particles: Particles) -> float:
     """
     particles.refuse_regions("a stiffness that follows from Young's modulus needs")
     ends = particles.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    lengths = np.linalg.norm(particles.nodes[ends[:, 0]] - particles.nodes[ends[:, 1]], axis=1)
-    return particles.material.young_pa * float(lengths.mean())
+    return particles.material.young_pa * float(edge_lengths(particles.nodes, ends).mean())
 
 
 def lump_masses(mesh: TetMesh, element_masses: np.ndarray) -> np.ndarray:

@@ -116,10 +116,13 @@ def ten_nodes(mesh: Mesh) -> np.ndarray:
     The corners come first, then the midpoints of EDGES. So quadratic elements on one level of a body have the nodes of
     linear ones on the next level.
     """
-    n, ends = len(mesh.nodes), mesh.edges
-    local = np.sort(mesh.tetrahedra[:, EDGES], axis=2)
-    midpoints = n + np.searchsorted(ends[:, 0] * n + ends[:, 1], local[..., 0] * n + local[..., 1])
-    return np.hstack([mesh.tetrahedra, midpoints])
+    return np.hstack([mesh.tetrahedra, edge_midpoints(mesh, mesh.tetrahedra[:, EDGES])])
+
+
+def edge_midpoints(mesh: Mesh, edges: np.ndarray) -> np.ndarray:
+    """Return the numbers (m, k) that the midpoints of ``edges`` (m, k, 2) of ``mesh`` have in ``refine(mesh)``."""
+    n, ends = len(mesh.nodes), np.sort(edges, axis=2)
+    return n + np.searchsorted(mesh.edges[:, 0] * n + mesh.edges[:, 1], ends[..., 0] * n + ends[..., 1])
 
 
 def shape_functions(points: np.ndarray, edges: np.ndarray = EDGES) -> np.ndarray:
@@ -152,6 +155,7 @@ def quadratic_prolongation(coarse: Mesh, fine: Mesh) -> sparse.csr_array:
     n, elements, ten = len(fine.nodes), ten_nodes(fine), ten_nodes(coarse)
     parents = np.repeat(np.arange(len(coarse.tetrahedra)), 8)
     places = np.argmax(ten[parents][:, None, :] == fine.tetrahedra[:, :, None], axis=2)
+    # of the fine elements' corners, (m, 4, 4): barycentric coordinates in their parents
     corners = np.vstack([np.eye(4), np.eye(4)[EDGES].mean(axis=1)])[places]
     nodes, first = np.unique(elements[:, 4:], return_index=True)
     middles = corners[:, EDGES].mean(axis=2).reshape(-1, 4)[first]

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.bodies.ct.config_scan import label_ball, label_region
 from palpate.bodies.material import Material, Tissue
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import TetMesh, edge_lengths
 from palpate.bodies.mesh_file import in_words, load_tagged
 from palpate.bodies.refinement import refine
 from palpate.bodies.settings import Ct, File, Region, Solid
@@ -41,10 +41,10 @@ Inside = Callable[[np.ndarray], np.ndarray]
 """A test whether points (n, 3) [m] lie in a region, (n,) bool."""
 
 
-def read_regions(body: str, entry: Solid, mesh: TetMesh, own: Material, remeshed: bool) -> Tissue | None:
+def read_regions(body: str, entry: Solid, mesh: TetMesh, base: Material, remeshed: bool) -> Tissue | None:
     """Read the tissue of the coarse ``mesh`` from its regions; None without such.
 
-    own : material of what is in no region; remeshed : whether the elements are not those of the file
+    base : material of what is in no region; remeshed : whether the elements are not those of the file
 
     A tetrahedron belongs to the first region that has half of its volume. Warns of regions that the mesh shows badly
     or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a region that holds no
@@ -52,11 +52,11 @@ def read_regions(body: str, entry: Solid, mesh: TetMesh, own: Material, remeshed
     """
     if not entry.regions:
         return None
-    materials, region = [own], np.zeros(len(mesh.tetrahedra), dtype=np.int64)
+    materials, region = [base], np.zeros(len(mesh.tetrahedra), dtype=np.int64)
     for number, (name, rule) in enumerate(entry.regions.items(), start=1):
         place = f"{body}: regions.{name}"
-        poisson = own.poisson if rule.poisson is None else rule.poisson
-        materials.append(Material(rule.young_pa, poisson, rule.density_kg_m3 or own.density_kg_m3, own.law))
+        poisson = base.poisson if rule.poisson is None else rule.poisson
+        materials.append(Material(rule.young_pa, poisson, rule.density_kg_m3 or base.density_kg_m3, base.law))
         inside = _inside(place, rule, entry)
         shares = share_inside(mesh, inside) if inside else _tagged(place, rule, entry, mesh, remeshed)
         free = (shares >= 0.5) & (region == 0)
@@ -75,7 +75,7 @@ def read_regions(body: str, entry: Solid, mesh: TetMesh, own: Material, remeshed
 
 
 def _inside(place: str, rule: Region, entry: Solid) -> Inside | None:
-    """Return the test of a sphere or a label; None for a tag, which is known by elements."""
+    """Return the test whether points lie in a region that is given by sphere or label; None if it is given by tag."""
     if rule.label is not None:
         if not isinstance(entry, Ct):
             raise InputError(f"body {place} has a label, which only a body of kind ct has; give a sphere.")
@@ -122,13 +122,12 @@ def _middles() -> np.ndarray:
 
 
 def _check_held(place: str, mesh: TetMesh, shares: np.ndarray, free: np.ndarray) -> None:
-    """Raise InputError if a region holds no tetrahedron that is ``free``."""
+    """Raise InputError if a region has no tetrahedron ``free`` (n_tetrahedra,), by half in it and in none before it."""
     if free.any():
         return
     if (shares >= 0.5).any():
         raise InputError(f"body {place} holds no tetrahedron that is not in a region before it; put it first.")
-    ends = mesh.nodes[mesh.edges]
-    edge = in_words(float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()))
+    edge = in_words(float(edge_lengths(mesh.nodes, mesh.edges).mean()))
     raise InputError(
         f"body {place} holds no tetrahedron by half; the edges of the coarse mesh are about {edge}: move or enlarge"
         " the region, or make that mesh finer."
@@ -136,27 +135,23 @@ def _check_held(place: str, mesh: TetMesh, shares: np.ndarray, free: np.ndarray)
 
 
 def _check_shown(name: str, mesh: TetMesh, shares: np.ndarray, inside: Inside | None) -> None:
-    """Warn if the elements of a region have another volume or place than it, or reach a surface that it does not."""
-    held = shares >= 0.5
-    asked, has, beyond = shares @ mesh.volumes, mesh.volumes[held].sum(), (1.0 - shares[held]) @ mesh.volumes[held]
-    misplaced = np.abs(held - shares) @ mesh.volumes
-    if abs(has / asked - 1.0) > VOLUME_OFF or misplaced > MISPLACED * asked:
+    """Warn if a region's elements differ from it in volume or place, or reach the body's surface where it does not."""
+    chosen = shares >= 0.5
+    asked_m3, has_m3 = shares @ mesh.volumes, mesh.volumes[chosen].sum()
+    beyond_m3, misplaced_m3 = (1.0 - shares[chosen]) @ mesh.volumes[chosen], np.abs(chosen - shares) @ mesh.volumes
+    if abs(has_m3 / asked_m3 - 1.0) > VOLUME_OFF or misplaced_m3 > MISPLACED * asked_m3:
         warnings.warn(
-            f"regions of the body are made of whole coarse tetrahedra: those of {name} have {1e6 * has:.3g} mL, and "
-            f"what is asked {1e6 * asked:.3g} mL; {1e6 * beyond:.3g} mL of the first are outside of the second; "
+            f"regions of the body are made of whole coarse tetrahedra: those of {name} have {1e6 * has_m3:.3g} mL, and "
+            f"what is asked {1e6 * asked_m3:.3g} mL; {1e6 * beyond_m3:.3g} mL of the first are outside of the second; "
             "make the coarse mesh finer there.",
             stacklevel=5,
         )
-    count = np.isin(mesh.surface, mesh.tetrahedra[held]).sum()
-    if inside is not None and count and not inside(_on_surface(mesh)).any():
+    count = np.isin(mesh.surface, mesh.tetrahedra[chosen]).sum()
+    grid = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
+    on_surface = np.einsum("pa,tai->tpi", grid, mesh.nodes[mesh.triangles]).reshape(-1, 3)
+    if inside is not None and count and not inside(on_surface).any():
         warnings.warn(
             f"tetrahedra of {name} have {count} nodes on the body's surface, which what is asked does not reach, so "
             "that a press there is on them; make the coarse mesh finer there, or move the region inwards.",
             stacklevel=5,
         )
-
-
-def _on_surface(mesh: TetMesh) -> np.ndarray:
-    """Return points (n, 3) [m] on the surface: nodes, and 15 points of each triangle."""
-    grid = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
-    return np.einsum("pa,tai->tpi", grid, mesh.nodes[mesh.triangles]).reshape(-1, 3)

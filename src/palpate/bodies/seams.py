@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 from scipy.spatial import cKDTree
 
-from palpate.bodies.mesh import TetMesh, area_normals, components, within
+from palpate.bodies.mesh import TetMesh, area_normals, components, edge_lengths, within
 from palpate.bodies.surfaces.triangles import drop_unused
 from palpate.errors import InputError
 
@@ -20,7 +20,7 @@ MIDDLE, CORNER = np.array([0.3197, 0.3623, 0.3180]), np.array([0.9000, 0.0613, 0
 
 
 def weld_pieces(nodes: np.ndarray, tetrahedra: np.ndarray) -> tuple[np.ndarray, np.ndarray, str]:
-    """Weld the pieces of a mesh, (n, 3) and (m, 4), at boundary faces that coincide; say how many, or nothing.
+    """Weld the pieces of a mesh, (n, 3) and (m, 4), at boundary faces that coincide; also say that in words.
 
     The first of the nodes that coincide stays, and elements keep their order. Faces of one piece stay apart, as those
     of a cut are.
@@ -82,15 +82,14 @@ def check_seams(source: str, mesh: TetMesh) -> None:
 
 
 def _coinciding(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return pairs of boundary faces, (k,) and (k,), that coincide facing each other, and the places of nodes (n,)."""
+    """Return pairs (k,), (k,) of boundary faces that coincide and face each other, and the nodes' places (n,)."""
     triangles, surface, edges = mesh.triangles, mesh.surface, mesh.edges
     shortest = np.full(len(mesh.nodes), np.inf)
-    lengths = np.linalg.norm(mesh.nodes[edges[:, 0]] - mesh.nodes[edges[:, 1]], axis=1)
-    np.minimum.at(shortest, edges, lengths[:, None])
+    np.minimum.at(shortest, edges, edge_lengths(mesh.nodes, edges)[:, None])
     reach = SAME * shortest[surface]
     pairs = cKDTree(mesh.nodes[surface]).query_pairs(reach.max(initial=0.0), output_type="ndarray")
-    away = np.linalg.norm(np.diff(mesh.nodes[surface[pairs]], axis=1)[:, 0], axis=1)
-    group = components(surface[pairs[away <= reach[pairs].min(axis=1)]], len(mesh.nodes))
+    same_place = edge_lengths(mesh.nodes, surface[pairs]) <= reach[pairs].min(axis=1)
+    group = components(surface[pairs[same_place]], len(mesh.nodes))
     _, same, count = np.unique(np.sort(group[triangles], axis=1), axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(same, kind="stable")
     first, second = order[count[same[order]] == 2].reshape(-1, 2).T

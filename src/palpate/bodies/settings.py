@@ -101,7 +101,7 @@ RULES = "a plane, a sphere, numbers of nodes, or a list of these"
 
 
 def as_anchors(value: Any) -> Any:
-    """Take a plane, a sphere or several of them, numbers of nodes or a mask of them for the rule that they are."""
+    """Convert a plane, a sphere, several of them, numbers of nodes or a mask of nodes to settings of anchors."""
     if isinstance(value, np.ndarray):
         value = (np.flatnonzero(value) if value.dtype == bool else value).tolist()
     if isinstance(value, list | tuple) and not len(value):
@@ -139,7 +139,7 @@ class _Body(Block):
             return make_body(name or self.kind, self)  # type: ignore[attr-defined, arg-type]
 
     def paths(self, folder: Path) -> dict[str, str]:
-        """Return the files or folders that it is made from, by key, as they can be opened from here.
+        """Return the paths of the files or folders that the body is made from, by setting, as they can be opened.
 
         folder : of the settings, from where they are named
         """
@@ -326,7 +326,7 @@ def longest_m(body: Body | None) -> float | None:
 
 
 def check_body(place: str, body: Body, folder: Path) -> None:
-    """Raise InputError for what single settings of a body do not show, and for files that are not there."""
+    """Raise InputError if settings of a body contradict each other, or name files that do not exist."""
     size, (least, most), levels = longest_m(body), POSSIBLE_M, body.refinements + 1
     if size is not None and not least <= size <= most:
         sides = "length_m" if isinstance(body, Round) else "sizes_m"

@@ -11,24 +11,24 @@ from palpate.bodies.simple_shapes import sheet
 
 
 def nest_sheet(body: Body, count: int) -> Body:
-    """Nest a sheet: one of half its divisions, refined ``count`` times, so that level 1 is the sheet's own.
+    """Return a sheet with levels: one of half its divisions, refined ``count`` times, so that level 1 is the given one.
 
-    A sheet with divisions that are odd stays as it is.
+    A sheet with an odd number of divisions is returned as it is.
     """
-    own = body.coarse
-    assert isinstance(own, Sheet)
-    divisions = _divisions(own)
+    given = body.coarse
+    assert isinstance(given, Sheet)
+    divisions = _divisions(given)
     if any(number % 2 for number in divisions):
         return body
-    half = sheet(list(np.ptp(own.nodes, axis=0)[:2]), [number // 2 for number in divisions], own.thickness_m)
-    near = cKDTree(own.nodes).query(half.nodes)[1]
+    half = sheet(list(np.ptp(given.nodes, axis=0)[:2]), [number // 2 for number in divisions], given.thickness_m)
+    near = cKDTree(given.nodes).query(half.nodes)[1]
     levels, prolongations, anchors = [half], [], [np.flatnonzero(np.isin(near, body.anchors[0]))]
     for number in range(count):
         finer, prolongation = refine_sheet(levels[-1])
         if number:
             held = midpoints_between(anchors[-1], prolongation)
         else:
-            held = np.flatnonzero(np.isin(cKDTree(own.nodes).query(finer.nodes)[1], body.anchors[0]))
+            held = np.flatnonzero(np.isin(cKDTree(given.nodes).query(finer.nodes)[1], body.anchors[0]))
         levels.append(finer)
         prolongations.append(prolongation)
         anchors.append(held)
@@ -49,5 +49,4 @@ def refine_sheet(coarse: Sheet) -> tuple[Sheet, sparse.csr_array]:
 
 
 def _divisions(lattice: Sheet) -> list[int]:
-    """Return the cells of a lattice along x and y."""
     return [len(np.unique(lattice.nodes[:, axis].round(9))) - 1 for axis in range(2)]

@@ -37,7 +37,7 @@ class Bed:
         return replace(self, center_m=self.center_m + shift)
 
     def faces(self, nodes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-        """Mark those of a body's ``triangles`` (m, 3) on ``nodes`` (n, 3) [m] that face as the bed asks, (m,) bool."""
+        """Return which of a body's ``triangles`` (m, 3) on ``nodes`` (n, 3) [m] face as the bed asks, (m,) bool."""
         if self.facing is None:
             return np.ones(len(triangles), dtype=bool)
         corners, normals = nodes[triangles], area_normals(nodes, triangles)
@@ -146,8 +146,13 @@ def _held(body: str, rule: Anchors, mesh: Mesh) -> tuple[np.ndarray, str]:
     return np.unique(held), kind
 
 
+def can_hold(points: np.ndarray, size: float) -> bool:
+    """Return whether a body of ``size`` [m] that is held at ``points`` (n, 3) [m] cannot turn: three are on no line."""
+    return len(points) > 2 and bool(np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1] > 1e-6 * size)
+
+
 def _check_pieces(body: str, held: np.ndarray, mesh: Mesh, bed: Bed | None) -> None:
-    """Raise InputError unless each piece is held at three points that are not on a line, so that it cannot turn."""
+    """Raise InputError unless each piece of the body is held such that it cannot turn."""
     if bed is not None:
         held = np.union1d(held, inner_nodes(mesh, bed))
     piece = components(mesh.edges, len(mesh.nodes))
@@ -159,8 +164,7 @@ def _check_pieces(body: str, held: np.ndarray, mesh: Mesh, bed: Bed | None) -> N
             raise InputError(
                 f"body {body}: anchors hold no node of {part.rstrip(',')}; hold some there or remove the piece."
             )
-        singular_values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-        if len(points) < 3 or singular_values[1] <= 1e-6 * mesh.size:
+        if not can_hold(points, mesh.size):
             raise InputError(
                 f"body {body}: anchors let {part} turn about the held nodes; hold three or more that are not on a line."
             )

@@ -1,10 +1,10 @@
-"""Points, weights and shape functions on surface triangles: exact over their part in a ball; the enclosed volume."""
+"""Quadrature and shape functions on surface triangles, exact over their part in a ball; the enclosed volume."""
 
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.mesh import Mesh
-from palpate.bodies.refinement import shape_functions
+from palpate.bodies.mesh import Mesh, corner_normals
+from palpate.bodies.refinement import edge_midpoints, shape_functions
 
 EDGES = np.array([[0, 1], [0, 2], [1, 2]])
 """The edges of a triangle, in the order of the midpoints of its quadratic shape functions."""
@@ -12,9 +12,7 @@ EDGES = np.array([[0, 1], [0, 2], [1, 2]])
 
 def midpoints(mesh: Mesh, triangles: np.ndarray) -> np.ndarray:
     """Return the numbers (m, 3) of the midpoints of the EDGES of ``triangles`` (m, 3): those that refinement gives."""
-    n, ends = len(mesh.nodes), np.sort(triangles[:, EDGES], axis=2)
-    keys = mesh.edges[:, 0] * n + mesh.edges[:, 1]
-    return n + np.searchsorted(keys, ends[..., 0] * n + ends[..., 1])
+    return edge_midpoints(mesh, triangles[:, EDGES])
 
 
 def triangle_shapes(barycentric: np.ndarray, order: int) -> np.ndarray:
@@ -45,7 +43,7 @@ def near_ball(corners: np.ndarray, center: np.ndarray, radius: float) -> np.ndar
 def ball_points(
     corners: np.ndarray, center: np.ndarray, radius: float, degree: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Choose points that integrate polynomials up to ``degree`` over the part of each triangle in a ball.
+    """Return the quadrature that integrates polynomials up to ``degree`` over the part of each triangle in a ball.
 
     corners : (m, 3, 3) [m]; center : (3,) [m]; radius : [m]
     Returns barycentric coordinates (m, k, 3), weights (m, k) [m²], which may be negative, and the squared distances
@@ -55,7 +53,7 @@ def ball_points(
     with signs, of what each edge sweeps: a triangle where the edge runs inside the circle, sectors where it is outside.
     Gauss points on the edge and along the rays are exact; those on an arc, of at most 90°, are right to 1e-13.
     """
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = corner_normals(corners)
     twice = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = normal / twice
     height = ((center - corners[:, 0]) * normal).sum(axis=1, keepdims=True)
@@ -74,9 +72,9 @@ def ball_points(
 
 
 def _rim(corners: np.ndarray, normal: np.ndarray, squared: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, k, 3) around triangles, on their edges or on the circle, and the doubled area that each sweeps.
+    """Return points (m, k, 3) on the rim of each triangle's part in a circle, and the doubled area that each sweeps.
 
-    corners : (m, 3, 3), seen from the circle's middle; squared : (m, 1) square of its radius
+    corners : (m, 3, 3), seen from the circle's middle; normal : (m, 3); squared : (m, 1) square of its radius
     """
     along = np.roll(corners, -1, axis=1) - corners
     length = (along**2).sum(axis=2)
@@ -96,7 +94,7 @@ def _rim(corners: np.ndarray, normal: np.ndarray, squared: np.ndarray, degree: i
 
 
 def _chord(first: np.ndarray, last: np.ndarray, upward: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, 3, k, 3) on the straight way from ``first`` to ``last`` and the doubled area of each."""
+    """Return points (m, 3, k, 3) on the segments from ``first`` to ``last``, and the doubled area that each sweeps."""
     places, weights = _gauss(degree)
     area = (np.cross(first, last) * upward).sum(axis=2)
     return first[:, :, None] + places[:, None] * (last - first)[:, :, None], area[..., None] * weights
@@ -105,7 +103,7 @@ def _chord(first: np.ndarray, last: np.ndarray, upward: np.ndarray, degree: int)
 def _arc(
     first: np.ndarray, last: np.ndarray, upward: np.ndarray, squared: np.ndarray, degree: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, 3, k, 3) on the circle between the rays to ``first`` and ``last``, and the doubled areas."""
+    """Return points (m, 3, k, 3) on the arcs between the rays to ``first`` and ``last``, and their doubled areas."""
     places, weights = _gauss(2 * degree + 12)
     angle = np.arctan2((np.cross(first, last) * upward).sum(axis=2), (first * last).sum(axis=2))
     lengths = np.linalg.norm(first, axis=2, keepdims=True)

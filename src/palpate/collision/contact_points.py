@@ -64,12 +64,11 @@ def stopped_contacts(
 
 
 def ways_out(a: np.ndarray, b: np.ndarray, directions: np.ndarray, signed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return directions (k, 3) and signed distances (k,) [m] of crossing triangles that face out of closed bodies.
+    """Return directions (k, 3) in which crossing triangles of closed bodies separate, and signed distances (k,) [m].
 
-    a, b : (k, 3, 3) [m]; directions, signed : what is returned where both triangles are degenerate
+    a, b : (k, 3, 3) [m], facing out of the bodies; directions, signed : returned where both triangles are degenerate
     The direction is the normal of b, or against that of a, whichever takes less: until a's corners are above b's plane,
-    or b's above a's. The least translation in any direction, in contrast, may lead deeper into a body. Degenerate
-    triangles have no side.
+    or b's above a's. The least translation in any direction, in contrast, may lead deeper into a body.
     """
     directions, signed, best = directions.copy(), signed.copy(), np.full(len(a), np.inf)
     for one, other, sign in ((a, b, 1.0), (b, a, -1.0)):

@@ -13,7 +13,11 @@ from scipy import sparse
 
 @numba.njit(cache=True)
 def _build(nodes, first, places, n_nodes):
-    """Build the pattern of elements, element e being ``nodes[first[e] : first[e + 1]]``."""
+    """Return the pattern's ``indptr`` (n_nodes + 1,) and ``indices``, and the positions of all element blocks in it.
+
+    Element e has the nodes ``nodes[first[e] : first[e + 1]]``, and its blocks are numbers ``places[e]`` and following,
+    row by row. The first pass counts the blocks of each row; the second lists them and looks up those of elements.
+    """
     ends, elements = _around(nodes, first, n_nodes)
     indptr, latest = np.zeros(n_nodes + 1, dtype=np.int32), np.full(n_nodes, -1, dtype=np.int32)
     for i in range(n_nodes):
@@ -48,7 +52,7 @@ def _build(nodes, first, places, n_nodes):
 
 @numba.njit(cache=True)
 def _around(nodes, first, n_nodes):
-    """Return the elements around each node i, ``elements[ends[i] : ends[i + 1]]``."""
+    """Return ``ends`` and ``elements``: those around node i are ``elements[ends[i] : ends[i + 1]]``."""
     ends = np.zeros(n_nodes + 1, dtype=np.int64)
     for i in nodes:
         ends[i + 1] += 1
@@ -101,7 +105,7 @@ def pattern_of(tetrahedra: np.ndarray, n_nodes: int) -> BlockPattern:
 
 
 def shared_pattern(couples: list[np.ndarray], n_nodes: int) -> BlockPattern:
-    """Build one pattern for several kinds of elements, each (n_elements, k): tetrahedra, springs, single nodes …
+    """Build one pattern for several kinds of elements, each by its nodes (n_elements, k): tetrahedra, springs, nodes …
 
     Indices increase within a row. Every row has its diagonal block, used or not.
     """
@@ -190,7 +194,7 @@ def add_block(block, x, y):
 
 @numba.njit(cache=True)
 def hold(indptr, indices, values, held):
-    """Replace rows and columns of held nodes, (n,) bool, by those of the identity, in place."""
+    """Replace the rows and columns of nodes ``held`` (n,) bool by those of the identity matrix, in place."""
     for i in range(len(indptr) - 1):
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]

@@ -61,11 +61,11 @@ class Problem(Smooth, Protocol):
 
 @dataclass
 class Descent:
-    """The way that L-BFGS has gone.
+    """Positions that L-BFGS has reached, and its history.
 
-    x : (n, 3) [m], where it ended
-    forces : ‖force‖ [N] before each iteration and at the end; seconds : when each was known [s]
-    convex : whether each step has bent the force back, as it does where the energy is convex
+    x : (n, 3) [m], the last positions
+    forces : ‖force‖ [N] before each iteration and at the end; seconds : when each was known [s], from the start
+    convex : whether the force's change along each step opposed the step, as it does where the energy is convex
     """
 
     x: np.ndarray
@@ -73,8 +73,8 @@ class Descent:
     seconds: list[float] = field(default_factory=list)
     convex: bool = True
 
-    def over(self, scale: float) -> "Solution":
-        """Return the same with forces relative to ``scale`` [N]; an iteration counts as one product."""
+    def solution(self, scale: float) -> "Solution":
+        """Return the solution with residuals relative to ``scale`` [N]; an iteration counts as one product."""
         return Solution(self.x, [force / scale for force in self.forces], self.seconds, products=len(self.forces) - 1)
 
 
@@ -98,7 +98,7 @@ class Solution:
         return len(self.history) - 1
 
     def after(self, before: "Solution") -> "Solution":
-        """Add what was spent on the solution ``before``, whose last residual this one begins with; return this one."""
+        """Add history and cost of the attempt ``before``, at whose end this solution started; return this solution."""
         self.history = before.history[:-1] + self.history
         self.seconds = before.seconds[:-1] + [before.seconds[-1] + each for each in self.seconds]
         self.linear_solves += before.linear_solves
@@ -115,21 +115,21 @@ def descend_or(
     otherwise: Callable[[np.ndarray], Solution],
     patient: bool = False,
 ) -> Solution:
-    """Find x with ‖force(x)‖ ≤ ``tolerance`` · ``scale`` [N] by L-BFGS, or by what is done ``otherwise``.
+    """Find positions with ‖force‖ ≤ ``tolerance`` · ``scale`` [N], by L-BFGS from ``x`` or else by a second method.
 
-    solve : as ``minimise_by_lbfgs`` has it
-    otherwise : Newton's method as a rule, from the positions to start at to a solution; its errors are raised
-    patient : whether to go on where L-BFGS is slow, or the energy is not convex
+    solve : applies the inverse of the constant Hessian that L-BFGS starts from
+    otherwise : the second method, Newton's as a rule: from positions to a solution; its errors are raised
+    patient : whether L-BFGS goes on where it is slow, or where the energy is not convex
     """
 
-    def worth(way: Descent) -> bool:
-        pace = len(way.forces) <= WINDOW or way.forces[-1] <= PACE * way.forces[-1 - WINDOW]
-        return patient or (way.convex and pace)
+    def goes_on(descent: Descent) -> bool:
+        fast = len(descent.forces) <= WINDOW or descent.forces[-1] <= PACE * descent.forces[-1 - WINDOW]
+        return patient or (descent.convex and fast)
 
-    way = minimise_by_lbfgs(problem, solve, x, tolerance * scale, MAX_ITERATIONS, worth)
-    if way.forces[-1] <= tolerance * scale and way.convex:
-        return way.over(scale)
-    return otherwise(way.x if way.convex else x).after(way.over(scale))
+    descent = minimise_by_lbfgs(problem, solve, x, tolerance * scale, MAX_ITERATIONS, goes_on)
+    if descent.forces[-1] <= tolerance * scale and descent.convex:
+        return descent.solution(scale)
+    return otherwise(descent.x if descent.convex else x).after(descent.solution(scale))
 
 
 def minimise_by_lbfgs(
@@ -138,53 +138,56 @@ def minimise_by_lbfgs(
     x: np.ndarray,
     tolerance_n: float,
     iterations: int,
-    callback: Callable[[Descent], bool] = lambda way: True,
+    callback: Callable[[Descent], bool] = lambda descent: True,
     kept: int = MEMORY,
 ) -> Descent:
-    """Do so many iterations from ``x`` (n, 3) [m], or fewer once ‖force‖ ≤ ``tolerance_n`` [N].
+    """Minimise an energy from ``x`` (n, 3) [m] by L-BFGS: ``iterations``, or fewer once ‖force‖ ≤ ``tolerance_n`` [N].
 
-    solve : applies the inverse of the constant Hessian it starts from
-    callback : is asked before each iteration whether to continue
-    kept : how many steps the inverse Hessian is improved by
+    solve : applies the inverse of the constant Hessian that it starts from
+    callback : called before each iteration, and returns whether to continue
+    kept : number of latest steps that improve the inverse Hessian
     After Liu, Bouaziz and Kavan (2017), but with the true Hessian at rest, so that one iteration answers small loads.
-    No step raises the energy beyond rounding; where none lowers it the memory is forgotten, and if that does not help
-    it is the end.
+    No step raises the energy beyond rounding. Where none lowers it, all earlier steps are forgotten; where that does
+    not help, the search ends.
     """
-    way, began = Descent(x), perf_counter()
+    descent, began = Descent(x), perf_counter()
     energy, force = problem.energy(x), problem.force(x)
     memory: Memory = deque(maxlen=kept)
     while True:
-        way.forces.append(float(np.linalg.norm(force)))
-        way.seconds.append(perf_counter() - began)
-        if way.forces[-1] <= tolerance_n or len(way.forces) > iterations or not callback(way):
-            return way
-        ahead = _two_loops(solve, force, memory)
-        found = line_search(problem, way.x, energy, force, ahead, shortest=1e-6)
-        if found is None and memory:
+        descent.forces.append(float(np.linalg.norm(force)))
+        descent.seconds.append(perf_counter() - began)
+        if descent.forces[-1] <= tolerance_n or len(descent.forces) > iterations or not callback(descent):
+            return descent
+        direction = _lbfgs_direction(solve, force, memory)
+        lower = line_search(problem, descent.x, energy, force, direction, shortest=1e-6)
+        if lower is None and memory:
             memory.clear()
-            ahead = solve(force)
-            found = line_search(problem, way.x, energy, force, ahead, shortest=1e-6)
-        if found is None:
-            return way
-        way.x, energy, length = found
-        before, force = force, problem.force(way.x)
-        step, bend = length * ahead, before - force
-        if (product := float(np.vdot(step, bend))) > 0.0:
-            memory.append((step, bend, 1.0 / product))
+            direction = solve(force)
+            lower = line_search(problem, descent.x, energy, force, direction, shortest=1e-6)
+        if lower is None:
+            return descent
+        descent.x, energy, length = lower
+        before, force = force, problem.force(descent.x)
+        step, change = length * direction, before - force
+        if (product := float(np.vdot(step, change))) > 0.0:
+            memory.append((step, change, 1.0 / product))
         else:
-            way.convex = False
+            descent.convex = False
 
 
-def _two_loops(solve: Product, force: np.ndarray, memory: Memory) -> np.ndarray:
-    """Compute the direction of L-BFGS; daxpy adds multiples in place, without an array in between."""
-    ahead, parts = force.copy(), []
-    for step, bend, inverse in reversed(memory):
-        parts.append(inverse * float(np.vdot(step, ahead)))
-        daxpy(bend.ravel(), ahead.ravel(), a=-parts[-1])
-    ahead = solve(ahead)
-    for (step, bend, inverse), part in zip(memory, reversed(parts), strict=True):
-        daxpy(step.ravel(), ahead.ravel(), a=part - inverse * float(np.vdot(bend, ahead)))
-    return ahead
+def _lbfgs_direction(solve: Product, force: np.ndarray, memory: Memory) -> np.ndarray:
+    """Return the inverse Hessian times ``force`` by the two-loop recursion (Nocedal 1980) over the steps in ``memory``.
+
+    The function daxpy adds multiples in place, without an array in between.
+    """
+    direction, factors = force.copy(), []
+    for step, change, inverse in reversed(memory):
+        factors.append(inverse * float(np.vdot(step, direction)))
+        daxpy(change.ravel(), direction.ravel(), a=-factors[-1])
+    direction = solve(direction)
+    for (step, change, inverse), factor in zip(memory, reversed(factors), strict=True):
+        daxpy(step.ravel(), direction.ravel(), a=factor - inverse * float(np.vdot(change, direction)))
+    return direction
 
 
 def minimise_by_newton(
@@ -196,15 +199,15 @@ def minimise_by_newton(
     solution: Solution | None = None,
     rounding_n: float = 0.0,
 ) -> Solution:
-    """Find x with ‖force(x)‖ ≤ ``tolerance`` · ``scale`` [N], starting from ``x``.
+    """Find positions with ‖force‖ ≤ ``tolerance`` · ``scale`` [N] by Newton's method, starting from ``x``.
 
     The exact Hessian is tried first; if conjugate gradients find negative curvature, its clamped form gives a descent
     direction instead. Steps are halved until the energy decreases enough (Armijo). The tolerance of the linear solves
     follows the progress (Eisenstat and Walker 1996, choice 2). If the problem has a ``limit``, no step exceeds it.
 
-    solution : the result of an earlier attempt to continue; the cost of this one is added to it, even if it fails
-    rounding_n : forces [N] that rounding the positions makes; where the search ends below, as under a small load or of
-        a nearly incompressible body, that is the best that floating point allows, and is accepted
+    solution : of an earlier attempt that is continued; history and cost are added to it, even if this one fails
+    rounding_n : forces [N] that come from rounding the positions; a search that can go no further below them has
+        reached what floating point allows, as for a nearly incompressible body, and its end is accepted
 
     Raises NotConverged, with the history of relative residuals, after ``max_iterations``, if the energy does not
     decrease any more, or if a value is not finite.
@@ -223,8 +226,8 @@ def minimise_by_newton(
             return solution
         iterations = len(solution.history) - first - 1
         able = np.isfinite(residual) and iterations < max_iterations and stalled <= MAX_SHORT
-        forcing = _forcing(solution.history[first:], tolerance)
-        step = _newton_step(problem, solution, energy, force, forcing) if able else None
+        accuracy = _linear_tolerance(solution.history[first:], tolerance)
+        step = _newton_step(problem, solution, energy, force, accuracy) if able else None
         if step is None and residual * scale <= rounding_n:
             return solution
         if step is None:
@@ -239,7 +242,7 @@ def minimise_by_newton(
 
 
 def capped(problem: Problem, x: np.ndarray, scale: float, tolerance: float, iterations: int) -> Solution:
-    """Do so many iterations at most from ``x``; NotConverged if one fails, but not because there are too few."""
+    """Return where Newton's method gets from ``x`` in ``iterations`` at most; NotConverged if one of them fails."""
     solution = Solution(x)
     try:
         minimise_by_newton(problem, x, scale, tolerance, iterations, solution)
@@ -249,17 +252,19 @@ def capped(problem: Problem, x: np.ndarray, scale: float, tolerance: float, iter
     return solution
 
 
-def _forcing(history: list[float], tolerance: float) -> float:
+def _linear_tolerance(history: list[float], tolerance: float) -> float:
+    """Return the tolerance of the next linear solve, after Eisenstat and Walker 1996, by the residuals so far."""
     if len(history) == 1:
         return 0.1
     return min(0.1, max(0.5 * (history[-1] / history[-2]) ** 2, 0.3 * tolerance / history[-1]))
 
 
 def _newton_step(
-    problem: Problem, solution: Solution, energy: float, force: np.ndarray, forcing: float
+    problem: Problem, solution: Solution, energy: float, force: np.ndarray, accuracy: float
 ) -> Candidate | None:
-    """Return the end of a step and its length relative to the longest one allowed; None if no step descends.
+    """Return the end of a Newton step and its length relative to the longest one allowed; None if no step descends.
 
+    accuracy : relative residual of the linear solve
     The direction is that of the exact Hessian or, if it fails, of the clamped one. In contact, where friction makes
     the energy nearly non-smooth, both are tried if the first has to be shortened, and the lower energy is taken.
     """
@@ -267,19 +272,19 @@ def _newton_step(
     best: Candidate | None = None
     for definite in (False, True):
         multiply, precondition = problem.linearise(solution.x, definite)
-        direction, products, positive = conjugate_gradients(multiply, precondition, force, forcing, 500)
+        direction, products, positive = conjugate_gradients(multiply, precondition, force, accuracy, 500)
         solution.linear_solves += 1
         solution.products += products
         # the clamped Hessian may be singular; the direction found before that shows is still one of descent
         if not positive and not (definite and direction.any()):
             continue
         longest = limit(solution.x, direction) if limit else np.inf
-        found = line_search(problem, solution.x, energy, force, direction, SHORTEST, definite, longest)
-        if found is None:
+        lower = line_search(problem, solution.x, energy, force, direction, SHORTEST, definite, longest)
+        if lower is None:
             continue
-        length = found[2] / min(1.0, longest)
-        if best is None or found[1] < best[1]:
-            best = found[0], found[1], length
+        length = lower[2] / min(1.0, longest)
+        if best is None or lower[1] < best[1]:
+            best = lower[0], lower[1], length
         if not limit or length > 0.5:
             break
     return best
@@ -295,11 +300,12 @@ def line_search(
     grow: bool = False,
     longest: float = np.inf,
 ) -> Candidate | None:
-    """Find the first of the lengths 1, ½, ¼ … that decreases the energy enough (Armijo); None if there is none.
+    """Return the end of the first step of length 1, ½, ¼ … along ``direction`` that decreases the energy enough.
 
-    ``grow`` then tries 2, 4 … while the energy decreases further, as a clamped Hessian makes short steps near a
-    saddle. No length exceeds ``longest``, which is the first one tried if it is less than 1, or is below ``shortest``
-    times the first one.
+    Enough is what Armijo's rule asks for; None if no such step is longer than ``shortest`` times the first one tried.
+    grow : whether lengths of 2, 4 … are tried next while the energy decreases further, as a clamped Hessian makes short
+        steps near a saddle
+    longest : bound of all lengths, and the first one tried if it is below 1
     """
     slope = float(np.vdot(force, direction))
     if not 0.0 < slope < np.inf:

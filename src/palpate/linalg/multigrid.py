@@ -36,10 +36,10 @@ class Factor:
 
 
 class Triangle:
-    """List the blocks below the diagonal of a pattern, row by row.
+    """The blocks below the diagonal of a pattern, row by row.
 
-    indptr (n + 1,), indices (k,) : rows and columns of these blocks; places (k,) : their positions in the pattern, and
-    diagonal (n,) : those of the diagonal blocks
+    indptr (n + 1,), indices (k,) : rows and columns of these blocks, as in ``scipy.sparse.bsr_array``
+    places (k,), diagonal (n,) : positions in the pattern of these blocks and of the diagonal ones
     Numbers are unsigned, as compiled code asks of each signed one whether it counts from the end.
     """
 
@@ -53,8 +53,9 @@ class Triangle:
 
 
 class Sweeps:
-    """Sweep forward from zero, and backward after a correction: with a symmetric one between them, both are.
+    """Gauss–Seidel sweeps over the nodes: forward from zero, then backward after a correction by a coarser level.
 
+    Both together are a symmetric linear map of the right side if the correction is one of the residual.
     values (n_blocks, 3, 3) : the blocks of the symmetric matrix, in the pattern of ``where``
     """
 
@@ -79,7 +80,7 @@ class Sweeps:
 
 @numba.njit(cache=True, error_model="numpy")
 def _inverses(values, diagonal):
-    """Return the inverses (n, 3, 3) of the diagonal blocks."""
+    """Return the inverses (n, 3, 3) of the blocks of ``values`` (n_blocks, 3, 3) at positions ``diagonal`` (n,)."""
     inverses = np.empty((len(diagonal), 3, 3))
     for n in range(len(diagonal)):
         a, b = values[diagonal[n]], inverses[n]
@@ -96,6 +97,7 @@ def _inverses(values, diagonal):
 
 @numba.njit(cache=True)
 def _forward(indptr, indices, lower, inverses, right, x, residual):
+    """Sweep forward from zero: write ``x`` (n, 3), and add what it leaves to ``residual`` (n, 3), zero at first."""
     for i in range(np.uint64(len(right))):
         y0, y1, y2 = 0.0, 0.0, 0.0
         for k in range(indptr[i], indptr[i + 1]):
@@ -116,8 +118,9 @@ def _forward(indptr, indices, lower, inverses, right, x, residual):
 
 @numba.njit(cache=True)
 def _backward(indptr, indices, lower, inverses, correction, upper, x):
-    """Sweep backward in ``x``; ``upper`` (n, 3), zero at first, gathers what the upper blocks give each row.
+    """Sweep backward over the nodes, changing ``x`` (n, 3) in place.
 
+    upper : (n, 3), zero at first; gathers the products of the upper blocks in each row
     Blocks are read strictly backwards, so that the processor fetches them ahead.
     """
     n = np.uint64(len(x))
@@ -266,6 +269,7 @@ def _find_slots(indptr, indices, parents, coarse_indptr, coarse_indices):
 
 @numba.njit(cache=True)
 def _galerkin(indptr, indices, values, weights, slots, coarse):
+    """Add Pᵀ K P, of the fine blocks ``values`` of K, to the ``coarse`` blocks at ``slots``."""
     for i in range(len(indptr) - 1):
         for k in range(indptr[i], indptr[i + 1]):
             for p in range(2):
@@ -347,9 +351,9 @@ def linear_response(
     right: np.ndarray,
     tolerance: float,
 ) -> np.ndarray:
-    """Return displacements (n, 3) [m] under ``right`` (n, 3) [N], or those (n, 3, k) of k loads (n, 3, k) at once.
+    """Return the displacements [m] of a linear body under loads ``right`` [N], both (n, 3), or (n, 3, k) for k loads.
 
-    multiply, precondition : the stiffness and what approximates its inverse; they take what ``right`` is
+    multiply, precondition : products of the stiffness and of an approximate inverse with such arrays
     Several loads at once share each reading of the matrix. Raises NotConverged if conjugate gradients do not reach the
     relative residual ``tolerance`` for each of them.
     """

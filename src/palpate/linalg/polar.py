@@ -151,7 +151,7 @@ def nearest(a, turn, work, out):
 
 @numba.njit(cache=True, error_model="numpy")
 def _newton(a, turn, r):
-    """Iterate on ``turn`` until R maximises tr(RᵀA), and write R into ``r``; False if that is not certain."""
+    """Improve the quaternion ``turn`` until its R maximises tr(RᵀA), and write R into ``r``; False if not certain."""
     for _ in range(6):
         _matrix(turn, r)
         s00 = r[0, 0] * a[0, 0] + r[1, 0] * a[1, 0] + r[2, 0] * a[2, 0]
@@ -187,9 +187,10 @@ def _newton(a, turn, r):
 
 @numba.njit(cache=True, error_model="numpy")
 def _guess(a, turn, r):
-    """Compute R = ((κ + ‖A‖²) A + λ cof A − A Aᵀ A)/ζ, λ = s₁ + s₂ + s₃ (Markley 1993, eq. 15), as a quaternion.
+    """Write the quaternion of the rotation R nearest to A, for Newton's method to start at; False if R is not certain.
 
-    λ is the largest root of (λ² − ‖A‖²)² − 8 λ det A − 4 ‖cof A‖². False if ζ shows that R is not certain.
+    R = ((κ + ‖A‖²) A + λ cof A − A Aᵀ A)/ζ with λ = s₁ + s₂ + s₃ (Markley 1993, eq. 15), where λ is the largest root of
+    (λ² − ‖A‖²)² − 8 λ det A − 4 ‖cof A‖², κ = (λ² − ‖A‖²)/2 and ζ = κ λ − det A.
     """
     c00, c01 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1], a[1, 2] * a[2, 0] - a[1, 0] * a[2, 2]
     c02, c10 = a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0], a[0, 2] * a[2, 1] - a[0, 1] * a[2, 2]

@@ -1,6 +1,6 @@
-"""Answer presses anywhere with linear elements on the coarse mesh and small strains, as a game would: to compare with.
+"""A simple model to compare with on the page: linear elements on the coarse mesh under small strains, as in a game.
 
-The compliance of the coarse surface is all that it needs, in a file that the page on which a body is pressed reads.
+It answers presses anywhere from the compliance of the coarse surface, in a file that the page reads.
 """
 
 import json
@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.bodies.body import Body
+from palpate.bodies.mesh import area_normals
 from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.solvers.equilibrium import Equilibrium
@@ -22,7 +23,7 @@ _ARRAYS = {"nodes": "<f4", "triangles": "<u4", "parents": "<u4", "weights": "<f4
 
 
 class Answered(NamedTuple):
-    """Displacement (n, 3) [m] and forces (k, 3) [N] of presses; this model neither knows its error nor doubts."""
+    """Displacement (n, 3) [m] and forces (k, 3) [N] of presses; this model estimates no error and no doubt."""
 
     displacement: np.ndarray
     forces: np.ndarray
@@ -31,11 +32,11 @@ class Answered(NamedTuple):
 
 
 class CoarseAnswer:
-    """The coarse surface's compliance, and how the n fine surface nodes follow it.
+    """The compliance of the m free coarse surface nodes, and the interpolation from them to the n fine surface nodes.
 
     info : name of the body, radius_m, and ``shapes`` of the arrays
-    nodes (n, 3) [m], triangles (t, 3); parents, weights (n, 3) : the free coarse nodes that a fine one follows;
-    compliance (3 m, 3 m) [m/N] of the m free coarse nodes
+    nodes (n, 3) [m], triangles (t, 3) : of the fine surface; compliance (3 m, 3 m) [m/N]
+    parents, weights (n, 3) : the free coarse nodes that a fine one is interpolated from
     """
 
     def __init__(self, info: Mapping, **arrays: np.ndarray):
@@ -45,19 +46,18 @@ class CoarseAnswer:
     @cached_property
     def _normals(self) -> np.ndarray:
         """Normals (n, 3) at the nodes, as long as the areas of the triangles around them are large."""
-        a, b, c = (self.nodes[self.triangles[:, i]] for i in range(3))
-        normals = np.zeros_like(self.nodes)
+        areas, normals = area_normals(self.nodes, self.triangles), np.zeros_like(self.nodes)
         for corner in range(3):
-            np.add.at(normals, self.triangles[:, corner], np.cross(b - a, c - a))
+            np.add.at(normals, self.triangles[:, corner], areas)
         return normals
 
     def shares(self, triangle: int, weights: Sequence[float]) -> np.ndarray:
-        """Return (m,), what of a force on the disc around a place each free coarse node bears."""
+        """Return the part (m,) of a force on the disc at a place of ``triangle`` that acts on each free coarse node."""
         corners = self.triangles[triangle]
         place, normal = np.asarray(weights) @ self.nodes[corners], np.asarray(weights) @ self._normals[corners]
-        near = 1.0 - ((self.nodes - place) ** 2).sum(axis=1) / self.info["radius_m"] ** 2
-        facing = (near > 0.0) & (self._normals @ normal > 0.0)
-        fine = np.where(facing, near * np.linalg.norm(self._normals, axis=1), 0.0)
+        pressure = 1.0 - ((self.nodes - place) ** 2).sum(axis=1) / self.info["radius_m"] ** 2
+        under_disc = (pressure > 0.0) & (self._normals @ normal > 0.0)
+        fine = np.where(under_disc, pressure * np.linalg.norm(self._normals, axis=1), 0.0)
         if not fine.any():
             fine[corners] = weights
         coarse = np.zeros(len(self.arrays["compliance"]) // 3)
@@ -65,22 +65,31 @@ class CoarseAnswer:
         return coarse
 
     def respond(self, presses: Sequence[Mapping]) -> Answered:
-        """Return the answer to ``presses``, as portable models take them: triangle, weights, and force or moved."""
+        """Return the answer to ``presses``, each with triangle, weights, and either force [N] or moved [m]."""
         shares = np.array([self.shares(press["triangle"], press["weights"]) for press in presses])
         size = shares.shape[1]
         compliance = self.arrays["compliance"].reshape(size, 3, size, 3)
         # (k, m, 3, 3) [m/N], how free coarse nodes move by a unit force along x, y and z on each disc
         moved_by = np.stack([np.einsum("iajb,j->iab", compliance, share, optimize=True) for share in shares])
         between = np.einsum("im,kmab->iakb", shares, moved_by).reshape(3 * len(shares), -1)
-        pushed = np.repeat(["moved" in press for press in presses], 3)
-        given = np.concatenate([press["moved"] if "moved" in press else press["force"] for press in presses])
-        forces = np.where(pushed, 0.0, given)
-        if pushed.any():
-            missing = (given - between @ forces)[pushed]
-            forces[pushed] = np.linalg.solve(between[np.ix_(pushed, pushed)], missing)
-        coarse = np.einsum("kmab,kb->ma", moved_by, forces.reshape(-1, 3))
+        given = np.array([press["moved"] if "moved" in press else press["force"] for press in presses])
+        forces = press_forces(between, given, np.array(["moved" in press for press in presses]))
+        coarse = np.einsum("kmab,kb->ma", moved_by, forces)
         moved = np.einsum("nc,nca->na", self.arrays["weights"], coarse[self.arrays["parents"]])
-        return Answered(moved, forces.reshape(-1, 3))
+        return Answered(moved, forces)
+
+
+def press_forces(compliance: np.ndarray, given: np.ndarray, pushed: np.ndarray) -> np.ndarray:
+    """Return the forces (k, 3) [N] of k presses of a linear body, some by a force and some to a displacement.
+
+    compliance : (3 k, 3 k) [m/N], from the forces of all presses to the mean displacements of their discs
+    given : (k, 3), force [N] or displacement [m]; pushed : (k,) bool, which of them are displacements
+    """
+    unknown, forces = np.repeat(pushed, 3), np.where(pushed[:, None], 0.0, given).ravel()
+    if unknown.any():
+        missing = (given.ravel() - compliance @ forces)[unknown]
+        forces[unknown] = np.linalg.solve(compliance[np.ix_(unknown, unknown)], missing)
+    return forces.reshape(-1, 3)
 
 
 def coarse_answer(body: Body, radius_m: float) -> CoarseAnswer | None:
@@ -89,9 +98,9 @@ def coarse_answer(body: Body, radius_m: float) -> CoarseAnswer | None:
     if len(surface) > MOST_SURFACE_NODES:
         return None
     compliance = _compliance(body, surface)
-    follows = body.prolongation[fine.surface][:, surface].tolil()
+    interpolation = body.prolongation[fine.surface][:, surface].tolil()
     parents, weights = np.zeros((len(fine.surface), 3), int), np.zeros((len(fine.surface), 3))
-    for node, (columns, shares) in enumerate(zip(follows.rows, follows.data, strict=True)):
+    for node, (columns, shares) in enumerate(zip(interpolation.rows, interpolation.data, strict=True)):
         parents[node, : len(columns)], weights[node, : len(columns)] = columns, shares
     arrays = {"nodes": fine.nodes[fine.surface], "triangles": np.searchsorted(fine.surface, fine.triangles)}
     arrays |= {"parents": parents, "weights": weights, "compliance": compliance}
@@ -101,16 +110,16 @@ def coarse_answer(body: Body, radius_m: float) -> CoarseAnswer | None:
 
 
 def _compliance(body: Body, kept: np.ndarray) -> np.ndarray:
-    """Return (3 m, 3 m) [m/N], how coarse nodes ``kept`` (m,) move by unit forces on one another."""
+    """Return the compliance (3 m, 3 m) [m/N] of coarse nodes ``kept`` (m,), by linear elements at rest."""
     count, free = len(body.coarse.nodes), np.ones(len(body.coarse.nodes), bool)
     free[body.anchors[0]] = False
     multiply, _ = Equilibrium(body, 0).linearise(body.coarse.nodes)
     units = np.eye(3 * count).reshape(count, 3, -1)
     stiffness = multiply(units).reshape(3 * count, -1)
-    able = np.flatnonzero(np.repeat(free, 3))
-    rows = np.searchsorted(able, (3 * kept[:, None] + np.arange(3)).ravel())
-    found = np.linalg.solve(stiffness[np.ix_(able, able)], np.eye(len(able))[:, rows])[rows]
-    return (found + found.T) / 2
+    unknowns = np.flatnonzero(np.repeat(free, 3))
+    rows = np.searchsorted(unknowns, (3 * kept[:, None] + np.arange(3)).ravel())
+    compliance = np.linalg.solve(stiffness[np.ix_(unknowns, unknowns)], np.eye(len(unknowns))[:, rows])[rows]
+    return (compliance + compliance.T) / 2
 
 
 def packed(answer: CoarseAnswer) -> bytes:

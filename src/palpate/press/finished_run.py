@@ -1,4 +1,4 @@
-"""Open a finished run, by its settings and its results, so that its models can be prepared again and asked anything."""
+"""Open a finished run, by its settings and its results, so that its models can be prepared again and answer presses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ class FinishedRun:
         return self.results / "data" / first["body"] / first["regime"]
 
     def case(self, scene: str) -> Case:
-        """Read what models of a scene may see, as they saw it in its first split; InputError for a damaged file."""
+        """Read what models of a scene are prepared from, in its first split; InputError for a damaged file."""
         folder, asked = self.folder(scene), self.settings.tradeoff
         regime = (self.settings.regimes or {}).get(folder.name)
         if asked is None or regime is None:
@@ -69,9 +69,9 @@ class FinishedRun:
         return read_case(files, folder.name, split, radius_m, options, tolerance)
 
     def models(self, name: str, case: Case) -> Sequence[Model]:
-        """Return what was tried of a model of palpate's, or of the settings' own; InputError for any other."""
-        own = {key: str(self.config.parent / path) for key, path in self.settings.own_models.items()}
+        """Return a model with all the settings that the run has measured; InputError for one that it has not."""
+        own_models = {key: str(self.config.parent / path) for key, path in self.settings.own_models.items()}
         known = list(dict.fromkeys(self.table["model"]))
         if name not in known:
             raise InputError(f"--model {name} was not measured in {self.results}; choose from {', '.join(known)}.")
-        return model(name, own).tried(case, self.settings.tradeoff.settings)
+        return model(name, own_models).tried(case, self.settings.tradeoff.settings)

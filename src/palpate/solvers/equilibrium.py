@@ -316,7 +316,7 @@ class FastEquilibrium(Equilibrium):
 
     def _capped(self, start: np.ndarray, scale: float, tolerance: float, iterations: int) -> Solution:
         """Do so many iterations of L-BFGS, none of which raises the energy."""
-        return minimise_by_lbfgs(self, self.at_rest(), start, tolerance * scale, iterations).over(scale)
+        return minimise_by_lbfgs(self, self.at_rest(), start, tolerance * scale, iterations).solution(scale)
 
 
 class Unbuckled(FastEquilibrium):

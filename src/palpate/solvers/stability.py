@@ -127,7 +127,7 @@ def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scal
     spent = None
     for iterations in LBFGS_ITERATIONS:
         way = minimise_by_lbfgs(problem, at_rest, x, TIGHTER * tolerance * scale, iterations)
-        x, found = way.x, way.over(scale)
+        x, found = way.x, way.solution(scale)
         spent = found if spent is None else found.after(spent)
         if way.forces[-1] <= tolerance * scale:
             return spent

@@ -16,7 +16,7 @@ from palpate.errors import InputError
 
 
 def scan_of(entry: Ct) -> Image:
-    """Read the image, by default the synthetic abdomen; an MRI evened if it is asked for.
+    """Read the image that the settings name, or the synthetic abdomen; even an MRI's brightness if they ask for it.
 
     Raises InputError if the file is not what ``modality`` says.
     """
@@ -36,7 +36,7 @@ _LAY = {"S": "back", "P": "front", "DR": "right", "DL": "left"}
 
 
 def described(entry: Ct) -> tuple[list[str], str]:
-    """Say in lines what is taken from the scan and the mask, and return the side that is below, or ""."""
+    """Describe in lines what is read from scan and mask; also return the side that the patient lies on, or ""."""
     with warnings.catch_warnings(action="ignore"):  # they come again when the body is made
         image = scan_of(entry)
         mask = mask_of(entry, image, entry.label) if entry.mask is not None else None
@@ -88,6 +88,7 @@ def label_ball(entry: Ct, label: Labels) -> tuple[np.ndarray, float]:
 
 
 def _voxels(entry: Ct, label: Labels) -> tuple[Image, np.ndarray]:
+    """Return the image, and the voxels (nz, ny, nx) bool of a label of the body's mask."""
     if entry.image is None:
         image, truth = abdomen()
         return image, choose(Path(image.source), truth["labels"], LABELS, label, image.voxel_m3)

@@ -32,7 +32,7 @@ class Slice:
 
 
 def read_folder(folder: Path, modality: str = "ct") -> "SimpleITK.Image":
-    """Read the series as a SimpleITK image with rescaled values.
+    """Read the DICOM series in ``folder`` as a SimpleITK image with rescaled values.
 
     Raises InputError unless it is one complete series of the ``modality``, "ct" or "mri".
 
@@ -50,9 +50,9 @@ def read_folder(folder: Path, modality: str = "ct") -> "SimpleITK.Image":
     step = _slice_distance(folder, slices, normal)
     image = SimpleITK.GetImageFromArray(np.stack([_rescaled_values(s.file) for s in slices]))
     column, row = first.grid[1:]
-    way = slices[-1].position - slices[0].position
-    tilted = np.abs(way - way @ normal * normal).max() > ROUNDED * min(column, row)
-    across = way / np.linalg.norm(way) if tilted else normal
+    span = slices[-1].position - slices[0].position
+    tilted = np.abs(span - span @ normal * normal).max() > ROUNDED * min(column, row)
+    across = span / np.linalg.norm(span) if tilted else normal
     image.SetSpacing((row, column, step))
     image.SetOrigin(slices[0].position.tolist())
     image.SetDirection(np.column_stack([first.orientation[:3], first.orientation[3:], across]).ravel().tolist())
@@ -111,7 +111,6 @@ def _is_damaged_slice(file: Path) -> bool:
 
 
 def _rescaled_values(file: Path) -> np.ndarray:
-    """Read the rescaled values of one slice, (ny, nx)."""
     import SimpleITK
 
     try:

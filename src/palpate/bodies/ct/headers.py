@@ -28,7 +28,7 @@ _OTHER_UNIT = r"(?:units:|DistanceUnits *=)[ \"]*(?!mm|millimet|none)(\w+)"
 
 
 def check_header(path: Path) -> str:
-    """Return the name of what says where the axes of an image in a file point, "" if nothing does.
+    """Check an image file's header; return the name of its entry that says where the axes point, "" if none does.
 
     Raises InputError if a NIfTI file is not whole, or its axes are sheared or given twice, or for a unit in text.
     Traps: ITK takes the qform where the sform is sheared, and does not read units in text.

@@ -180,9 +180,9 @@ def read_labels(path: Path) -> dict[int | str, int]:
 
 
 def _uncropped(mask: Image, image: Image) -> Image:
-    """Enlarge a mask that 3D Slicer has cropped to its segments to ``image``'s grid.
+    """Enlarge a mask that 3D Slicer has cropped to its segments to the grid of ``image``.
 
-    One that is not made of voxels of the image stays as it is, to be refused.
+    A mask of voxels that are not the image's is returned as it is, for the caller to refuse.
     """
     first = np.round(image.to_index(mask.to_world(np.zeros(3)))).astype(int)
     box = tuple(slice(start, start + count) for start, count in zip(first, mask.hu.shape, strict=True))
@@ -194,6 +194,7 @@ def _uncropped(mask: Image, image: Image) -> Image:
 
 
 def _differences(mask: Image, image: Image) -> str:
+    """Describe how the grids of a mask and of an image differ."""
     angle = angle_deg(mask.axes, image.axes)
     away = 1e3 * float(np.linalg.norm(mask.matrix[:, 3] - image.matrix[:, 3]))
     said = [f"turned by {angle:.2g}°"] if angle > 1e-4 else []
@@ -206,6 +207,7 @@ def _differences(mask: Image, image: Image) -> str:
 
 
 def _read_file(path: Path) -> "SimpleITK.Image":
+    """Read an image file by SimpleITK; InputError if that fails, or if it is no single volume of scalars."""
     import SimpleITK
 
     if not path.is_file():
@@ -290,7 +292,7 @@ def choose(
     wanted: int | str | Sequence[int | str] | None,
     voxel_m3: float,
 ) -> np.ndarray:
-    """Return the voxels (nz, ny, nx) bool of the wanted labels; InputError if one is not there, or several could be.
+    """Return the voxels (nz, ny, nx) bool of the wanted labels; InputError if one is missing, or it is not clear which.
 
     values : (nz, ny, nx), 0 outside
     names : of the labels, as far as the file has them; it may name labels that have no voxel
@@ -325,7 +327,7 @@ def choose(
 def describe(found: Mapping[int, float], names: Mapping[int, str], said: Callable[[float], str] = _volume) -> str:
     """List labels with their names and sizes, largest first: "104 labels: 5 liver (1023 mL), … and 96 more".
 
-    said : writes a size, by default a volume [mL]
+    found : label → size; said : writes a size, by default a volume [mL]
     """
     largest = sorted(found, key=lambda label: (-found[label], label))
     most = [f"{label:g} {names.get(label, '')}".strip() + f" ({said(found[label])})" for label in largest[:LISTED]]

@@ -101,6 +101,7 @@ def _densities(image: Image, where: np.ndarray | None = None) -> np.ndarray:
 
 
 def _crop_to_organ(points: np.ndarray, image: Image, mask: np.ndarray) -> tuple[Image, np.ndarray]:
+    """Crop image and mask to the organ; InputError if it is empty, or if points (n, 3) [m] lie far outside."""
     if not mask.any():
         raise InputError(f"{image.source}: the mask is empty; give one that marks the organ.")
     box = box_around(mask, _MARGIN)

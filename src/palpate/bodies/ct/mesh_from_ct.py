@@ -25,7 +25,7 @@ LEAST_M2 = 1e-4
 
 
 def cut_off(image: Image, mask: np.ndarray, whole: Sequence[int], start: Sequence[int]) -> list[str]:
-    """Describe where an organ ``mask``, (nz, ny, nx) bool, is cut off, with each cut's area; no item if it is whole.
+    """List where an organ ``mask``, (nz, ny, nx) bool, ends at a border of the image, with each cut's area.
 
     whole, start : voxels of the image before it was cropped, and index of the first one that was kept, z y x
     Besides the borders of the image there is the padding around the circle that a scanner sees.
@@ -113,7 +113,7 @@ def build(entry: Ct) -> tuple[TetMesh, Snap | None]:
 
 
 def refuse_thin(image: Image, mask: np.ndarray) -> None:
-    """Raise InputError for an organ of fewer than THINNEST voxels along a side, of which only a sheet is seen."""
+    """Raise InputError for an organ that is fewer than THINNEST voxels thick, of whose inside nothing is seen."""
     for axis, name in enumerate("zyx"):
         thick = int(mask.any(axis=tuple({0, 1, 2} - {axis})).sum())
         if thick < THINNEST:

@@ -19,8 +19,8 @@ def move_to_half_level(
     """Move the border of ``organ`` to where ``smooth`` is midway between inside and outside, both (nz, ny, nx).
 
     smooth : [HU], the CT blurred by a voxel of the finest spacing; spacing : (3,) [m] along z, y and x
-    A fixed lower threshold cuts the border voxels, which an organ in fat or air shares with them, from the organ. So
-    each voxel near the border goes to whichever is nearer in HU: the nearest voxel well inside, or the nearest
+    A fixed lower threshold cuts off border voxels, whose value is between the organ's and that of fat or air beside it.
+    So each voxel near the border goes to whichever is nearer in HU: the nearest voxel well inside, or the nearest
     one well outside. Where the latter is within the organ's range ``threshold_hu``, the grey values do not distinguish
     the two, and the border stays.
     """

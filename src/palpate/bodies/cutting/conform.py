@@ -1,4 +1,4 @@
-"""Make a mesh conform to a cut: the patch is made of faces, its front of edges, and the skin stays as it is.
+"""Change a mesh so that a cut's patch consists of faces, and its front of edges; the skin keeps its shape.
 
 Elements near the cut are made small first. Nodes close to the surface are moved onto it, as in isosurface stuffing
 (Labelle and Shewchuk 2007), within the flat parts of the skin; what still crosses is halved where it crosses, edge by
@@ -15,7 +15,7 @@ from palpate.bodies.cutting.cut import Cut, Piece
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.material import Tissue
-from palpate.bodies.mesh import EDGES, Around, Mesh, Sheet, TetMesh, area_normals, unit
+from palpate.bodies.mesh import EDGES, Around, Mesh, Sheet, TetMesh, area_normals, edge_lengths, triangle_edges, unit
 from palpate.errors import InputError
 
 ON_SURFACE = 1e-9
@@ -67,7 +67,7 @@ class CutBody(Body):
 
 
 def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, level: int = -1) -> CutBody:
-    """Return the mesh of one ``level`` of ``body``, refined near ``cut`` and severed along it.
+    """Return the body with one level: ``level`` of ``body``, refined near ``cut``, made to conform to it, and severed.
 
     edge_m : longest edges near the patch [m]; front_m : near its front, by default the same
     Raises InputError for a sheet.
@@ -77,8 +77,8 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
     level = range(len(body.levels))[level]
     regions = None if body.regions is None else body.tissue(level)
     densities = None if body.densities is None else [body.densities[level]]
-    fixed = body.material, body.bed, regions, densities
-    base = Body(body.name, [body.levels[level]], [], [body.anchors[level]], *fixed)
+    fields = body.material, body.bed, regions, densities
+    base = Body(body.name, [body.levels[level]], [], [body.anchors[level]], *fields)
     local = _refined(base, cut, edge_m, edge_m if front_m is None else front_m)
     mesh = Conforming(local.fine, np.isin(np.arange(len(local.fine.nodes)), local.anchors[-1]))
     for piece in cut.pieces:
@@ -89,8 +89,9 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
     faces, elements = inner_faces(whole)
     sides = mesh.sides(faces, elements[:, 0])
     severed = sever(whole, faces, elements, sides != 0)
-    lips, second = severed.lips.copy(), sides[sides != 0] < 0
-    lips[second] = lips[second][:, ::-1][:, :, [0, 2, 1]]
+    # the lip on the cut's positive side is to come first; of a swapped pair the corners turn, too
+    lips, swapped = severed.lips.copy(), sides[sides != 0] < 0
+    lips[swapped] = lips[swapped][:, ::-1][:, :, [0, 2, 1]]
     tissue = local.tissue(len(local.levels) - 1)
     regions = None if body.regions is None else Tissue(tissue.materials, tissue.region[mesh.parents])
     densities = None if local.densities is None else [mesh.spread(local.densities[-1])[severed.origin]]
@@ -151,10 +152,10 @@ def qualities(corners: np.ndarray) -> np.ndarray:
 
 
 class Conforming:
-    """A mesh that is made to conform to one flat piece of a cut after the other.
+    """A mesh that is changed to conform to one flat piece of a cut after the other.
 
     nodes : (n, 3) [m]; tetrahedra : (m, 4); parents : (m,) the elements of the first mesh that these are parts of
-    held : (n,) bool; those beside nodes that are not held never move
+    held : (n,) bool; held nodes of elements with free nodes never move
     """
 
     def __init__(self, mesh: Mesh, held: np.ndarray):
@@ -167,15 +168,15 @@ class Conforming:
         self._ends, self._shares = np.empty((0, 2), dtype=np.int64), np.empty(0)
 
     def conform(self, piece: Piece) -> None:
-        """Make a piece's patch consist of faces, and its front of edges."""
+        """Make the patch of a flat piece consist of faces, and its front of edges."""
         self._pieces.append(piece)
         self._on = np.column_stack([self._on, np.zeros(len(self.nodes), dtype=bool)])
-        self._on[:, -1] = self._bring(piece.across, np.ones(len(self.nodes), dtype=bool))
-        front = self._bring(piece.within, self._on[:, -1])
+        self._on[:, -1] = self._conform_to(piece.across, np.ones(len(self.nodes), dtype=bool))
+        front = self._conform_to(piece.within, self._on[:, -1])  # which makes the arrays longer
         self._rim |= front
 
     def sides(self, faces: np.ndarray, elements: np.ndarray) -> np.ndarray:
-        """Return which ``faces`` (k, 3) are part of a patch, (k,): 1 or -1 as ``elements`` (k,) lie beside it, or 0."""
+        """Return 0 for ``faces`` (k, 3) outside the patch, else 1 or -1, the side of their ``elements`` (k,), (k,)."""
         found = np.zeros(len(faces))
         for number, piece in enumerate(self._pieces):
             at = np.flatnonzero(self._on[faces, number].all(axis=1))
@@ -186,16 +187,17 @@ class Conforming:
         return found
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Return values (n,) at all nodes from those at the first ones, linear between."""
+        """Interpolate ``values`` at the nodes of the first mesh linearly to all nodes, (n,)."""
         values = np.append(values, np.empty(len(self._ends)))
         for new, ((a, b), share) in enumerate(zip(self._ends, self._shares, strict=True), start=self._first):
             values[new] = (1.0 - share) * values[a] + share * values[b]
         return values
 
-    def _bring(self, level: Level, asked: np.ndarray) -> np.ndarray:
-        """Bring nodes close to where ``level`` is 0 there, halve the edges that cross it, and return who is there.
+    def _conform_to(self, level: Level, asked: np.ndarray) -> np.ndarray:
+        """Conform to the surface where ``level`` is 0: move near nodes onto it, then divide the edges that cross it.
 
-        asked : (n,) bool, the nodes whose edges may be halved
+        asked : (n,) bool, the nodes whose edges may be divided
+        Returns which nodes, old and new, are on the surface then, (n,) bool.
         """
         value = level(self.nodes)
         there = asked & (np.abs(value) <= self._near)
@@ -205,17 +207,17 @@ class Conforming:
         close, reach = np.full(len(self.nodes), np.inf), np.full(len(self.nodes), np.inf)
         for end in (0, 1):
             np.minimum.at(close, edges[:, end], share[:, end])
-            np.minimum.at(reach, edges[:, end], self._lengths(edges))
-        around, free = Around(self.tetrahedra, len(self.nodes)), self._free()
+            np.minimum.at(reach, edges[:, end], edge_lengths(self.nodes, edges))
+        around, projection = Around(self.tetrahedra, len(self.nodes)), self._free_directions()
         for node in sorted(np.flatnonzero(close < CLOSE_OF_EDGE).tolist(), key=close.__getitem__):
-            to = self._foot(node, level, free(node), CLOSE_OF_EDGE * reach[node])
+            to = self._place_on(level, node, projection(node), CLOSE_OF_EDGE * reach[node])
             if to is not None and self._may_move(node, to, around):
                 self.nodes[node] = to
             elif not (close[node] < GIVEN_OF_EDGE and self._stays_solid(node, there, around)):
                 continue
             there[node], value[node] = True, 0.0
         edges = self._crossing(value, asked)
-        edges = edges[np.argsort(-self._lengths(edges), kind="stable")]
+        edges = edges[np.argsort(-edge_lengths(self.nodes, edges), kind="stable")]
         self._halve(edges, _roots(level, *np.swapaxes(self.nodes[edges], 0, 1)))
         return np.append(there, np.ones(len(edges), dtype=bool))
 
@@ -223,35 +225,31 @@ class Conforming:
         """Halve edges that cross the patch from front to front, where it would stay joined."""
         mesh = TetMesh(self.nodes, self.tetrahedra)
         faces, elements = inner_faces(mesh)
-        chosen = faces[self.sides(faces, elements[:, 0]) != 0.0]
-        edges, count = np.unique(chosen[:, [[0, 1], [0, 2], [1, 2]]].reshape(-1, 2), axis=0, return_counts=True)
-        skin = np.sort(mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1) @ [len(self.nodes), 1]
-        inner = (count > 1) | np.isin(edges @ [len(self.nodes), 1], skin)
+        edges, count = triangle_edges(faces[self.sides(faces, elements[:, 0]) != 0.0])
+        key = [len(self.nodes), 1]
+        inner = (count > 1) | np.isin(edges @ key, triangle_edges(mesh.triangles)[0] @ key)
         edges = edges[inner & self._rim[edges].all(axis=1)]
         self._halve(edges, np.full(len(edges), 0.5))
 
-    def _lengths(self, edges: np.ndarray) -> np.ndarray:
-        return np.linalg.norm(self.nodes[edges[:, 0]] - self.nodes[edges[:, 1]], axis=1)
-
     def _crossing(self, value: np.ndarray, asked: np.ndarray) -> np.ndarray:
-        """Return the edges (k, 2) near the last piece's patch whose ends lie on different sides.
+        """Return the edges (k, 2) between nodes ``asked`` (n,) bool along which ``value`` (n,) changes its sign.
 
-        MARGIN edges beyond the front count, so that it lies within faces of the surface.
+        They are near the last piece's patch: up to MARGIN edges beyond its front, which has to lie within faces.
         """
         edges = TetMesh(self.nodes, self.tetrahedra).edges
         edges = edges[(value[edges[:, 0]] * value[edges[:, 1]] < 0.0) & asked[edges].all(axis=1)]
         within = self._pieces[-1].within(self.nodes[edges].reshape(-1, 3)).reshape(-1, 2)
-        return edges[within.max(axis=1) > -MARGIN * self._lengths(edges)]
+        return edges[within.max(axis=1) > -MARGIN * edge_lengths(self.nodes, edges)]
 
-    def _free(self) -> Callable[[int], np.ndarray]:
-        """Return what says of a node the projection (3, 3) onto the directions that it may move in.
+    def _free_directions(self) -> Callable[[int], np.ndarray]:
+        """Return the function from a node to the projection (3, 3) onto the directions in which it may move.
 
-        On the skin it stays in the planes of its triangles, and on a cut in the planes of its pieces.
+        A node on the skin stays in the planes of its triangles, and a node on the cut in the planes of its pieces.
         """
         triangles = TetMesh(self.nodes, self.tetrahedra).triangles
         normals = unit(area_normals(self.nodes, triangles))
         skin, planes = Around(triangles, len(self.nodes)), np.array([piece.normal for piece in self._pieces])
-        # what is held all around may move at rest: nothing is felt there
+        # a node all of whose elements are held may move at rest, as no force acts there
         held = self.held[self.tetrahedra]
         still = self._rim.copy()
         still[self.tetrahedra[held & ~held.all(axis=1, keepdims=True)]] = True
@@ -262,20 +260,20 @@ class Conforming:
             rows = np.vstack([normals[skin.of(node)], planes[self._on[node]]])
             if not len(rows):
                 return np.eye(3)
-            _, values, ways = np.linalg.svd(rows)
+            _, values, directions = np.linalg.svd(rows)
             rank = int((values > COPLANAR * np.sqrt(len(rows))).sum())
-            return ways[rank:].T @ ways[rank:]
+            return directions[rank:].T @ directions[rank:]
 
         return project
 
-    def _foot(self, node: int, level: Level, free: np.ndarray, reach: float) -> np.ndarray | None:
-        """Return where (3,) [m] a node comes onto a level by moves that are ``free``, None if not within ``reach``."""
+    def _place_on(self, level: Level, node: int, projection: np.ndarray, reach: float) -> np.ndarray | None:
+        """Return where (3,) [m] a node meets ``level`` = 0 by moves in free directions; None beyond ``reach`` [m]."""
         at, step = self.nodes[node].copy(), 100.0 * self._near * np.eye(3)
         for _ in range(FOOT_STEPS):
             value = float(level(at[None])[0])
             if abs(value) <= 0.01 * self._near:
                 return at
-            slope = free @ (level(at + step) - level(at - step)) / (200.0 * self._near)
+            slope = projection @ (level(at + step) - level(at - step)) / (200.0 * self._near)
             if (squared := float(slope @ slope)) < STEEP:
                 return None
             at -= (value / squared) * slope
@@ -292,12 +290,12 @@ class Conforming:
         return bool((qualities(corners) >= np.maximum(LEAST_QUALITY, KEPT_QUALITY * before)).all())
 
     def _stays_solid(self, node: int, there: np.ndarray, around: Around) -> bool:
-        """Return whether no element is all ``there`` once a node is, too."""
+        """Return whether no element has all its nodes on the surface, ``there`` (n,) bool, once ``node`` is on it."""
         corners = self.tetrahedra[around.of(node)]
         return not (there[corners] | (corners == node)).all(axis=1).any()
 
     def _halve(self, edges: np.ndarray, share: np.ndarray) -> None:
-        """Put a node at the ``share`` (k,) of each of ``edges`` (k, 2), and split the elements around it in two."""
+        """Put a node on each of ``edges`` (k, 2), at ``share`` (k,) of its length; split the elements there in two."""
         ends, count = self.nodes[edges], len(self.nodes)
         self.nodes = np.vstack([self.nodes, ends[:, 0] + share[:, None] * (ends[:, 1] - ends[:, 0])])
         self.held = np.append(self.held, self.held[edges].all(axis=1))
@@ -326,25 +324,25 @@ class Conforming:
 
     def improve(self) -> None:
         """Move the nodes of bad elements to where the worst element around them is better, if there is such a place."""
-        around, free = Around(self.tetrahedra, len(self.nodes)), self._free()
+        around, projection = Around(self.tetrahedra, len(self.nodes)), self._free_directions()
         moved = self._on.any(axis=1) | (np.arange(len(self.nodes)) >= self._first)
         near = moved[self.tetrahedra].any(axis=1)
         for _ in range(ROUNDS):
             bad = near & (qualities(self.nodes[self.tetrahedra]) < BAD_QUALITY)
-            if not sum(self._better(node, free(node), around) for node in np.unique(self.tetrahedra[bad])):
+            if not sum(self._move_to_best(node, projection(node), around) for node in np.unique(self.tetrahedra[bad])):
                 return
 
-    def _better(self, node: int, free: np.ndarray, around: Around) -> bool:
-        """Move a node to the best of some places around it; return whether there is a better one."""
-        if not free.any():
+    def _move_to_best(self, node: int, projection: np.ndarray, around: Around) -> bool:
+        """Move a node in its free directions to the best of some places; return whether any is better than its own."""
+        if not projection.any():
             return False
         elements = self.tetrahedra[around.of(node)]
         corners = self.nodes[elements]
         away = self.nodes[np.unique(elements[elements != node])] - self.nodes[node]
         length = np.linalg.norm(away, axis=1, keepdims=True)
         along = np.vstack([away / length, -away / length, np.eye(3), -np.eye(3)])
-        ways = np.vstack([away.mean(axis=0) * [[0.5], [1.0]], *(share * length.min() * along for share in SHIFTS)])
-        places = self.nodes[node] + ways @ free
+        moves = np.vstack([away.mean(axis=0) * [[0.5], [1.0]], *(share * length.min() * along for share in SHIFTS)])
+        places = self.nodes[node] + moves @ projection
         tried = np.repeat(corners[None], len(places), axis=0)
         tried[:, elements == node] = places[:, None]
         quality = qualities(tried).min(axis=1)

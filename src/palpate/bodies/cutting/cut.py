@@ -1,4 +1,4 @@
-"""What a cut is: a surface in the body at rest, and the patch of it that is severed."""
+"""Cuts by a disc, a plane or a blade: a surface in the body at rest, and the patch of it that is severed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -13,9 +13,10 @@ from palpate.errors import InputError
 
 
 class Piece(NamedTuple):
-    """A flat piece of a cut, with the same two functions; its front has the lines where it meets other pieces, too.
+    """A flat piece of a cut, with the functions ``across`` and ``within`` of ``Cut``.
 
-    normal : (3,) unit vector, to the positive side; point : (3,) [m] of the plane
+    Its front includes the lines where it meets other pieces.
+    point : (3,) [m] of its plane; normal : (3,) unit vector, to the positive side
     within : from points (n, 3) [m] to (n,) [m]
     """
 
@@ -28,9 +29,9 @@ class Piece(NamedTuple):
 
 
 class Cut(Protocol):
-    """A surface without an end, and the patch of it that is severed.
+    """A surface without borders, and the patch of it that is severed.
 
-    The surface is where ``across`` is 0, the patch where ``within`` is positive besides, its front where both are 0.
+    The surface is where ``across`` is 0. On it the patch is where ``within`` is positive, its front where it is 0.
     """
 
     @property
@@ -118,7 +119,7 @@ class Disc(Cut):
 
 @dataclass(frozen=True, eq=False)
 class Blade(Cut):
-    """What a blade severs that is moved along a path: all within a depth below the path, and as far above it.
+    """The cut of a blade that is moved along a path: all within a depth below the path, and as far above it.
 
     path_m : (k, 2 or more points, 3) [m] of straight pieces; direction : (3,) unit vector, where the blade points
     depth_m : the greatest; 0 severs nothing
@@ -159,7 +160,7 @@ class Blade(Cut):
         return [Piece(point, normal, partial(self._within_piece, piece=i)) for i, (point, normal) in each]
 
     def share(self, points: np.ndarray) -> np.ndarray:
-        """Return how much (n,) of its path, 0 to 1, the blade has gone at the feet of ``points`` (n, 3) [m]."""
+        """Return the part (n,) of the path, 0 to 1, that the blade has gone when nearest to ``points`` (n, 3) [m]."""
         return np.clip(self._place(points)[1] / self.length_m, 0.0, 1.0)
 
     def up_to(self, reached_m: float) -> "Blade":
@@ -205,7 +206,7 @@ class Blade(Cut):
         return self.at(along, self._depth(along))
 
     def _ellipse(self) -> tuple[float, float]:
-        """Return where along the path the blade is deepest and its half axis [m]; infinite where both ends are open."""
+        """Return the middle of the depth's ellipse along the path, and its half axis [m]; inf for two open ends."""
         first, last = self.open_ends
         if first and last:
             return 0.5 * self.length_m, np.inf
@@ -213,22 +214,26 @@ class Blade(Cut):
         return (0.0 if first else self.length_m if last else half), half
 
     def _depth(self, along: np.ndarray) -> np.ndarray:
+        """Return the blade's depth (n,) [m] at places ``along`` (n,) [m] the path."""
         middle, half = self._ellipse()
-        return self.depth_m * np.sqrt(np.clip(1.0 - self._share(along, middle, half) ** 2, 0.0, None))
+        return self.depth_m * np.sqrt(np.clip(1.0 - self._off_middle(along, middle, half) ** 2, 0.0, None))
 
-    def _share(self, along: np.ndarray, middle: float, half: float) -> np.ndarray:
-        """Return how far ``along`` (n,) [m] is from the deepest place over the half axis; 0 beyond an open end."""
+    def _off_middle(self, along: np.ndarray, middle: float, half: float) -> np.ndarray:
+        """Return how far ``along`` (n,) [m] is from the ellipse's middle over its half axis; 0 beyond an open end."""
         first, last = self.open_ends
         return np.clip((along - middle) / half, 0.0 if first else None, 0.0 if last else None)
 
     def _inside(self, along: np.ndarray, below: np.ndarray) -> np.ndarray:
-        """Return ``within`` (n,) [m] from the places (n,) [m] along the path and below it."""
+        """Return ``within`` (n,) [m] of points at places (n,) [m] along the path and below it.
+
+        In the ellipse f = 1, f² = u² + w², it is (1 - f) / ‖∇f‖, which is a distance to first order.
+        """
         if self.depth_m == 0.0:
             return np.full(len(along), -np.inf)
         middle, half = self._ellipse()
-        u, w = self._share(along, middle, half), np.maximum(below, 0.0) / self.depth_m
+        u, w = self._off_middle(along, middle, half), np.maximum(below, 0.0) / self.depth_m
         f = np.hypot(u, w)
-        slope = np.hypot(u / half, w / self.depth_m)  # of f, times f
+        slope = np.hypot(u / half, w / self.depth_m)  # ‖∇f‖ times f
         shorter = min(half, self.depth_m)
         inside = np.where(f > 0.0, (1.0 - f) * f / np.where(f > 0.0, slope, 1.0), shorter)
         return np.minimum(np.minimum(inside, below + self.depth_m), self.reached_m - along)
@@ -247,14 +252,14 @@ class Blade(Cut):
         )
 
     def _on_piece(self, points: np.ndarray, piece: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the places (n,) [m] along the path and below it of ``points`` (n, 3) [m] as one piece has them."""
+        """Return where ``points`` (n, 3) [m] are along the path and below it, (n,) [m] each, by one piece's frame."""
         away = points - self.path_m[piece]
         along, length = away @ self._flat[piece], self._starts[piece + 1] - self._starts[piece]
         rise = (self.path_m[piece + 1] - self.path_m[piece]) @ self.direction
         return self._starts[piece] + along, away @ self.direction - rise * np.clip(along / length, 0.0, 1.0)
 
     def _place(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the signed distances (n,) [m] from the surface, and the feet's places along the path and below it."""
+        """Return signed distances of ``points`` (n, 3), and their feet's places along and below the path, (n,) [m]."""
         normals, nearest = self._normals, np.full(len(points), np.inf)
         across, along, below = (np.zeros(len(points)) for _ in range(3))
         for piece, (flat, normal) in enumerate(zip(self._flat, normals, strict=True)):
@@ -326,6 +331,7 @@ def make_cut(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
 
 
 def _described(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
+    """Make the cut that the settings describe, wherever it lies; InputError if they describe none, or several."""
     kinds = [kind for kind in ("path_m", "disc", "plane") if getattr(asked, kind) is not None]
     if len(kinds) != 1:
         raise InputError(f"{place} has {' and '.join(kinds) or 'none'} of path_m, disc and plane; give exactly one.")
@@ -381,7 +387,10 @@ def inside(mesh: Mesh, points: np.ndarray) -> np.ndarray:
 
 
 def _into(mesh: Mesh, path: np.ndarray) -> np.ndarray:
-    """Return minus the median normal (3,) of the triangles under a path, which may end at an edge of the body."""
+    """Return the direction (3,) into the body below a path: minus the median normal of the triangles nearest to it.
+
+    The median is right for a path that ends at an edge of the body.
+    """
     shares = np.linspace(0.0, len(path) - 1.0, PROBES)
     points = np.column_stack([np.interp(shares, np.arange(len(path)), path[:, i]) for i in range(3)])
     middles = mesh.nodes[mesh.triangles].mean(axis=1)

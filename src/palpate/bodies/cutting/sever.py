@@ -46,11 +46,11 @@ def inner_faces(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sever(mesh: TetMesh, nodes: np.ndarray, elements: np.ndarray, cut: np.ndarray) -> Severed:
-    """Sever faces of ``mesh``, so that at each node the elements that no face joins any more get a node of their own.
+    """Sever faces of ``mesh``: each group of elements at a node that faces still join gets a node of its own.
 
     nodes, elements : of ``inner_faces``; cut : (k,) bool, which of them are severed
-    A node at the front of the cut stays one, as its elements are joined around it; pieces that are cut free, cuts that
-    cross and nodes where three pieces meet need no rule of their own.
+    A node at the front of the cut stays one, as its elements are joined around it. Pieces that are cut free, cuts that
+    cross and nodes where three pieces meet need no further rule.
     """
     # corner a of element e is 4 e + a; a face that is not severed joins its corners on both sides, node by node
     tetrahedra, count = mesh.tetrahedra, len(mesh.nodes)
@@ -70,14 +70,14 @@ def sever(mesh: TetMesh, nodes: np.ndarray, elements: np.ndarray, cut: np.ndarra
     )
     node = kinds // tetrahedra.size
     order = np.lexsort((first, node))
-    ranked, keeps = node[order], np.ones(len(order), dtype=bool)
-    keeps[1:] = ranked[1:] != ranked[:-1]
+    sorted_node, keeps_number = node[order], np.ones(len(order), dtype=bool)
+    keeps_number[1:] = sorted_node[1:] != sorted_node[:-1]
     number = np.empty(len(order), dtype=np.int64)
-    number[order[keeps]] = ranked[keeps]
-    number[order[~keeps]] = count + np.arange((~keeps).sum())
+    number[order[keeps_number]] = sorted_node[keeps_number]
+    number[order[~keeps_number]] = count + np.arange((~keeps_number).sum())
     renamed = tetrahedra.copy()
     renamed.flat[at] = number[inverse]
-    origin = np.append(np.arange(count), ranked[~keeps])
+    origin = np.append(np.arange(count), sorted_node[~keeps_number])
     severed = TetMesh(mesh.nodes[origin], renamed)
     return Severed(severed, origin, _lips(tetrahedra, renamed, nodes[cut], elements[cut]))
 
@@ -86,11 +86,11 @@ def _lips(tetrahedra: np.ndarray, renamed: np.ndarray, faces: np.ndarray, elemen
     """Return the nodes (k, 2, 3) that severed ``faces`` (k, 3) have in the elements (k, 2) on their two sides."""
     if not len(faces):
         return np.empty((0, 2, 3), dtype=np.int64)
-    outer = np.argmax(~(tetrahedra[elements[:, 0]][:, :, None] == faces[:, None, :]).any(axis=2), axis=1)
-    wound = np.take_along_axis(tetrahedra[elements[:, 0]], FACES[outer], axis=1)
-    found = []
+    opposite = np.argmax(~(tetrahedra[elements[:, 0]][:, :, None] == faces[:, None, :]).any(axis=2), axis=1)
+    wound_faces = np.take_along_axis(tetrahedra[elements[:, 0]], FACES[opposite], axis=1)
+    lips = []
     for side in (0, 1):
-        own = tetrahedra[elements[:, side]]
-        where = np.argmax(own[:, None, :] == wound[:, :, None], axis=2)
-        found.append(np.take_along_axis(renamed[elements[:, side]], where, axis=1))
-    return np.stack(found, axis=1)
+        corners = tetrahedra[elements[:, side]]
+        where = np.argmax(corners[:, None, :] == wound_faces[:, :, None], axis=2)
+        lips.append(np.take_along_axis(renamed[elements[:, side]], where, axis=1))
+    return np.stack(lips, axis=1)

@@ -76,16 +76,16 @@ def cut_particles(place: str, body: Body, level: int, asked: settings.Cut) -> Pa
     """Make the particles of one level of ``body`` with the ties of the cuts that are asked for.
 
     place : of the scene
-    The surface of the particles is the skin. Raises InputError for cuts that are none, and for one that severs nothing.
+    The surface of the particles is the skin. Raises InputError for settings of no cut, and for one that severs nothing.
     """
     if body.bed is not None:
         raise InputError(f"{place}.cut: {body.name} lies on a bed, which lips would rest on; give it anchors.")
     strokes = []
     for number, entry in enumerate([asked, *(asked.more or [])]):
-        own = f"{place}.cut" if number == 0 else f"{place}.cut.more[{number - 1}]"
-        stroke = Stroke(make_cut(own, entry, body.fine), entry.at_s, entry.lasts_s)
+        setting = f"{place}.cut" if number == 0 else f"{place}.cut.more[{number - 1}]"
+        stroke = Stroke(make_cut(setting, entry, body.fine), entry.at_s, entry.lasts_s)
         if stroke.lasts_s > 0.0 and not isinstance(stroke.cut, Blade):
-            raise InputError(f"{own}.lasts_s is {stroke.lasts_s:g} s, and only a blade has a path; set it to 0.")
+            raise InputError(f"{setting}.lasts_s is {stroke.lasts_s:g} s, and only a blade has a path; set it to 0.")
         strokes.append(stroke)
     way = asked.way
     doubled = _conforming(body, level, strokes) if way == CONFORM else _parted(body, level, strokes, way)
@@ -147,8 +147,9 @@ def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Dou
             passed[~stroke.cut.severs(ends[:, 0], ends[:, 1])] = np.inf
         else:
             # the parts of an element are one until the blade has passed its middle, and with them all that they join
-            own, divided = parents[apart, 0] == parents[apart, 1], _divided(parted, c)[parents[apart]].any(axis=1)
-            passed = np.where(own, stroke.passes_s(ends[:, 0]), np.where(divided, -np.inf, np.inf))
+            one_element = parents[apart, 0] == parents[apart, 1]
+            divided = _divided(parted, c)[parents[apart]].any(axis=1)
+            passed = np.where(one_element, stroke.passes_s(ends[:, 0]), np.where(divided, -np.inf, np.inf))
             between = ~divided & (stroke.cut.within(faces[apart]) > 0.0)
             passed[between] = stroke.passes_s(faces[apart[between]])
         let_go[apart] = np.minimum(let_go[apart], passed)
@@ -156,24 +157,24 @@ def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Dou
 
 
 def _parted_faces(tetrahedra: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the faces at one place whose nodes differ: on both sides (k, 3), corner by corner, and elements (k, 2)."""
-    own = tetrahedra[:, FACES].reshape(-1, 3)
-    own = np.take_along_axis(own, np.argsort(origin[own], axis=1), axis=1)
-    ranked = np.lexsort(origin[own].T)
-    place, pairs = origin[own[ranked]], [np.empty((0, 2), dtype=np.int64)]
-    for step in range(1, len(own)):
+    """Return pairs of faces that were one and have different nodes now: nodes (k, 3) of both, and elements (k, 2)."""
+    faces = tetrahedra[:, FACES].reshape(-1, 3)
+    faces = np.take_along_axis(faces, np.argsort(origin[faces], axis=1), axis=1)
+    order = np.lexsort(origin[faces].T)
+    place, pairs = origin[faces[order]], [np.empty((0, 2), dtype=np.int64)]
+    for step in range(1, len(faces)):
         same = np.flatnonzero((place[step:] == place[:-step]).all(axis=1))
         if not len(same):
             break
-        pairs.append(np.column_stack([ranked[same], ranked[same + step]]))
+        pairs.append(np.column_stack([order[same], order[same + step]]))
     first, last = np.concatenate(pairs).T
-    differ = (own[first] != own[last]).any(axis=1)
+    differ = (faces[first] != faces[last]).any(axis=1)
     first, last = first[differ], last[differ]
-    return own[first], own[last], np.column_stack([first, last]) // 4
+    return faces[first], faces[last], np.column_stack([first, last]) // 4
 
 
 def _divided(parted: Parted, c: int) -> np.ndarray:
-    """Return of which elements of the whole body there are parts on both sides of a cut, (m,) bool."""
+    """Return which elements of the whole body have parts on both sides of cut number ``c``, (m,) bool."""
     found = np.zeros((len(parted.whole.tetrahedra), 2), dtype=bool)
     for side, sign in enumerate((-1, 1)):
         found[parted.parents[parted.sides[:, c] == sign], side] = True
@@ -181,11 +182,11 @@ def _divided(parted: Parted, c: int) -> np.ndarray:
 
 
 def _skin(doubled: _Doubled) -> np.ndarray:
-    """Return the triangles (t, 3) of the whole body, each of that part of its element which has most tissue."""
-    own = doubled.body.coarse.tetrahedra[:, FACES].reshape(-1, 3)
+    """Return the triangles (t, 3) of the uncut body's surface, each of the part of its element with most tissue."""
+    faces = doubled.body.coarse.tetrahedra[:, FACES].reshape(-1, 3)
     share = doubled.body.tissue(0).share
-    order = np.arange(len(own)) if share is None else np.argsort(-np.repeat(share, 4), kind="stable")
+    order = np.arange(len(faces)) if share is None else np.argsort(-np.repeat(share, 4), kind="stable")
     skin = np.sort(doubled.whole.triangles, axis=1)
-    found = np.sort(doubled.origin[own[order]], axis=1)
-    _, first, kind = np.unique(np.vstack([found, skin]), axis=0, return_index=True, return_inverse=True)
-    return own[order[first[kind.ravel()[len(found) :]]]]
+    originals = np.sort(doubled.origin[faces[order]], axis=1)
+    _, first, kind = np.unique(np.vstack([originals, skin]), axis=0, return_index=True, return_inverse=True)
+    return faces[order[first[kind.ravel()[len(originals) :]]]]

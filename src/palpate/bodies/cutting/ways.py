@@ -18,6 +18,7 @@ from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.material import Tissue
 from palpate.bodies.mesh import FACES, Around, TetMesh, components
+from palpate.bodies.supports import can_hold
 from palpate.errors import InputError
 
 REMOVAL, SPLIT_FACES, VIRTUAL_NODES = "removal", "split_faces", "virtual_nodes"
@@ -27,8 +28,6 @@ LEAST_SHARE = 1e-3
 NEAR_PLANE = 1e-6
 """Distance over the size of the body within which a section of a plane is one of the cut."""
 
-LINE = 1e-6
-"""Second singular value of the places that a piece is held at, over its size, below which it can turn."""
 Joints = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Faces between copies: their nodes (k, 3), the copies (k, 2), and which are severed, (k,) bool."""
 
@@ -58,20 +57,13 @@ class Parted:
         assert isinstance(mesh, TetMesh)
         return mesh
 
-    def pieces(self) -> np.ndarray:
-        """Number the pieces that the body has come apart into, (n,) for its nodes."""
-        corners = self.mesh.tetrahedra
-        return components(corners[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(self.mesh.nodes))
-
-    def loose(self, given: np.ndarray) -> np.ndarray:
-        """Return the nodes (n,) bool of pieces that still move or turn freely if those ``given`` (n,) bool are held."""
-        piece, loose = self.pieces(), np.zeros(len(self.origin), dtype=bool)
+    def loose(self, held: np.ndarray) -> np.ndarray:
+        """Return the nodes (n,) bool of pieces that can still move or turn as a whole if nodes ``held`` (n,) are."""
+        piece, loose = components(self.mesh.edges, len(self.origin)), np.zeros(len(self.origin), dtype=bool)
         for number in range(piece.max() + 1):
-            own = piece == number
-            places = self.mesh.nodes[own & given]
-            spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False) if len(places) > 2 else np.zeros(3)
-            if spread[1] <= LINE * self.mesh.size:
-                loose |= own & ~given
+            of_piece = piece == number
+            if not can_hold(self.mesh.nodes[of_piece & held], self.mesh.size):
+                loose |= of_piece & ~held
         return loose
 
     def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
@@ -81,7 +73,7 @@ class Parted:
         sides : (k, cuts) of the points, 1 or -1. Where all elements of a point are lost, or on the other side, its
             displacement is extrapolated from the element of its own side, if there is any, whose middle is nearest
         """
-        rows, own = sparse.csr_array(rows), self.origin[self.mesh.tetrahedra]
+        rows, whole_nodes = sparse.csr_array(rows), self.origin[self.mesh.tetrahedra]
         single = np.bincount(self.parents, minlength=len(self.whole.tetrahedra)) == 1
         changed = np.bincount(self.origin, minlength=len(self.whole.nodes)) != 1
         changed[self.whole.tetrahedra[~single]] = True
@@ -91,7 +83,7 @@ class Parted:
         affected = np.unique(of_entry[changed[rows.indices]])
         kept = ~np.isin(of_entry, affected)
         entries = [(of_entry[kept], number[rows.indices[kept]], rows.data[kept])]
-        around = Around(own, len(changed))
+        around = Around(whole_nodes, len(changed))
         for row in affected:
             part = slice(rows.indptr[row], rows.indptr[row + 1])
             corners, weights = rows.indices[part], rows.data[part]
@@ -100,11 +92,11 @@ class Parted:
                 fits = np.intersect1d(fits, around.of(corner))
             fits = fits[(self.sides[fits] * sides[row] >= 0).all(axis=1)]
             if len(fits):
-                at = np.argmax(own[fits[0]] == corners[:, None], axis=1)
+                at = np.argmax(whole_nodes[fits[0]] == corners[:, None], axis=1)
                 nodes = self.mesh.tetrahedra[fits[0], at]
             else:
                 allowed = np.flatnonzero((self.sides * sides[row] >= 0).all(axis=1))
-                allowed = allowed if len(allowed) else np.arange(len(own))
+                allowed = allowed if len(allowed) else np.arange(len(whole_nodes))
                 place = weights @ self.whole.nodes[corners]
                 middles = self.mesh.nodes[self.mesh.tetrahedra[allowed]].mean(axis=1)
                 near = allowed[np.linalg.norm(middles - place, axis=1).argmin()]
@@ -116,19 +108,19 @@ class Parted:
 
 
 def whole(body: Body, level: int, cuts: int) -> Parted:
-    """Return a ``level`` of a body that so many cuts have not reached yet."""
+    """Return a ``level`` of a body before any of so many ``cuts``."""
     mesh = body.levels[level]
     assert isinstance(mesh, TetMesh)
-    own = body.from_level(level).up_to(0)
+    of_level = body.from_level(level).up_to(0)
     numbers = np.arange(len(mesh.nodes)), np.arange(len(mesh.tetrahedra))
     sides = np.zeros((len(mesh.tetrahedra), cuts), dtype=np.int64)
-    return Parted(own, mesh, *numbers, sides, np.ones(len(mesh.nodes), dtype=bool), 0.0)
+    return Parted(of_level, mesh, *numbers, sides, np.ones(len(mesh.nodes), dtype=bool), 0.0)
 
 
 def part(body: Body, level: int, cuts: Sequence[Cut], way: str) -> Parted:
-    """Cut a ``level`` of a body in one of WAYS; cuts may cross, and each is of the body at rest.
+    """Cut a ``level`` of a body at rest in one of WAYS; cuts may cross.
 
-    Raises InputError for a body on a bed, whose springs are not told apart from lips, and where nothing is left.
+    Raises InputError for a body on a bed, whose springs would hold lips as well, and where nothing is left.
     """
     if body.bed is not None:
         raise InputError(f"{body.name}: a body on a bed is not cut; give it anchors.")
@@ -144,14 +136,14 @@ def part(body: Body, level: int, cuts: Sequence[Cut], way: str) -> Parted:
     severed = sever(TetMesh(mesh.nodes, mesh.tetrahedra[parents]), *joints)
     used, tetrahedra = np.unique(severed.mesh.tetrahedra, return_inverse=True)
     tetrahedra, origin = tetrahedra.reshape(-1, 4), severed.origin[used]
-    # of faces that are split a whole element may lie on the other side than a corner of it
-    other = sides != 0 if way == SPLIT_FACES else doubled
-    solid = _solid(mesh, cuts, tetrahedra, origin, sides, other)
+    # where faces are split, a whole element may lie on the other side than one of its corners
+    one_sided = sides != 0 if way == SPLIT_FACES else doubled
+    solid = _solid(mesh, cuts, tetrahedra, origin, sides, one_sided)
     anchors = np.flatnonzero(np.isin(origin, body.anchors[level]) & solid)
-    own = Tissue(tissue.materials, tissue.region[parents], shares)
+    regions = Tissue(tissue.materials, tissue.region[parents], shares)
     densities = None if body.densities is None else [body.densities[level][origin]]
     cut = replace(
-        body.up_to(0), levels=[TetMesh(mesh.nodes[origin], tetrahedra)], anchors=[anchors], regions=own,
+        body.up_to(0), levels=[TetMesh(mesh.nodes[origin], tetrahedra)], anchors=[anchors], regions=regions,
         densities=densities, smooth=None,
     )  # fmt: skip
     lost = 1.0 - float(mesh.volumes[parents] @ shares) / float(mesh.volumes.sum())
@@ -159,10 +151,10 @@ def part(body: Body, level: int, cuts: Sequence[Cut], way: str) -> Parted:
 
 
 class _Crossed(NamedTuple):
-    """What cuts do to the elements of a mesh.
+    """How cuts divide the m elements of a mesh into k pieces.
 
-    sides : (m, cuts) of each element, 0 where a cut divides it; doubled : (m, cuts) bool, whether in its patch
-    element : (k,) whose part each of the pieces is that all cuts make; side : (k, cuts); volume : (k,) [m³]
+    sides : (m, cuts) of each element, 0 where a cut divides it; doubled : (m, cuts) bool, whether its patch does
+    element : (k,) that each piece is a part of; side : (k, cuts) of each piece; volume : (k,) [m³]
     """
 
     sides: np.ndarray
@@ -185,14 +177,13 @@ class _Copies(NamedTuple):
 
 
 def _centred(mesh: TetMesh, cuts: Sequence[Cut]) -> _Copies:
-    """Return every element once, on the side of each cut that its middle is on."""
-    count, middles = len(mesh.tetrahedra), mesh.nodes[mesh.tetrahedra].mean(axis=1)
-    sides = np.column_stack([_sign(cut.across(middles)) for cut in cuts])
+    """Return each element as one copy, on the side of each cut on which its middle is."""
+    count, sides = len(mesh.tetrahedra), sides_of(cuts, mesh.nodes[mesh.tetrahedra].mean(axis=1))
     return _Copies(np.arange(count), sides, np.zeros(sides.shape, dtype=bool), np.ones(count))
 
 
 def _copied(mesh: TetMesh, crossed: _Crossed) -> _Copies:
-    """Return every element once for each of its parts, or once if it has one; those below LEAST_SHARE are left out."""
+    """Return a copy of each element for each of its parts; parts below LEAST_SHARE of the volume are left out."""
     whole = np.flatnonzero(~crossed.doubled.any(axis=1))
     divides = crossed.doubled[crossed.element]
     inside = divides.any(axis=1)
@@ -223,19 +214,20 @@ def _without_crossed(copies: _Copies, joints: Joints) -> tuple[_Copies, Joints]:
 
 
 def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -> Joints:
-    """Find the faces between copies.
+    """Find the faces between copies, and which of them are severed.
 
-    Copies on different sides are apart where one of them is a part of a crossed element, and otherwise where their face
-    is in the patch. Parts of one element have its four faces between them, severed.
-    strict : the middle of the face tells that, and not the line between the middles of the elements
+    Between copies on different sides of a cut a face is severed where one of them is a part of a crossed element, and
+    otherwise where the face is in the patch. Parts of one element have its four faces between them, severed.
+    strict : whether a face is in the patch by its middle, and not by the line between the middles of its elements
     """
-    parts = Around(copies.parents[:, None], len(mesh.tetrahedra))
-    order, starts = parts.elements, parts.ends
+    copies_of = Around(copies.parents[:, None], len(mesh.tetrahedra))
+    order, starts = copies_of.elements, copies_of.ends
     faces, elements = inner_faces(mesh)
     several = np.flatnonzero(np.diff(starts) > 1)
-    own = np.sort(mesh.tetrahedra[several][:, FACES].reshape(-1, 3), axis=1)
-    faces = np.vstack([faces, own])
+    faces_within = np.sort(mesh.tetrahedra[several][:, FACES].reshape(-1, 3), axis=1)
+    faces = np.vstack([faces, faces_within])
     elements = np.vstack([elements, np.repeat(several, 4)[:, None] * [1, 1]])
+    # a face of elements with p and q copies is between p q pairs of copies
     first, second = np.diff(starts)[elements].T
     face = np.repeat(np.arange(len(faces)), first * second)
     number = np.arange(len(face)) - np.repeat(np.cumsum(first * second) - first * second, first * second)
@@ -250,23 +242,21 @@ def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -
     blocked = np.zeros(len(face), dtype=bool)
     for c, cut in enumerate(cuts):
         apart = np.flatnonzero(copies.sides[pairs, c].prod(axis=1) < 0)
-        parts = copies.doubled[pairs[apart], c].any(axis=1)
+        of_crossed = copies.doubled[pairs[apart], c].any(axis=1)
         if strict:
             inside = cut.within(mesh.nodes[faces[face[apart]]].mean(axis=1)) > 0.0
         else:
             ends = mesh.nodes[mesh.tetrahedra[copies.parents[pairs[apart]]]].mean(axis=2)
             inside = cut.severs(ends[:, 0], ends[:, 1])
-        blocked[apart[parts | inside]] = True
+        blocked[apart[of_crossed | inside]] = True
     return faces[face], pairs, blocked
 
 
 def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
-    """Find what cuts do to the elements, by the parts that the planes of all their pieces divide the elements into."""
+    """Find how cuts divide the elements, by dividing each along the planes of all flat pieces of the cuts."""
     corners, count = mesh.nodes[mesh.tetrahedra], len(mesh.tetrahedra)
-    middles = corners.mean(axis=1)
-    sides = np.column_stack([_sign(cut.across(middles)) for cut in cuts])
-    at_nodes = [_sign(cut.across(mesh.nodes)) for cut in cuts]
-    mixed = np.any([np.ptp(side[mesh.tetrahedra], axis=1) > 0 for side in at_nodes], axis=0)
+    sides = sides_of(cuts, corners.mean(axis=1))
+    mixed = (np.ptp(sides_of(cuts, mesh.nodes)[mesh.tetrahedra], axis=1) > 0).any(axis=1)
     element = np.flatnonzero(mixed)
     parts, area, inside = corners[element], np.zeros((count, len(cuts))), np.zeros((count, len(cuts)))
     for c, cut in enumerate(cuts):
@@ -278,8 +268,7 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
             area[:, c] += np.bincount(owner[on], size[on], minlength=count)
             on &= cut.within(middle) > 0.0
             inside[:, c] += np.bincount(owner[on], size[on], minlength=count)
-    middles = parts.mean(axis=1)
-    side = np.column_stack([_sign(cut.across(middles)) for cut in cuts])
+    side = sides_of(cuts, parts.mean(axis=1))
     volume = np.abs(TetMesh(parts.reshape(-1, 3), np.arange(4 * len(parts)).reshape(-1, 4)).volumes)
     doubled = np.zeros(sides.shape, dtype=bool)
     for c in range(len(cuts)):
@@ -294,10 +283,12 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
 def divide(
     parts: np.ndarray, owner: np.ndarray, value: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Divide tetrahedra or triangles, by what is linear at their corners (k, 4 or 3, n), into such.
+    """Divide tetrahedra or triangles where a linear function changes its sign, into tetrahedra or triangles.
 
-    owner : (k,) what each is a part of; value : at the corners, (4k or 3k,), whose sign changes where they are divided
-    Returns these, their owners, the sections (s, 4 or 2, n), of three corners with the last one twice, and theirs.
+    parts : (k, 4 or 3, n), n linear quantities at the corners, such as coordinates; owner : (k,) number of each part
+    value : (4k or 3k,) of the function at the corners
+    Returns the new parts and their owners, the sections (s, 4 or 2, n) between them, which have the last corner twice
+    if they are triangles, and the owners of these.
     """
     value = value.reshape(parts.shape[:2])
     order = np.argsort(-value, axis=1, kind="stable")
@@ -307,12 +298,12 @@ def divide(
     found, owners, sections, of_sections = [parts[same]], [owner[same]], [], []
     for number, (edges, pieces, section) in DIVISIONS[value.shape[1]].items():
         at = above == number
-        own, distance = parts[at], value[at]
-        cuts = [
-            own[:, i] + (distance[:, i] / (distance[:, i] - distance[:, j]))[:, None] * (own[:, j] - own[:, i])
+        corners, height = parts[at], value[at]
+        on_edges = [
+            corners[:, i] + (height[:, i] / (height[:, i] - height[:, j]))[:, None] * (corners[:, j] - corners[:, i])
             for i, j in edges
         ]
-        points = np.stack([*np.swapaxes(own, 0, 1), *cuts], axis=1)
+        points = np.stack([*np.swapaxes(corners, 0, 1), *on_edges], axis=1)
         for piece in pieces:
             found.append(points[:, piece])
             owners.append(owner[at])
@@ -341,8 +332,9 @@ DIVISIONS: dict[int, dict] = {
 which further corners lie; its parts, by corners; and the section."""
 
 
-def _sign(values: np.ndarray) -> np.ndarray:
-    return np.where(values >= 0.0, 1, -1)
+def sides_of(cuts: Sequence[Cut], points: np.ndarray) -> np.ndarray:
+    """Return the side of each cut, 1 or -1, on which ``points`` (n, 3) [m] are, (n, cuts)."""
+    return np.column_stack([np.where(cut.across(points) >= 0.0, 1, -1) for cut in cuts])
 
 
 def _solid(
@@ -351,18 +343,19 @@ def _solid(
     tetrahedra: np.ndarray,
     origin: np.ndarray,
     sides: np.ndarray,
-    doubled: np.ndarray,
+    one_sided: np.ndarray,
 ) -> np.ndarray:
-    """Return which nodes have tissue at their own place, (n,) bool: as a corner that is not in an empty part.
+    """Return which nodes have tissue at their place, (n,) bool: they are a corner on the side of some copy's tissue.
 
-    doubled : (m, cuts) bool, elements with tissue on one side only. A node has it where no copy would have any.
+    one_sided : (m, cuts) bool, copies with tissue on one side only
+    Where that is true of no copy of a node, all of them count as having tissue.
     """
     solid = np.zeros(len(origin), dtype=bool)
     empty = np.zeros(tetrahedra.shape, dtype=bool)
     for c, cut in enumerate(cuts):
         across = cut.across(mesh.nodes)[origin]
         # a node on the cut is on both sides
-        own = np.where(np.abs(across) <= NEAR_PLANE * mesh.size, 0, _sign(across))
-        empty |= doubled[:, c, None] & (sides[:, c, None] * own[tetrahedra] < 0)
+        side_of_node = np.where(np.abs(across) <= NEAR_PLANE * mesh.size, 0, np.sign(across))
+        empty |= one_sided[:, c, None] & (sides[:, c, None] * side_of_node[tetrahedra] < 0)
     solid[tetrahedra[~empty]] = True
     return solid | ~np.isin(origin, origin[solid])

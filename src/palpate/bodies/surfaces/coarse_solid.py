@@ -31,10 +31,10 @@ MOST_APART, THIN_APART = 0.08, 0.6
 
 @dataclass(frozen=True)
 class Likeness:
-    """How like a body is to the surface that it was made from, of which a thin one asks for more.
+    """Distance and volumes of a body and of the surface that it was made from; a thin body has to be closer to it.
 
-    away_m, size_m : greatest distance between the two, either way, and longest side [m]
-    volume_m3, data_m3 : of the body, and within the surface [m³]
+    away_m, size_m : greatest distance between the two surfaces, either way, and longest side of the data [m]
+    volume_m3, data_m3 : of the body, and within the data's surface [m³]
     thick_m : thickness of a sheet with the volume and the surface of the data [m], which is the radius of a rod
     """
 
@@ -56,7 +56,7 @@ class Likeness:
 
     @property
     def penalty(self) -> float:
-        """The worst of all, 1 where just good enough."""
+        """The largest of the errors over their bounds: 1 or less if the body has the shape of the data."""
         thin = self.away_m / (THIN_AWAY * self.thick_m)
         return max(self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME, thin)
 
@@ -67,7 +67,7 @@ class Likeness:
 
     @property
     def other(self) -> bool:
-        """Whether the mesh is another body than that of the data."""
+        """Whether the mesh is so far from the data that it does not show the organ any more."""
         return self.away > MOST_APART or self.away_m > THIN_APART * self.thick_m
 
 
@@ -111,9 +111,10 @@ Settle = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 @dataclass
 class CoarseSolid:
-    """A coarse mesh, the function that snaps its finer meshes or None, its nodes, and how well these show the file's.
+    """A coarse mesh that was made from a dense surface, and how good it is.
 
-    least_deg : smallest dihedral angle on any level [°]; likeness : of the refined body
+    snap : moves finer meshes to the dense surface, or None; nodes : asked for, on the surface
+    least_deg : smallest dihedral angle on any level [°]; likeness : of the refined body to the dense surface
     """
 
     mesh: TetMesh
@@ -124,7 +125,7 @@ class CoarseSolid:
 
     @property
     def penalty(self) -> float:
-        """The worst of shape and elements, 1 where just good enough."""
+        """The largest error of shape and elements over its bound: 1 or less if both are good enough."""
         return max(LEAST_DEG / max(self.least_deg, 1e-3), self.likeness.penalty)
 
 
@@ -156,10 +157,11 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
 
 
 def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> CoarseSolid:
-    """Make a shell for the outside and for each hollow, which share ``nodes`` among them, and fill what is between."""
+    """Build the coarse body: a coarse surface of the outside and of each hollow, of ``nodes`` in all, and fill it."""
+    counts = _nodes_of_shells(solid, nodes)
     shells = [
         _shell(solid, number, mask, count, settle)
-        for number, (mask, count) in enumerate(zip([solid.mask, *solid.hollows], _shares(solid, nodes), strict=True))
+        for number, (mask, count) in enumerate(zip([solid.mask, *solid.hollows], counts, strict=True))
     ]
     starts = np.cumsum([0, *(len(points) for points, _ in shells)])
     points = np.vstack([points for points, _ in shells])
@@ -189,6 +191,7 @@ def _fill_well(points: np.ndarray, triangles: np.ndarray, solid: Solid, nodes: i
 def _shell(
     solid: Solid, number: int, mask: np.ndarray, count: int, settle: Settle | None
 ) -> tuple[np.ndarray, np.ndarray]:
+    """Build the coarse surface of the outside, number 0, or of a hollow, with about ``count`` nodes."""
     points, triangles = coarse_shell(mask, solid, count)
     if settle is None:
         tree = cKDTree(solid.places)
@@ -218,15 +221,15 @@ def _onto_tips(points: np.ndarray, triangles: np.ndarray, solid: Solid, sense: i
     return moved
 
 
-def _shares(solid: Solid, nodes: int) -> Iterable[int]:
-    """Share the nodes among the outer surface and those of the hollows, by area."""
+def _nodes_of_shells(solid: Solid, nodes: int) -> Iterable[int]:
+    """Divide ``nodes`` among the outer surface and the surfaces of the hollows, by area."""
     areas = np.array([mask.sum() for mask in (solid.mask, *solid.hollows)]) ** (2 / 3)
     inner = np.maximum(LEAST_NODES, np.round(nodes * areas[1:] / areas.sum())).astype(int).tolist()
     return [max(LEAST_NODES, nodes - sum(inner)), *inner] if inner else [nodes]
 
 
 def _settler(solid: Solid, follow: bool) -> Settle:
-    """Make a function that moves a coarse surface's points onto the body's; with ``follow`` edges along its grooves."""
+    """Return a function that moves a coarse surface onto the body's, and with ``follow`` edges along its grooves."""
     tree = cKDTree(solid.places)
 
     def onto(points: np.ndarray, moved: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.bodies.mesh import area_normals, components
+from palpate.bodies.mesh import area_normals, components, triangle_edges
 from palpate.bodies.mesh_file import in_words
 from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.bodies.surfaces.triangles import arrays, drop_unused, polydata, signed_volumes, weld
@@ -26,8 +26,7 @@ class Hole(NamedTuple):
 
 def find_holes(points: np.ndarray, triangles: np.ndarray) -> list[Hole]:
     """Find the holes of a surface, (n, 3) [m] and (m, 3)."""
-    ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    edges, count = np.unique(ends, axis=0, return_counts=True)
+    edges, count = triangle_edges(triangles)
     opened = edges[count == 1]
     if not len(opened):
         return []
@@ -131,10 +130,10 @@ def orient(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, int]:
-    """Drop triangles of no area and all but one of those with the same corners, in the given order.
+    """Drop triangles of no area, and all but one of those with the same corners, in the given order.
 
-    Also return how many of those left are dropped, too, since two parts share them: each is there in both senses, and
-    fewer edges are open without them.
+    Triangles in both senses, which two parts share, are dropped altogether if fewer edges are open without them; also
+    return how many these are.
     """
     area = np.linalg.norm(area_normals(points, triangles), axis=1)
     longest = np.ptp(points[triangles], axis=1).max(axis=1)
@@ -143,8 +142,5 @@ def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
     senses = np.linalg.det(np.eye(3)[np.argsort(kept, axis=1)])
     shared = np.abs(np.bincount(same.ravel(), senses)) < 0.5
     every, others = np.sort(first), np.sort(first[~shared])
-    odd = [
-        (np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0, return_counts=True)[1] % 2).sum()
-        for ends in (kept[numbers][:, [[0, 1], [1, 2], [2, 0]]] for numbers in (every, others))
-    ]
-    return (kept[others], int(shared.sum())) if odd[1] < odd[0] else (kept[every], 0)
+    open_edges, open_edges_without = ((triangle_edges(kept[numbers])[1] % 2).sum() for numbers in (every, others))
+    return (kept[others], int(shared.sum())) if open_edges_without < open_edges else (kept[every], 0)

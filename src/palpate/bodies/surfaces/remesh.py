@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
 from palpate.bodies.contacts import spread_out
-from palpate.bodies.mesh import area_normals
+from palpate.bodies.mesh import area_normals, corner_normals
 from palpate.bodies.surfaces.triangles import vertex_normals
 
 # weight of a difference of normals against a distance in units of the vertices' mean spacing: keeps the two
@@ -104,7 +104,10 @@ def flip_onto(points: np.ndarray, triangles: np.ndarray, distance: Callable[[np.
 def _flip_where(
     points: np.ndarray, triangles: np.ndarray, better: Callable[[_Edge, _Pair, _Edge, _Pair], bool]
 ) -> np.ndarray:
-    """Flip edges of two triangles where that is better, and makes neither folds nor spikes."""
+    """Flip edges between two triangles where ``better`` says so, and where that makes neither folds nor spikes.
+
+    better : takes an edge, its two triangles, the other diagonal, and the two triangles after the flip
+    """
     valence = np.bincount(triangles.ravel())
     places: list[list[float]] = points.tolist()
     triangles = triangles.tolist()
@@ -259,11 +262,12 @@ def _keeps_topology(fans: Fans, a: int, b: int) -> bool:
 
 
 def _keeps_facing(points: np.ndarray, fans: Fans, a: int, b: int) -> bool:
+    """Test whether no triangle around an edge a b would turn over if the edge were collapsed to its midpoint."""
     middle = (points[a] + points[b]) / 2
     around = np.array(list(fans[a] ^ fans[b]))
     old = points[around]
     new = np.where(((around == a) | (around == b))[..., None], middle, old)
-    before, after = (np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]) for p in (old, new))
+    before, after = corner_normals(old), corner_normals(new)
     sizes = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
     # an isosurface contains needles of zero area, which have no normal
     return bool((np.einsum("ij,ij->i", before, after) >= LEAST_COSINE * sizes).all())

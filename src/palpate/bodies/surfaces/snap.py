@@ -144,7 +144,7 @@ def snapper_onto(project_onto: Onto) -> Snap:
 
 
 def _bad_nodes(nodes: np.ndarray, mesh: TetMesh) -> np.ndarray:
-    """List the nodes of elements that have moved and are bad, or whose refinement would be bad, increasing."""
+    """List the nodes, increasing, of elements that have a moved node and are bad, or whose refinement would be bad."""
     moved = (nodes != mesh.nodes).any(axis=1)
     elements = mesh.tetrahedra[moved[mesh.tetrahedra].any(axis=1)]
     quality = element_quality(nodes, elements)

@@ -42,7 +42,7 @@ def winding_numbers(
 
 
 def _along(points: np.ndarray, triangles: np.ndarray, sizes: list[int]) -> np.ndarray:
-    """Compute the mean count of the two rays along the last axis, for each place, (u, v, w)."""
+    """Return for each place of a grid (u, v, w) the mean signed crossings of its two rays along the last axis."""
     corners, rays = points[triangles], np.indices(sizes[:2]).reshape(2, -1).T
     # places are at whole numbers, moved a little so that no ray meets an edge or a corner
     ray, which, weights = within(rays + np.array([0.000314159, 0.000271828]), corners[:, :, :2])
@@ -146,28 +146,29 @@ def solidify(source: str, mended: Mended) -> Solid:
     filled = ndimage.binary_fill_holes(mask)
     hollows, note = _hollows(filled & ~mask, mask.sum(), voxel_m3)
     # where nothing overlaps, every place is clearly inside once or outside
-    apart = bool(winding.max() < 1.4 and winding.min() > -0.4)
-    steps = [partial(_steps, mask=each, origin=origin, spacing=spacing) for each in (filled, *hollows)]
-    shells = _shells(points, triangles)
+    disjoint = bool(winding.max() < 1.4 and winding.min() > -0.4)
+    masks = (filled, *hollows)
+    drops = [partial(_drop_outward, mask=each, origin=origin, spacing=spacing) for each in masks]
+    shell = _shells(points, triangles)
     middles, facing = points[triangles].mean(axis=1), area_normals(points, triangles)
     facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-300)
-    # of each mask the shells most of whose triangles bound it
-    bounds = [np.abs(step(middles, facing)) > 0.5 for step in steps]
-    around = [(np.bincount(shells, each) > 0.5 * np.bincount(shells))[shells] for each in bounds]
+    # the triangles around each mask: those of shells most of whose triangles lie on its surface
+    on_surface = [np.abs(drop(middles, facing)) > 0.5 for drop in drops]
+    around = [(np.bincount(shell, each) > 0.5 * np.bincount(shell))[shell] for each in on_surface]
     volumes = [
-        abs(volume(points, triangles[kept])) if apart and is_closed(triangles[kept]) else float(each.sum() * voxel_m3)
-        for kept, each in zip(around, (filled, *hollows), strict=True)
+        abs(volume(points, triangles[own])) if disjoint and is_closed(triangles[own]) else float(mask.sum() * voxel_m3)
+        for own, mask in zip(around, masks, strict=True)
     ]
-    kept = np.any(around, axis=0)
-    parts = len(np.unique(shells[around[0]]))
-    # a shell that bounds it does so as a whole: thin parts, which the grid may miss, are kept
-    whole = apart and parts <= 1
-    places, normals = sample(points, triangles[kept] if whole and kept.any() else triangles, size / SAMPLES)
-    if not whole:
-        if apart:
+    bounding = np.any(around, axis=0)
+    parts = len(np.unique(shell[around[0]]))
+    # a single shell bounds the solid as a whole: its thin parts, which the grid may miss, count
+    single = disjoint and parts <= 1
+    places, normals = sample(points, triangles[bounding] if single and bounding.any() else triangles, size / SAMPLES)
+    if not single:
+        if disjoint:
             notes.append(f"{parts} parts that touch, or lie less than {in_words(size / RESOLUTION)} apart, joined")
-        # triangles between parts, and those inside where parts overlap, do not bound it
-        change = steps[0](places, normals) - sum(step(places, normals) for step in steps[1:])
+        # triangles between parts, and those inside where parts overlap, do not bound the solid
+        change = drops[0](places, normals) - sum(drop(places, normals) for drop in drops[1:])
         outer = np.abs(change) > 0.5
         places, normals = places[outer], (np.sign(change)[:, None] * normals)[outer]
     notes += [note] if note else []
@@ -175,6 +176,7 @@ def solidify(source: str, mended: Mended) -> Solid:
 
 
 def _check_pieces(source: str, sizes: np.ndarray, voxel_m3: float) -> list[str]:
+    """Note how many separate pieces are dropped; InputError if one of them is large."""
     rest = np.sort(sizes)[::-1][1:]
     if not len(rest):
         return []
@@ -199,7 +201,7 @@ def _specks(points: np.ndarray, triangles: np.ndarray, spacing: float) -> list[s
 
 
 def _hollows(hollow: np.ndarray, volume: int, voxel_m3: float) -> tuple[list[np.ndarray], str]:
-    """List the hollows that are kept, and say how many are not."""
+    """List the masks of large hollows, and note how many small ones are filled."""
     label, count = ndimage.label(hollow)
     sizes = np.bincount(label.ravel(), minlength=count + 1)[1:]
     large = np.flatnonzero(sizes > SMALL_HOLLOW * volume)
@@ -208,10 +210,10 @@ def _hollows(hollow: np.ndarray, volume: int, voxel_m3: float) -> tuple[list[np.
     return [label == 1 + number for number in large], note
 
 
-def _steps(
+def _drop_outward(
     places: np.ndarray, normals: np.ndarray, mask: np.ndarray, origin: np.ndarray, spacing: np.ndarray
 ) -> np.ndarray:
-    """Compute by how much less of the mask there is outward of each place than inward, -1 to 1."""
+    """Return how much the mask falls across each place along its normal, (k,): 1 on its surface, if that is outward."""
     field, step = mask.astype(np.float32), 1.5 * spacing * normals
     inner, outer = (((at - origin) / spacing).T[::-1] for at in (places - step, places + step))
     return ndimage.map_coordinates(field, inner, order=1) - ndimage.map_coordinates(field, outer, order=1)

@@ -129,6 +129,7 @@ def set_sizes(gmsh: Any, balls: Sequence[tuple[np.ndarray, float, float]], far_m
 
 
 def _generate(gmsh: Any, points: np.ndarray, shells: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Fill the volume between ``shells`` by gmsh: nodes (n, 3), the points first, and tetrahedra (m, 4)."""
     loops = []
     for shell in shells:
         surface = gmsh.model.addDiscreteEntity(2)

@@ -67,7 +67,7 @@ def build(boxes, centres, leaf):
 
 @numba.njit(cache=True)
 def _centre_extent(centres, order, first, last, extent):
-    """Write the least and greatest centre, by coordinate."""
+    """Write the least and greatest coordinates of a range's centres into ``extent`` (2, 3)."""
     t = order[first]
     for i in range(3):
         extent[0, i] = extent[1, i] = centres[t, i]
@@ -116,7 +116,7 @@ def _split_by_cost(boxes, centres, order, first, last, extent, bins, counts, rig
 
 @numba.njit(cache=True)
 def _areas_from_right(bins, counts, used, right):
-    """Accumulate area × count of the bins from each one on."""
+    """Write into ``right[b]`` half the surface of the box around bins b and following, times their triangles."""
     lx = ly = lz = np.inf
     hx = hy = hz = -np.inf
     count = 0
@@ -136,7 +136,7 @@ def _enlarge(row, other):
 
 @numba.njit(cache=True)
 def _half_surface(row):
-    """Compute half the surface."""
+    """Compute half the surface of the box ``row`` (6,)."""
     x, y, z = row[3] - row[0], row[4] - row[1], row[5] - row[2]
     return x * y + y * z + z * x
 
@@ -264,10 +264,10 @@ def refit_obbs(nodes, corners, pad, corner_offsets, axes, boxes):
 
 @numba.njit(cache=True)
 def choose_axes(nodes, corners, corner_offsets, axes):
-    """Choose axes of each node's OBB at ``corners`` (3m, 3), as coordinates (3, 3) in a frame of three of its corners.
+    """Choose the axes of each node's OBB, written as coordinates (3, 3) in a frame of three of its corners.
 
-    The second and third corner, (2,) counted from the node's first, are the farthest from the first, and from the line
-    through both.
+    corners : (3m, 3); corner_offsets : (2,) of each node, overwritten: the frame's second corner, the farthest from the
+        node's first, and the third, the farthest from the line through both, counted from the first
     """
     row, frame = np.empty((1, 15)), np.empty((3, 3))
     for n in range(len(nodes)):

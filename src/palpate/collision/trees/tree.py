@@ -95,6 +95,7 @@ class Tree:
         return build_tree.build(boxes, centres, build_tree.LEAF)
 
     def _allocate(self) -> None:
+        """Allocate the volumes, and set what kind each node has, by the structure and the level."""
         n, levels = len(self.nodes), self.nodes[:, KIND].copy()
         self._corners, self.spheres = np.empty((3 * len(self.triangles), 3)), np.empty((0, 4))
         self.nodes[:, KIND] = KINDS.get(self.structure, AABB)

@@ -61,9 +61,9 @@ def search_nodes(
     within: tuple[np.ndarray, np.ndarray],
     others: tuple[np.ndarray, np.ndarray],
 ) -> tuple[np.ndarray, int]:
-    """Find pairs (k, 2), unsorted, of what the overlapping leaves of two trees hold, and count the tests of nodes.
+    """Find pairs (k, 2), unsorted, of the items in overlapping leaves of two trees, and count the tests of nodes.
 
-    within, others : nodes and order of each tree, or others of the same shape; same : whether both trees are one
+    within, others : nodes and items of each tree: triangles, or leaves themselves; same : whether both trees are one
     Raises InputError unless the volumes of both trees can be tested against each other.
     """
     if not len(tree_a.triangles) or not len(tree_b.triangles):
@@ -280,7 +280,7 @@ def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs):
 
 @numba.njit(cache=True)
 def _lead(start, end, direction):
-    """Write the unit vector between two places, zeros if they are one, and return their distance."""
+    """Write the unit vector from ``start`` to ``end``, zeros if they are one place, and return their distance."""
     square = 0.0
     for axis in range(3):
         direction[axis] = end[axis] - start[axis]
@@ -294,7 +294,7 @@ def _lead(start, end, direction):
 
 @numba.njit(cache=True)
 def _of_spheres(one, other, place, direction):
-    """Measure the overlap of two rows (4,); for one centre any direction will do, here z."""
+    """Write place and direction of the overlap of two spheres, rows (4,); return its depth. Concentric: along z."""
     distance = _lead(other, one, direction)
     if distance == 0.0:
         direction[0], direction[1], direction[2] = 0.0, 0.0, 1.0
@@ -307,7 +307,7 @@ def _of_spheres(one, other, place, direction):
 
 @numba.njit(cache=True)
 def _of_boxes(one, other, place, direction):
-    """Measure the overlap of two rows (6,)."""
+    """Write place and direction of the overlap of two AABBs, rows (6,), and return its depth."""
     least = np.inf
     direction[:] = 0.0
     chosen, sign = 0, 1.0
@@ -323,7 +323,7 @@ def _of_boxes(one, other, place, direction):
 
 @numba.njit(cache=True)
 def _of_sphere_and_box(sphere, box, place, direction):
-    """Measure the overlap of a row (4,) and a row (6,), in the direction in which the sphere has to move."""
+    """Write place and direction of the overlap of a sphere (4,), which moves, and an AABB (6,); return its depth."""
     for axis in range(3):
         place[axis] = min(max(sphere[axis], box[axis]), box[3 + axis])
     distance = _lead(place, sphere, direction)

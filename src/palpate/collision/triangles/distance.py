@@ -62,7 +62,7 @@ def pair_distance(points, scaled, sums, weights, found):
 
 @numba.njit(cache=True)
 def _write(points, nodes, weights, found):
-    """Write the closest points of a stencil and the vector between them, in the order of the triangles."""
+    """Write the closest points of a stencil on a and on b, and the vector from b to a, into ``found`` (3, 3)."""
     found[:] = 0.0
     # the first part of a stencil has the positive weights, and may belong to b
     sign = 1.0 if nodes[0] < 3 else -1.0
@@ -119,7 +119,7 @@ def _measure_depth(a, b):
 
 @numba.njit(cache=True, error_model="numpy")
 def _least_translation(points, polygons, direction):
-    """Compute the least translation of the first triangle along a face normal, and write its direction."""
+    """Return the least translation of a along a face normal after which a and b only touch, and write its direction."""
     least = np.inf
     for first in (0, 3):
         nx, ny, nz = normal(points, first)
@@ -179,7 +179,7 @@ def _heights_over(points, first, along, polygons):
 
 @numba.njit(cache=True, error_model="numpy")
 def _write_perpendicular(points, direction):
-    """Write a unit vector perpendicular to two segments, or to one if the other is a point or parallel, or any."""
+    """Write a unit vector perpendicular to two degenerate triangles: to both segments, to the one there is, or any."""
     one, other = _longest_edge(points, 0), _longest_edge(points, 3)
     if _largest_component(one) < _largest_component(other):
         one, other = other, one

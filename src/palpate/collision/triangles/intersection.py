@@ -158,7 +158,7 @@ def _intersect_flat(points, sums):
 
 @numba.njit(cache=True)
 def _projection_axis(points, triples, sums):
-    """Find an axis along which some triple of points is seen as a triangle; -1 if there is none."""
+    """Find an axis along which some triple of points projects to a triangle with area; -1 if there is none."""
     for axis in range(3):
         for i, j, k in triples:
             if orient2d(points, i, j, k, axis, sums) != 0:

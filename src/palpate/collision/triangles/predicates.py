@@ -85,6 +85,7 @@ def coincide(points, i, j):
 
 @numba.njit(cache=True)
 def _exact3d(points, chosen, sums):
+    """Return the sign of the determinant of four points by exact summation; 0 where two of them coincide."""
     for p in range(3):
         for q in range(p + 1, 4):
             if coincide(points, chosen[p], chosen[q]):
@@ -143,7 +144,7 @@ def _add_product(sign, x, y, z, sums):
 
 @numba.njit(cache=True)
 def _take_sign(low, high, sums):
-    """Return the sign of the number in ``sums``, whose products start at digits low … high, and set it to zero."""
+    """Return the sign of the number in ``sums``, to which products at digits low … high were added, and zero it."""
     carry, found = np.int64(0), np.int64(0)
     for d in range(low, high + 9):
         value = sums[d] + carry

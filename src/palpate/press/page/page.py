@@ -81,7 +81,7 @@ def press_section(
     """
     head = {"models": [_head(model) for model in models], "palettes": {k: _palette(v) for k, v in _COLOURS.items()}}
     head["held"] = base64_of(np.asarray(held, np.uint8).tobytes())
-    told = json.dumps(head, separators=(",", ":")).replace("<", "\\u003c")
+    head_json = json.dumps(head, separators=(",", ":")).replace("<", "\\u003c")
     packed = "".join(
         f'<script type="text/plain" data-model="{escape(model.name)}">{base64_of(model.file)}</script>\n'
         for model in models
@@ -90,7 +90,7 @@ def press_section(
     return (
         f"<style>{_asset('press.css')}</style>\n"
         f'<figure class="press" id="press_{escape(name)}">\n'
-        f'<script class="head" type="application/json">{told}</script>\n'
+        f'<script class="head" type="application/json">{head_json}</script>\n'
         f"{packed}<noscript><p>Here a body can be pressed; it needs scripts to be allowed.</p></noscript>\n"
         f"<figcaption>{caption}</figcaption>\n</figure>\n<script>{_script(models)}</script>\n"
     )
@@ -99,14 +99,14 @@ def press_section(
 def press_document(
     models: Sequence[PressModel], title: str = "Press it", held: Sequence[bool] | np.ndarray = ()
 ) -> str:
-    """Return a whole page to press the body of ``models``, which needs no other file, and joins what errors it says.
+    """Return a whole page to press the body of ``models``, which needs no other file and explains the errors it says.
 
     title : plain text; held : of ``press_section``
     """
     style = page_assets.style() + _asset("document.css")
     contact_modes = any(model.kind == "portable" and model.file is not None for model in models)
-    joined = f"<p>{escape(' '.join(FOUR_ERRORS))}</p>" if contact_modes else ""
-    section = press_section(models, joined, held=held)
+    explained = f"<p>{escape(' '.join(FOUR_ERRORS))}</p>" if contact_modes else ""
+    section = press_section(models, explained, held=held)
     body = f'<main>\n<p class="name">palpate</p>\n<h1>{escape(title)}</h1>\n{section}</main>\n'
     icon = '<link rel="icon" href="data:,">\n'  # or a browser asks the server for one
     return page_assets.document(title, style, body, policy(models), icon)
@@ -123,7 +123,7 @@ def write_pages(
 
 
 def policy(models: Sequence[PressModel]) -> str:
-    """Return what a browser lets the page do: nothing over a network but ask the server that it comes from."""
+    """Return the page's content security policy: no network but, for models that need it, the page's own server."""
     asks = any(model.url is not None for model in models)
     return page_assets.POLICY + ("; connect-src 'self'" if asks else "")
 
@@ -143,7 +143,7 @@ def _head(model: PressModel) -> dict:
 
 
 def _truth(one: Known) -> dict:
-    """Describe a press and pack its truth as whole numbers of a step."""
+    """Describe a press of known truth to the page, with its displacements as 16-bit multiples of a step [m]."""
     moved = np.asarray(one.displacement, float)
     newtons, peak = float(np.linalg.norm(one.force)), float(np.linalg.norm(moved, axis=1).max())
     step = float(np.abs(moved).max()) / _WHOLE
@@ -190,7 +190,7 @@ ABOUT = {
 def press_models(
     table: pd.DataFrame, paths: Mapping[str, Path], known: Sequence[Known], info: Mapping
 ) -> list[PressModel]:
-    """Return the models of ``table``, as ``measure`` made it, with their files, what is known of them, and truths.
+    """Return the models of the table press for a page, with their files, measured errors, and presses with truths.
 
     info : the header of the portable model, whose peak scales the colours
     """

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import nnls
@@ -16,7 +17,7 @@ from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.load import Load, Press
 from palpate.benchmark.model import Case
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import contacts_of, pressed_contacts, spread_out, spread_over
+from palpate.bodies.contacts import between_contacts, spread_out, spread_over
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
@@ -25,7 +26,7 @@ from palpate.models.contact_modes.offline import Offline, bring_to_surface
 from palpate.models.kinds import ContactModes
 from palpate.press.portable.runtimes.palpate_model import APART, SCALARS, VERSION, PortableModel, TouchPlace
 from palpate.press.portable.touches import Touches, measured, prepare_places
-from palpate.press.portable.write import PackedContact, SurfaceBasis, fitted_compliance, model_bytes, surface_basis
+from palpate.press.portable.write import PackedContact, SurfaceBasis, model_bytes, surface_basis
 
 EVERY = 4
 """Of the presses that a contact's snapshots are made of, each so many-th is asked for."""
@@ -40,13 +41,14 @@ BELIEVED, ALONE, BEYOND = 0.0, 1.0, 2.0
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """The errors that were measured, as RMSE over peak.
+    """Measured errors of a portable file, as RMSE over peak, and the factors of its answers' error bounds.
 
-    floor, share, spread, several : of an answer's bound, as docs/portable-model.md has it
+    floor, share, spread, several : factors of the bound, see docs/portable-model.md
     peak_m : median peak of the hardest presses [m]; stored : largest error at the contacts themselves
-    errors, bounds : (k,) between contacts; places, pairs : how many; held : how many answers keep a bound made without
-        their place, in one; paired : (p,) errors of two presses at once
-    answered : how many presses between the contacts the file believes, in one; where none is, errors are of the others
+    errors : (k,) of presses at ``places`` places between the contacts; paired : (p,) of two presses at once
+    held : fraction of the answers whose error is below a bound that is fitted without their place
+    answered : fraction of the presses between the contacts that the file does not doubt; if it is 0, errors are of
+        doubted ones
     """
 
     floor: float
@@ -61,12 +63,8 @@ class Calibration:
     paired: np.ndarray
     answered: float
 
-    def scalars(self) -> dict[str, float]:
-        """Return the numbers that runtimes need."""
-        return {name: getattr(self, name) for name in ("floor", "share", "spread", "several", "peak_m")}
-
-    def told(self) -> dict[str, object]:
-        """Return what the header says."""
+    def header(self) -> dict[str, object]:
+        """Return the entries of the file's header on its errors, in words."""
         between = "not measured: there is no place between the contacts"
         if len(self.errors):
             measured = f"{len(self.errors)} presses at {self.places} places"
@@ -91,18 +89,21 @@ def calibrate(
     checked: Sequence[int],
     progress: Callable[[Sequence], Iterable] = iter,
 ) -> Calibration:
-    """Compare the file's ``model`` with ``best`` at the nodes ``checked``, and with ``solver`` at its own ``nodes``.
+    """Measure the errors of the file's ``model`` between its contacts and at them, and fit the bound of its answers.
 
-    surface : (n,) the numbers of the fine surface nodes; progress : wraps ``checked``
+    solver : the contact modes that the file was made of, compared at some of its ``nodes``
+    best : the most accurate contact modes, prepared at the nodes ``checked`` between these, which ``progress`` wraps
+    surface : (n,) the numbers of the fine surface nodes
     """
     rows, peaks = [], []
     for node in progress(checked):
         for i, force in enumerate(best.offline.contact(node, "snapshots").forces[::EVERY]):
             if (row := _compared(model, surface, best, ((node, force),))) is not None:
                 rows.append((node, *row))
-                peaks += [row[3]] if i == 0 else []
-    own = [_compared(model, surface, solver, ((node, 0.5 * _hardest(solver, node)),)) for node in nodes[:AT_CONTACTS]]
-    stored = max((row[0] for row in own if row is not None), default=0.0)
+                peaks += [row.peak_m] if i == 0 else []
+    halves = [(node, 0.5 * _hardest(solver, node)) for node in nodes[:AT_CONTACTS]]
+    at_contacts = [_compared(model, surface, solver, (press,)) for press in halves]
+    stored = max((row.error for row in at_contacts if row is not None), default=0.0)
     peak = float(np.median(peaks)) if peaks else 0.0
     if not rows:
         return Calibration(stored + LEAST_ERROR, 0.1, 1.0, 1.0, peak, stored, np.empty(0), 0, 0.0, np.empty(0), 1.0)
@@ -111,12 +112,12 @@ def calibrate(
     table = table[table[:, 6] == table[:, 6].min()]
     place, error = table[:, 0], table[:, 1]
     parts = np.column_stack([np.full(len(error), stored + LEAST_ERROR), table[:, 2:4]])
-    weights = _fit(parts, error, place)
+    weights = _bound_weights(parts, error, place)
     half = np.isin(place, np.unique(place)[::2])
     held = [
-        error[~side] <= parts[~side] @ _fit(parts[side], error[side], place[side])
-        for side in (half, ~half)
-        if side.any()
+        error[~fitted] <= parts[~fitted] @ _bound_weights(parts[fitted], error[fitted], place[fitted])
+        for fitted in (half, ~half)
+        if fitted.any()
     ]
     pairs, several = _pairs(model, surface, best, solver, checked, weights, stored + LEAST_ERROR)
     floor, share, spread = weights * [stored + LEAST_ERROR, 1.0, 1.0]
@@ -124,8 +125,8 @@ def calibrate(
     return Calibration(floor, share, spread, several, peak, stored, error, len(set(place)), covered, pairs, answered)
 
 
-def _fit(parts: np.ndarray, error: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Return weights (3,) of the ``parts`` (k, 3) of a bound that holds in nine of ten answers at a new place."""
+def _bound_weights(parts: np.ndarray, error: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Fit weights (3,) to errors (k,) such that ``parts`` (k, 3) @ weights bounds nine of ten errors at new places."""
     weights, _ = nnls(parts / error[:, None], np.ones(len(error)))
     weights[0] = max(weights[0], 1.0)
     scores = error / (parts @ weights)
@@ -142,42 +143,56 @@ def _pairs(
     weights: np.ndarray,
     floor: float,
 ) -> tuple[np.ndarray, float]:
-    """Return errors (p,) of two presses at once, half as hard as they may be, and what they add to the bound."""
+    """Return errors (p,) of two presses at once, each half as hard as it may be, and the bound's factor for these."""
     errors: list[float] = []
-    more: list[float] = []
+    factors: list[float] = []
     for one, two in list(pairwise(checked))[:PAIRS]:
         presses = tuple((node, 0.5 * _hardest(solver, node)) for node in (one, two))
         if (row := _compared(model, surface, best, presses)) is not None:
-            errors.append(row[0])
-            more.append(max(0.0, row[0] - float(weights @ np.array([floor, row[1], row[2]]))) / max(row[4], 1e-9))
-    return np.array(errors), float(np.max(more, initial=0.0))
+            errors.append(row.error)
+            missing = max(0.0, row.error - float(weights @ np.array([floor, row.size, row.spread])))
+            factors.append(missing / max(row.others, 1e-9))
+    return np.array(errors), float(np.max(factors, initial=0.0))
 
 
 def _hardest(solver: ContactSolver, node: int) -> np.ndarray:
-    """Return the hardest straight press (3,) [N] that a contact bears."""
+    """Return the hardest press (3,) [N] straight in at a contact that finer elements are known to stand."""
     bearing = solver.prepare_contact(node).bearing[0]
     return bearing / float(bearing @ bearing)
 
 
+class _Compared(NamedTuple):
+    """A portable file's answer against that of contact modes.
+
+    error : RMSE over peak; peak_m : of the contact modes' answer [m]; doubt : BELIEVED, ALONE or BEYOND
+    size, spread, others : over the answer's own peak, of what is beyond its linear part: the size of all presses, how
+        far contacts differ about it, and the size of all presses but the largest
+    """
+
+    error: float
+    size: float
+    spread: float
+    peak_m: float
+    others: float
+    doubt: float
+
+
 def _compared(
     model: PortableModel, surface: np.ndarray, solver: ContactSolver, presses: Sequence[tuple[int, np.ndarray]]
-) -> tuple[float, float, float, float, float, float] | None:
-    """Return error, size and spread over the peak, the peak [m], and the size of all presses but the largest over it.
-
-    The last is how far the file doubts: BELIEVED, ALONE or BEYOND. None where ``solver`` believes none.
-    """
+) -> _Compared | None:
+    """Compare the file's answer to ``presses``, by node and force (3,) [N], with the solver's; None if it has none."""
     try:
         right = solver.respond(Load(tuple(Press(node, force) for node, force in presses))).displacement
     except NotConverged:
         return None
     asked = [model.press_at(int(np.searchsorted(surface, node)), force) for node, force in presses]
     answer, (sizes, spreads) = model.respond(asked), model.beyond(asked)
-    found = answer.displacement
-    peak, own = (float(np.linalg.norm(each, axis=1).max()) for each in (right, found))
-    apart = float(np.sqrt(np.mean(np.sum((found - right) ** 2, axis=1))))
+    moved = answer.displacement
+    peak, own_peak = (float(np.linalg.norm(each, axis=1).max()) for each in (right, moved))
+    rmse = float(np.sqrt(np.mean(np.sum((moved - right) ** 2, axis=1))))
     doubt = (ALONE if answer.doubt.startswith(APART) else BEYOND) if answer.doubt else BELIEVED
     others = sum(sizes) - float(np.max(sizes))
-    return apart / peak, sum(sizes) / own, sum(spreads) / own, peak, others / own, doubt
+    return _Compared(rmse / peak, sum(sizes) / own_peak, sum(spreads) / own_peak, peak, others / own_peak, doubt)
 
 
 VECTORS = 240
@@ -205,9 +220,9 @@ def export_model(
     progress: Progress = lambda _: iter,
     touches: Touches | None = None,
 ) -> None:
-    """Write contact modes as ``model`` has them for any place of the body of ``case`` to the file ``path``.
+    """Write a portable file that answers presses anywhere on the body of ``case``, by contact modes as in ``model``.
 
-    contacts : how many nodes of the fine surface, spread over it, or which
+    contacts : number of fine surface nodes to prepare, spread over the surface, or the nodes themselves
     touches : rigid instruments, and at how many places they are prepared
     InputError for a body or a disc that the file cannot hold, and for nodes that cannot be pressed.
     """
@@ -216,25 +231,27 @@ def export_model(
     solver, best = ContactSolver(case, model), ContactSolver(case, model.having(modes="snapshots"))
     shop, surface = solver.offline, case.body.fine.surface
     prepared = [solver.prepare_contact(node) for node in progress("contact")(nodes)]
-    seen, sampled = _linear_responses(case.body, shop, prepared, nodes, progress("linear responses, part"))
+    sampled, responses = _linear_responses(case.body, shop, prepared, nodes, progress("linear responses, part"))
     columns = [each.columns for each in prepared]
-    singles = [sampled[:, 3 * k : 3 * k + 3] for k in range(len(seen))]
+    singles = [responses[:, 3 * k : 3 * k + 3] for k in range(len(sampled))]
     basis = surface_basis(case.body, case.radius_m, columns + singles, [each.rest for each in prepared], VECTORS)
-    at = np.searchsorted(surface, nodes)
-    packed = [PackedContact(basis.nodes[i], basis.normals[i], each) for i, each in zip(at, prepared, strict=True)]
-    scalars = _scalars(case, prepared)
+    rows = np.searchsorted(surface, nodes)
+    packed = [PackedContact(basis.nodes[i], basis.normals[i], each) for i, each in zip(rows, prepared, strict=True)]
+    hardest = float(np.median([1.0 / np.linalg.norm(each.bearing[0]) for each in prepared]))
+    scalars = dict.fromkeys(SCALARS, 0.0) | {"radius_m": float(case.radius_m), "hardest_n": hardest}
+    scalars |= {"guard": LEAST_DET, "far": LARGEST_NORM, "hard": LARGEST_PRESS}
     empty = np.zeros((basis.vectors.shape[1], basis.vectors.shape[1]))
     unmeasured = _info(case, model, basis, prepared, scalars) | {"error": "not measured"}
     bare = PortableModel(model_bytes(unmeasured, scalars, basis, empty, packed))
     # how far the nodes that can be pressed are from the nearest contact at most, as runtimes measure it
-    able = np.searchsorted(surface, _able(case.body))
-    apart = 1.05 * max(bare.apart(basis.nodes[i], basis.normals[i]).min() for i in able)
+    pressable = np.searchsorted(surface, between_contacts(case.body))
+    apart = 1.05 * max(bare.apart(basis.nodes[i], basis.normals[i]).min() for i in pressable)
     scalars["farthest_m"] = min(FARTHEST * case.radius_m, apart)
-    compliance = _compliance(bare, basis, np.searchsorted(surface, seen), sampled, columns)
-    first = PortableModel(model_bytes(unmeasured, scalars, basis, compliance, packed))
-    found = calibrate(first, surface, solver, best, nodes, checked, progress("error at place"))
-    scalars |= found.scalars()
-    info = _info(case, model, basis, prepared, scalars) | found.told()
+    compliance = _compliance(bare, basis, np.searchsorted(surface, sampled), responses, columns)
+    uncalibrated = PortableModel(model_bytes(unmeasured, scalars, basis, compliance, packed))
+    calibration = calibrate(uncalibrated, surface, solver, best, nodes, checked, progress("error at place"))
+    scalars |= {name: getattr(calibration, name) for name in ("floor", "share", "spread", "several", "peak_m")}
+    info = _info(case, model, basis, prepared, scalars) | calibration.header()
     places: list[TouchPlace] = []
     if touches is not None:
         places, trials = prepare_places(case.body, touches, case.options.seed, progress("place to touch"))
@@ -245,7 +262,7 @@ def export_model(
 
 
 def _refuse(case: Case) -> None:
-    """Raise InputError for what runtimes do not know."""
+    """Raise InputError for a body that runtimes cannot answer for: another law, no disc, or a sheet."""
     name, law = case.body.name, case.body.material.law
     if law != LAWS[0]:
         raise InputError(
@@ -259,16 +276,9 @@ def _refuse(case: Case) -> None:
         raise InputError(f"bodies.{name} is a sheet, of which no portable model is made; export a solid body.")
 
 
-def _able(body: Body) -> np.ndarray:
-    """Return the nodes of the fine surface that lie between coarse nodes which can be pressed."""
-    good = np.zeros(len(body.coarse.nodes))
-    good[pressed_contacts(body, contacts_of(body))] = 1.0
-    return body.fine.surface[(body.prolongation @ good)[body.fine.surface] > 1.0 - 1e-9]
-
-
 def _places(body: Body, contacts: int | Sequence[int]) -> tuple[list[int], list[int]]:
     """Return the nodes to prepare, and those between them at which errors are measured."""
-    able = _able(body)
+    able = between_contacts(body)
     points = body.fine.nodes[able]
     if isinstance(contacts, int):
         count = min(contacts, len(able) - 1)
@@ -291,22 +301,23 @@ def _linear_responses(
     nodes: Sequence[int],
     progress: Callable[[Sequence], Iterable],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return free surface nodes (k,), well spread, and their responses (3 n, 3 k) [m/N], of the contacts' target.
+    """Return free surface nodes (k,), well spread, and the body's linear responses (3 n, 3 k) [m/N] to discs there.
 
-    They are those of the level that is reduced and of the one before, extrapolated as those of the contacts on average.
+    The responses are those of the level that contacts are reduced from, extrapolated to the contacts' target: by the
+    change from the level before, times the factor that fits the ``prepared`` contacts best.
     """
     free = np.intersect1d(body.levels[shop.level].surface, sorted(shop.pressable))
     chosen = np.sort(free[spread_out(body.fine.nodes[free], body.fine.nodes[nodes[:1]], min(SAMPLES, len(free)))])
     reduced = _responses(shop, shop.level, chosen, progress)
     if shop.level == 0:
         return chosen, reduced
-    own = [to_columns(shop.reduced_columns(node)) for node in nodes]
-    steps = [mine - _responses(shop, shop.level - 1, [node]) for mine, node in zip(own, nodes, strict=True)]
-    changes = [each.columns - mine for each, mine in zip(prepared, own, strict=True)]
-    over = sum(float(np.vdot(step, step)) for step in steps)
-    along = sum(float(np.vdot(change, step)) for change, step in zip(changes, steps, strict=True))
-    share = along / over if over else 0.0
-    return chosen, reduced + share * (reduced - _responses(shop, shop.level - 1, chosen))
+    at_contacts = [to_columns(shop.reduced_columns(node)) for node in nodes]
+    steps = [each - _responses(shop, shop.level - 1, [node]) for each, node in zip(at_contacts, nodes, strict=True)]
+    changes = [one.columns - each for one, each in zip(prepared, at_contacts, strict=True)]
+    squares = sum(float(np.vdot(step, step)) for step in steps)
+    products = sum(float(np.vdot(change, step)) for change, step in zip(changes, steps, strict=True))
+    factor = products / squares if squares else 0.0
+    return chosen, reduced + factor * (reduced - _responses(shop, shop.level - 1, chosen))
 
 
 def to_columns(moved: np.ndarray) -> np.ndarray:
@@ -326,25 +337,26 @@ def _responses(
 
 
 def _compliance(
-    bare: PortableModel, basis: SurfaceBasis, seen: np.ndarray, sampled: np.ndarray, columns: Sequence[np.ndarray]
+    bare: PortableModel, basis: SurfaceBasis, sampled: np.ndarray, responses: np.ndarray, columns: Sequence[np.ndarray]
 ) -> np.ndarray:
-    """Fit the compliance (b, b) of a file that has none yet to the responses at nodes ``seen`` and at its contacts."""
-    discs = [bare.mean_over_disc(basis.nodes[i], basis.normals[i]).T for i in seen]
+    """Fit the compliance (b, b), from means of the basis over a disc to coordinates of the response to its force.
+
+    bare : the file without it; responses : at nodes ``sampled``; columns : of the contacts
+    Each response counts over its size; by reciprocity the compliance is symmetric.
+    """
+    discs = [bare.mean_over_disc(basis.nodes[i], basis.normals[i]).T for i in sampled]
     discs += [PREPARED_MOST * each.here.T for each in bare.contacts]
-    known = [basis.coordinates(sampled), *(PREPARED_MOST * basis.coordinates(each) for each in columns)]
-    return fitted_compliance(np.hstack(discs), np.hstack(known))
-
-
-def _scalars(case: Case, prepared: Sequence[Prepared]) -> dict[str, float]:
-    """Return the numbers of the file's head before its errors are known."""
-    hardest = float(np.median([1.0 / np.linalg.norm(each.bearing[0]) for each in prepared]))
-    found = dict.fromkeys(SCALARS, 0.0) | {"radius_m": float(case.radius_m), "hardest_n": hardest}
-    return found | {"guard": LEAST_DET, "far": LARGEST_NORM, "hard": LARGEST_PRESS}
+    known = [basis.coordinates(responses), *(PREPARED_MOST * basis.coordinates(each) for each in columns)]
+    means, coordinates = np.hstack(discs), np.hstack(known)
+    sizes = np.linalg.norm(coordinates, axis=0)
+    compliance = np.linalg.lstsq((means / sizes).T, (coordinates / sizes).T, rcond=1e-8)[0].T
+    return 0.5 * (compliance + compliance.T)
 
 
 def _info(
     case: Case, model: ContactModes, basis: SurfaceBasis, prepared: Sequence[Prepared], scalars: dict[str, float]
 ) -> dict:
+    """Return the header of the file, but for its errors."""
     sizes = {"n": len(basis.nodes), "t": len(basis.triangles), "contacts": len(prepared)}
     named = {"format": "palpate portable model", "version": VERSION, "palpate": version("palpate")}
     body = {"body": case.body.name, "regime": case.regime, "model": "contact_modes", "setting": dict(model.said)}

@@ -32,9 +32,10 @@ def read(path: Path | str) -> PortableModel:
 def describe(path: Path | str) -> str:
     """Return what a portable model file is, for the terminal; InputError as ``read``."""
     model, megabytes = read(path), Path(path).stat().st_size / 1e6
-    info = model.info
+    info, setting = model.info, model.info.get("setting")
+    said = ", ".join(f"{name}={value}" for name, value in setting.items()) if isinstance(setting, dict) else ""
     lines = [
-        f"{path}: {info.get('body')}, {info.get('regime')}: {info.get('model')} ({_setting(info.get('setting'))}), "
+        f"{path}: {info.get('body')}, {info.get('regime')}: {info.get('model')} ({said}), "
         f"{megabytes:.1f} MB, whole and sound",
         f"surface of {len(model.nodes)} nodes and {len(model.triangles)} triangles, {len(model.contacts)} contacts",
         f"pressed by discs of {1e3 * model.radius_m:g} mm radius, up to about {info.get('hardest_n', 0.0):.2g} N",
@@ -43,16 +44,12 @@ def describe(path: Path | str) -> str:
     if isinstance(stored := info.get("float32_error"), float):
         lines.append(f"at the contacts themselves the file costs {100 * stored:.2g} % of the peak")
     for kind, radius_m in dict.fromkeys((each.kind, each.radius_m) for each in model.touches):
-        own = [each for each in model.touches if (each.kind, each.radius_m) == (kind, radius_m)]
-        straight, tilted = (max(getattr(each, name) for each in own) for name in ("force_error", "tilted_force_error"))
-        deepest = max(each.deepest_m for each in own)
+        same = [each for each in model.touches if (each.kind, each.radius_m) == (kind, radius_m)]
+        straight, tilted = (max(getattr(each, name) for each in same) for name in ("force_error", "tilted_force_error"))
+        deepest = max(each.deepest_m for each in same)
         lines.append(
-            f"{kind} of {1e3 * radius_m:.3g} mm at {len(own)} places, to {1e3 * deepest:.2g} mm; "
+            f"{kind} of {1e3 * radius_m:.3g} mm at {len(same)} places, to {1e3 * deepest:.2g} mm; "
             f"force within {100 * straight:.2g} % straight in, {100 * tilted:.2g} % tilted, "
             "of elements of the same mesh"
         )
     return "\n".join([*lines, *FOUR_ERRORS])
-
-
-def _setting(setting: object) -> str:
-    return ", ".join(f"{name}={value}" for name, value in setting.items()) if isinstance(setting, dict) else ""

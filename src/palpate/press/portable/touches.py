@@ -70,7 +70,7 @@ class _Trial:
 def prepare_places(
     body: Body, asked: Touches, seed: int, progress: Callable[[Sequence], Iterable] = iter
 ) -> tuple[list[TouchPlace], list[_Trial]]:
-    """Return places of ``body`` whose errors are not known yet, and trials to measure them by.
+    """Prepare the places of ``body`` at which instruments press, and trials to measure their errors by.
 
     InputError for instruments that a file cannot hold; warns of places that bear no touch.
     """
@@ -85,11 +85,11 @@ def prepare_places(
             deepest = asked.depth_of_radius * instrument.radius_m * LOWER**fall
             try:
                 case = TouchCase(body, instrument, deepest, seed)
-                place, own = _place(case, asked.level, node, len(found))
+                place, trials_there = _place(case, asked.level, node, len(found))
             except (NotConverged, InputError):
                 continue
             found.append(place)
-            trials += own
+            trials += trials_there
             break
         else:
             left += 1
@@ -103,8 +103,8 @@ def prepare_places(
 def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequence[_Trial]) -> list[TouchPlace]:
     """Return ``places`` with their errors, the largest of the ``trials`` there; model : the file that holds them.
 
-    Straight pushes and tilted ones have errors of their own: the shapes of few directions know others less well. Warns
-    of places whose errors are above MOST_ERROR or MOST_FORCE_ERROR, which are left.
+    Straight pushes and tilted ones have errors of their own, as modes of few directions answer others less well. Warns
+    of places whose errors are above MOST_ERROR or MOST_FORCE_ERROR, which are left out.
     """
     found = []
     for number, place in enumerate(places):
@@ -118,8 +118,10 @@ def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequenc
                 errors[straight].append((apart / peak, abs(answer.force_n / trial.force_n - 1.0)))
         (error, force_error), (tilted, tilted_force) = (np.max(errors[straight], axis=0) for straight in (True, False))
         if max(error, tilted) <= MOST_ERROR and max(force_error, tilted_force) <= MOST_FORCE_ERROR:
-            told: dict[str, Any] = {"error": float(error), "force_error": float(force_error)}
-            found.append(replace(place, **told, tilted_error=float(tilted), tilted_force_error=float(tilted_force)))
+            errors_of: dict[str, Any] = {"error": float(error), "force_error": float(force_error)}
+            found.append(
+                replace(place, **errors_of, tilted_error=float(tilted), tilted_force_error=float(tilted_force))
+            )
     if left := len(places) - len(found):
         warnings.warn(f"{left} of {len(places)} places to touch are answered too wrongly, and are left.", stacklevel=2)
     return found
@@ -136,7 +138,7 @@ def _refuse(instrument: Instrument, depth_of_radius: float) -> None:
 
 
 def _nodes(body: Body, instrument: Instrument, count: int) -> list[int]:
-    """Return ``count`` nodes that can be touched, spread over the surface, where it is no edge to the instrument."""
+    """Return ``count`` nodes that can be touched, spread over those where the surface is flat beside the instrument."""
     able, surface = places_to_touch(body), body.fine.surface
     points, normals = body.fine.nodes[surface], body.fine.normals
     flat = []
@@ -148,18 +150,18 @@ def _nodes(body: Body, instrument: Instrument, count: int) -> list[int]:
 
 
 def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPlace, list[_Trial]]:
-    """Return a place without errors, and its trials; NotConverged where the body bears no such touch."""
+    """Prepare one place, without errors yet, and its trials; NotConverged where the body gives way under the touch."""
     body, instrument, deepest = case.body, case.instrument, case.deepest_m
     solver, origin = TouchModes(case, HELD, level), body.fine.nodes[node]
     axes = upright(instrument, origin, body.fine.normals[node]).axes
     straight = Touch(instrument, node, -axes[2], deepest)
     solver.prepare(straight)
     reduced = solver.reduced(node)
-    ways = tilted_ways(axes, TILTS, TURNS)
-    begun = [Touch(instrument, node, way, deepest).pose(body) for way in ways]
-    first = _quadratic(
-        ways @ axes.T, np.array([(pose.tip - origin) @ way for pose, way in zip(begun, ways, strict=True)])
-    )
+    directions = tilted_ways(axes, TILTS, TURNS)
+    poses = [Touch(instrument, node, direction, deepest).pose(body) for direction in directions]
+    x, y = (directions @ axes.T)[:, :2].T
+    distances = np.array([(pose.tip - origin) @ direction for pose, direction in zip(poses, directions, strict=True)])
+    first = np.linalg.lstsq(np.column_stack([np.ones(len(x)), x, y, x * x, x * y, y * y]), distances)[0]
     edge = instrument.radius_m if instrument.kind == SPHERE else instrument.edge_m
     sizes: list[Any] = [instrument.radius_m, edge, axes, first, deepest, 1.0, *4 * [0.0]]
     slopes, volumes, mu, lam = (each[0] for each in reduced.model.body[:4])
@@ -169,11 +171,11 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     row = int(np.searchsorted(body.fine.surface, node))
     place = TouchPlace(row, instrument.kind, *sizes, *arrays)
     pushed, states, areas = [], [], []
-    for pose, way in zip(begun, ways, strict=True):
+    for pose, direction in zip(poses, directions, strict=True):
         q = np.zeros(reduced.count)
         for share in SHARES:
-            q, _, area, _ = settle_touch(place, pose.tip + share * deepest * way, q)
-            pushed.append(share * axes @ way)
+            q, _, area, _ = settle_touch(place, pose.tip + share * deepest * direction, q)
+            pushed.append(share * axes @ direction)
             states.append(q)
             areas.append(area)
     kernel = touch_kernel(np.array(pushed), np.array(pushed).T) + RIDGE * np.eye(len(pushed))
@@ -182,14 +184,8 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     return place, _trials(case, level, node, axes, number)
 
 
-def _quadratic(ways: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Fit ``values`` (k,) by a quadratic function, (6,), of what unit vectors (k, 3) have across."""
-    x, y = ways[:, 0], ways[:, 1]
-    return np.linalg.lstsq(np.column_stack([np.ones(len(x)), x, y, x * x, x * y, y * y]), values)[0]
-
-
 def _trials(case: TouchCase, level: int, node: int, axes: np.ndarray, number: int) -> list[_Trial]:
-    """Return touches between those that a place is made of, as elements of the same mesh answer them."""
+    """Return the answers of elements of the same mesh to touches between those that a place is made of."""
     meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
     pushes = [Touch(case.instrument, node, tilted(axes, tilt, turn), case.deepest_m) for tilt, turn, _ in TRIED]
     mesh = meshes.around_all(pushes, HELD, level)

@@ -26,7 +26,7 @@ BENT = 0.5
 
 @dataclass(frozen=True, eq=False)
 class SurfaceBasis:
-    """b displacements of n surface nodes, stored at a part of them and interpolated quadratically to the others.
+    """Basis of b displacements of n surface nodes, stored at some of them and interpolated quadratically to the others.
 
     nodes, normals : (n, 3); triangles : (t, 3) of these nodes; parts : along an edge, of triangles under a disc
     made_of, weights : (n, 6), the stored nodes that each node is made of
@@ -43,18 +43,13 @@ class SurfaceBasis:
     rows: np.ndarray
     vectors: np.ndarray
 
-    @property
-    def stored(self) -> int:
-        """The number of stored nodes."""
-        return len(self.rows)
-
     @cached_property
     def _inverse(self) -> np.ndarray:
         return np.linalg.pinv(self.vectors)
 
     def at_stored(self, moved: np.ndarray) -> np.ndarray:
         """Return displacements (3 stored, k) of those (3 n, k) of all nodes."""
-        return moved.reshape(len(self.nodes), 3, -1)[self.rows].reshape(3 * self.stored, -1).astype(float)
+        return moved.reshape(len(self.nodes), 3, -1)[self.rows].reshape(3 * len(self.rows), -1).astype(float)
 
     def coordinates(self, moved: np.ndarray) -> np.ndarray:
         """Return the coordinates (b, k) of displacements (3 n, k) of all nodes."""
@@ -64,9 +59,9 @@ class SurfaceBasis:
 def surface_basis(
     body: Body, radius_m: float, linear: Sequence[np.ndarray], bent: Sequence[np.ndarray], most: int
 ) -> SurfaceBasis:
-    """Choose at most ``most`` vectors by proper orthogonal decomposition.
+    """Choose a basis of at most ``most`` vectors for answers, by proper orthogonal decomposition.
 
-    linear, bent : (3 n, k) each, columns of contacts and what is beyond them; each counts over its largest entry
+    linear, bent : displacements (3 n, k) each, linear responses and what is beyond them, each over its largest entry
     """
     surface = body.fine.surface
     made = _interpolation(body)
@@ -84,33 +79,21 @@ def surface_basis(
     parts = int(np.clip(np.ceil(PARTS_OF_RADIUS * edge / radius_m), 1, MOST_PARTS))
     empty = np.zeros((3 * len(rows), 0))
     bare = SurfaceBasis(nodes, body.fine.normals[surface], triangles, parts, made_of, weights, rows, empty)
-    shown = [bare.at_stored(each) / np.abs(each).max() for each in linear]
-    shown += [BENT * bare.at_stored(each) / np.abs(each).max() for each in bent]
-    flat = np.hstack(shown)
-    products = flat @ flat.T if flat.shape[0] < flat.shape[1] else flat.T @ flat
-    values, vectors = np.linalg.eigh(products)
-    kept = np.argsort(values)[::-1][: min(most, int((values > 1e-10 * values[-1]).sum()))]
-    found = vectors[:, kept]
-    if flat.shape[0] >= flat.shape[1]:
-        found = flat @ found / np.sqrt(values[kept])
-    chosen = found * np.sqrt(len(rows))
+    scaled = [bare.at_stored(each) / np.abs(each).max() for each in linear]
+    scaled += [BENT * bare.at_stored(each) / np.abs(each).max() for each in bent]
+    samples = np.hstack(scaled)
+    products = samples @ samples.T if samples.shape[0] < samples.shape[1] else samples.T @ samples
+    values, eigenvectors = np.linalg.eigh(products)
+    largest = np.argsort(values)[::-1][: min(most, int((values > 1e-10 * values[-1]).sum()))]
+    vectors = eigenvectors[:, largest]
+    if samples.shape[0] >= samples.shape[1]:
+        vectors = samples @ vectors / np.sqrt(values[largest])
+    chosen = vectors * np.sqrt(len(rows))
     return SurfaceBasis(nodes, bare.normals, triangles, parts, made_of, weights, rows, chosen)
 
 
-def fitted_compliance(discs: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
-    """Fit the symmetric matrix (b, b) that takes means over discs to the coordinates of the linear responses to them.
-
-    discs, coordinates : (b, k), of k unit forces; by reciprocity the matrix is symmetric, and each force counts over
-    the size of its response
-    """
-    sizes = np.linalg.norm(coordinates, axis=0)
-    left, right = discs / sizes, coordinates / sizes
-    found = np.linalg.lstsq(left.T, right.T, rcond=1e-8)[0].T
-    return 0.5 * (found + found.T)
-
-
 def _interpolation(body: Body) -> sparse.csr_array:
-    """Return the matrix from nodes that are stored to all of the surface: quadratic triangles over two refinements."""
+    """Return the interpolation (n, stored) from the stored surface nodes, by quadratic triangles two levels coarser."""
     surface = body.fine.surface
     if len(body.levels) < 3:
         return sparse.csr_array(sparse.eye_array(len(surface), format="csr"))
@@ -156,13 +139,14 @@ def model_bytes(
         parts += _contact(each, basis)
     for place in places:
         parts += _touched(place)
-    sizes = len(basis.nodes), len(basis.triangles), basis.stored, basis.vectors.shape[1], len(contacts), basis.parts
+    sizes = len(basis.nodes), len(basis.triangles), len(basis.rows), basis.vectors.shape[1], len(contacts), basis.parts
     rest = struct.pack("<7I", len(head), *sizes) + b"".join(parts)
     total = HEAD - 8 * len(SCALARS) - 28 + len(rest)
     return MAGIC + struct.pack("<3I", VERSION, total, zlib.crc32(rest)) + rest
 
 
 def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:
+    """Return a prepared contact, as pieces of the file."""
     model = contact.prepared
     points, loads = model.reduced.points, model.reduced.loads
     scale, coefficients = _short(basis.coordinates(model.rest).T)
@@ -174,11 +158,11 @@ def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:
 
 
 def _touched(place: TouchPlace) -> list[bytes]:
-    """Return the parts of a place that a rigid instrument was prepared at."""
+    """Return a place that a rigid instrument was prepared at, as pieces of the file."""
     r, sizes = place.rest.shape[0], (len(place.volumes), len(place.areas), len(place.pushed))
-    told = place.radius_m, place.edge_m, place.deepest_m, place.stretched
+    lengths = place.radius_m, place.edge_m, place.deepest_m, place.stretched
     errors = place.error, place.force_error, place.tilted_error, place.tilted_force_error
-    parts = [_words(np.array([place.node, KINDS.index(place.kind), r, *sizes])), _floats(np.array([*told, *errors]))]
+    parts = [_words(np.array([place.node, KINDS.index(place.kind), r, *sizes])), _floats(np.array([*lengths, *errors]))]
     parts += [_floats(each) for each in (place.axes, place.first, place.rest, place.volumes, place.mu, place.lam)]
     parts += [*_columns(place.slopes), _floats(place.points), *_columns(place.moves)]
     parts += [_floats(each) for each in (place.areas, place.penalty, place.pushed, place.starts)]

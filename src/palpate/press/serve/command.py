@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from functools import partial
 from math import isclose
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -19,7 +20,7 @@ from palpate.press.finished_run import FinishedRun
 from palpate.press.page.page import ABOUT, TITLES, PressModel, held_nodes, press_document, worth
 from palpate.press.portable.file import read
 from palpate.press.serve.knife import cut_level
-from palpate.press.serve.live_models import LiveModels, case_words
+from palpate.press.serve.live_models import LiveModels
 from palpate.press.serve.server import Answer, PressServer
 from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds, spaced
@@ -68,7 +69,7 @@ def press(
 
 
 def answers(live: LiveModels) -> Mapping[str, Answer]:
-    """Return what a page may ask for, by its address below the page's."""
+    """Return the functions that answer a page's requests, by their addresses below the page's."""
     found = {f"answer/{name}": partial(live.answer, name) for name in live.names}
     found |= {f"answer/{name}": partial(live.answer_cut, name) for name in live.knives}
     return found | {f"cut/{name}": partial(live.cut, name) for name in live.knives}
@@ -93,11 +94,16 @@ def find_run(config: Path | None, results: Path | None) -> FinishedRun:
 
 
 def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> str:
-    """Return the page: the prepared model in a file, if the run has made one, answers in it, the others from here."""
-    meshes = live.case.meshes
-    words = case_words(live.case, live.peak, live.hardest)
-    if models := [] if only else _in_file(run.folder(scene).parent / "press", live.case):
+    """Return the page of a scene, with all its models or ``only`` one: in a file, or asked from this server."""
+    case, body = live.case, live.case.body
+    # in the words of a portable file's header
+    words: dict[str, Any] = {"body": body.name, "regime": case.regime, "radius_m": case.radius_m}
+    words |= {"size_m": body.fine.size, "young_pa": body.material.young_pa}
+    words |= {"peak_m": live.peak, "hardest_n": live.hardest}
+    if models := [] if only else _in_file(run.folder(scene).parent / "press", case):
         words |= models[0].info  # or the same colour would be another displacement in the view beside
+    surface: dict[str, Any] = {"nodes": case.meshes.nodes_fine_surface, "triangles": case.meshes.triangles}
+    surface["info"] = words
     models += [
         PressModel(
             name,
@@ -105,19 +111,17 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
             url=f"answer/{name}",
             advice=f"Error {percent(row['rmse_of_peak'])} of the peak; "
             f"{seconds(row['online_p95_s'])} for a given force.",
-            nodes=meshes.nodes_fine_surface,
-            triangles=meshes.triangles,
-            info=words,
+            **surface,
         )
         for name, row in live.rows.items()
     ]
-    models += _knives(live, words)
-    models += _coarse(live.case, words)
-    return press_document(models, f"Press it: {spaced(scene)}", held_nodes(live.case.body))
+    models += _knives(live, surface)
+    models += _coarse(case, words)
+    return press_document(models, f"Press it: {spaced(scene)}", held_nodes(body))
 
 
 def _in_file(folder: Path, case: Case) -> list[PressModel]:
-    """Return the model that the study press has written for a body, if there is one of discs of the same radius."""
+    """Return the portable model that the study press has written to ``folder``, if its discs have the case's radius."""
     path, measured = folder / f"{CONTACT_MODES}.palpate", folder / "press.csv"
     if not path.is_file() or not isclose((model := read(path)).radius_m, case.radius_m, rel_tol=1e-6):
         return []
@@ -128,21 +132,19 @@ def _in_file(folder: Path, case: Case) -> list[PressModel]:
     return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=about, info=info)]
 
 
-def _knives(live: LiveModels, words: Mapping[str, float | str]) -> list[PressModel]:
-    """Return the models that follow a knife."""
+def _knives(live: LiveModels, surface: Mapping[str, Any]) -> list[PressModel]:
+    """Return the models that a knife cuts; surface : the fields of ``PressModel`` on the body's surface."""
     if not live.knives:
         return []
-    meshes, (_, long) = live.case.meshes, cut_level(live.case.body)
+    _, long = cut_level(live.case.body)
     return [
         PressModel(
             name,
             CUT_TITLES[name],
             url=f"answer/{name}",
             advice=f"{CUT_ABOUT[name]} {1e3 * long:.0f} mm long, they open where a cut severs most of one.",
-            nodes=meshes.nodes_fine_surface,
-            triangles=meshes.triangles,
-            info=words,
             knife=f"cut/{name}",
+            **surface,
         )
         for name in live.knives
     ]

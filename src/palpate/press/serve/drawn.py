@@ -1,7 +1,7 @@
-"""The surface of a cut body as it is looked at: its skin, divided where the blade went, and the two lips.
+"""The surface of a cut body to be drawn: its skin, divided where the blade went, and the two lips.
 
-With virtual nodes both copies of a crossed element keep its whole skin, most of which is nobody's tissue. So the skin
-on doubled elements is divided by the surfaces of the cuts, each part follows the copy of its own side, and the sections
+With virtual nodes both copies of a crossed element have its whole skin, also where they have no tissue. So the skin
+on doubled elements is divided by the surfaces of the cuts, each part follows the copy on its side, and the sections
 of these elements are drawn twice, as the lips. A lip ends where the model's crack does, at faces.
 """
 
@@ -12,8 +12,8 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.cutting.cut import Cut
-from palpate.bodies.cutting.ways import NEAR_PLANE, Parted, divide
-from palpate.bodies.mesh import FACES, Around, TetMesh, area_normals
+from palpate.bodies.cutting.ways import NEAR_PLANE, Parted, divide, sides_of
+from palpate.bodies.mesh import FACES, Around, TetMesh, area_normals, corner_normals, triangle_edges
 
 SAME = 1e-8
 """Distance over the size of the body within which two points are one."""
@@ -61,22 +61,22 @@ def drawn(
 
 
 def _rims(cuts: Sequence[Cut], nodes: np.ndarray, triangles: np.ndarray, near: float) -> np.ndarray:
-    """Return the edges (k, 2) that the skin ends at and both of whose ends are on the surface of one cut."""
-    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    kinds, count = np.unique(edges, axis=0, return_counts=True)
-    on = np.any([(np.abs(cut.across(nodes)) <= near)[kinds].all(axis=1) for cut in cuts], axis=0)
-    return kinds[on & (count == 1)]
+    """Return the edges (k, 2) of one triangle of the skin only whose ends are both on the surface of one cut."""
+    edges, count = triangle_edges(triangles)
+    on = np.any([(np.abs(cut.across(nodes)) <= near)[edges].all(axis=1) for cut in cuts], axis=0)
+    return edges[on & (count == 1)]
 
 
 def _welded(points: np.ndarray, rows: sparse.csr_array, size: float) -> tuple[np.ndarray, np.ndarray, sparse.csr_array]:
-    """Join the corners (t, 3, 3) [m] of triangles that are at one place and follow the same nodes alike.
+    """Join the corners (t, 3, 3) [m] of triangles that are at one place and have the same interpolation.
 
-    Triangles that two corners of are one are left out.
+    rows : (3t, n) interpolation to the corners
+    Returns points, triangles and rows; triangles two of whose corners are one are left out.
     """
     flat = points.reshape(-1, 3)
-    # rows are told apart by their product with random numbers
-    mark = rows @ np.random.default_rng(0).random(rows.shape[1])
-    keys = np.column_stack([np.round(flat / (SAME * size)), np.round(mark / SAME)])
+    # rows differ if their products with random numbers do
+    product = rows @ np.random.default_rng(0).random(rows.shape[1])
+    keys = np.column_stack([np.round(flat / (SAME * size)), np.round(product / SAME)])
     _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     triangles = which.reshape(-1, 3)
     wide = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
@@ -98,43 +98,39 @@ def _skin(
     owner, weights = np.append(rest, owner), np.concatenate([np.broadcast_to(np.eye(3), (len(rest), 3, 3)), weights])
     corners = weights @ nodes[triangles[owner]]
     normals = area_normals(nodes, triangles)[owner]
-    share = (_normals(corners) * normals).sum(axis=1) / (normals**2).sum(axis=1)
+    share = (corner_normals(corners) * normals).sum(axis=1) / (normals**2).sum(axis=1)
     for each in (weights, corners):
         each[share < 0.0] = each[share < 0.0][:, ::-1]
     kept = np.abs(share) > FLAT
     owner, weights, corners = owner[kept], weights[kept], corners[kept]
-    copies = _copies(parted, element[owner], _sides(cuts, corners.mean(axis=1)))
-    # of each corner: its shares of the skin's nodes, theirs of the level's, and these in the copy
+    copies = _copies(parted, element[owner], sides_of(cuts, corners.mean(axis=1)))
+    # each corner is interpolated from the skin's nodes, these from nodes of the level, and so from those of the copy
     count = 3 * len(owner)
     entries = weights.ravel(), (np.repeat(np.arange(count), 3), np.repeat(triangles[owner], 3, axis=0).ravel())
     mixed = (sparse.csr_array(entries, shape=(count, len(nodes))) @ rows).tocoo()
     mixed.eliminate_zeros()
-    own = parted.whole.tetrahedra[element[owner]][mixed.row // 3]
-    at = parted.mesh.tetrahedra[copies[mixed.row // 3], (own == mixed.col[:, None]).argmax(axis=1)]
+    nodes_of_element = parted.whole.tetrahedra[element[owner]][mixed.row // 3]
+    at = parted.mesh.tetrahedra[copies[mixed.row // 3], (nodes_of_element == mixed.col[:, None]).argmax(axis=1)]
     return corners, sparse.csr_array((mixed.data, (mixed.row, at)), shape=(count, len(parted.origin)))
 
 
 def _under(mesh: TetMesh, triangles: np.ndarray, rows: sparse.csr_array) -> np.ndarray:
-    """Return the element (t,) of a level under each of ``triangles`` (t, 3), whose corners follow its face's nodes."""
-    follows = sparse.csr_array((np.ones(rows.nnz), rows.indices, rows.indptr), shape=rows.shape)
-    ends = np.repeat(np.arange(len(triangles)), 3), triangles.ravel()
-    nodes = sparse.csr_array((np.ones(triangles.size), ends), shape=(len(triangles), rows.shape[0])) @ follows
-    nodes.sort_indices()
-    faces = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
-    both, count = (faces, nodes.indices.reshape(-1, 3).astype(np.int64)), len(mesh.nodes)
-    keys, wanted = ((each[:, 0] * count + each[:, 1]) * count + each[:, 2] for each in both)
+    """Return the element (t,) of ``mesh`` under each of ``triangles`` (t, 3), which ``rows`` interpolate from it."""
+    pattern = sparse.csr_array((np.ones(rows.nnz), rows.indices, rows.indptr), shape=rows.shape)
+    entries = np.repeat(np.arange(len(triangles)), 3), triangles.ravel()
+    corners = sparse.csr_array((np.ones(triangles.size), entries), shape=(len(triangles), rows.shape[0])) @ pattern
+    corners.sort_indices()
+    faces, count = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1), len(mesh.nodes)
+    under = corners.indices.reshape(-1, 3).astype(np.int64)
+    keys, wanted = ((each[:, 0] * count + each[:, 1]) * count + each[:, 2] for each in (faces, under))
     order = np.argsort(keys)
     return order[np.searchsorted(keys[order], wanted)] // 4
 
 
 def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray, sparse.csr_array]:
     """Return the corners (t, 3, 3) [m] of both lips' triangles, and their interpolation (3t, n_parted)."""
-    mesh, corners, nodes, weights = (
-        parted.whole,
-        [np.empty((0, 3, 3))],
-        [np.empty((0, 3, 4), int)],
-        [np.empty((0, 3, 4))],
-    )
+    mesh, corners = parted.whole, [np.empty((0, 3, 3))]
+    nodes, weights = [np.empty((0, 3, 4), int)], [np.empty((0, 3, 4))]
     doubled = np.flatnonzero(np.bincount(parted.parents) > 1)
     every = [piece for cut in cuts for piece in cut.pieces]
     for c, cut in enumerate(cuts):
@@ -146,24 +142,24 @@ def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray,
             _, _, sections, element = divide(parts, element, piece.across(parts.reshape(-1, 3)))
             on = np.abs(cut.across(sections.mean(axis=1))) <= NEAR_PLANE * size
             sections, element = sections[on], element[on]
-            sides = _sides(cuts, sections.mean(axis=1))
+            sides = sides_of(cuts, sections.mean(axis=1))
             lips = []
             for side in (1, -1):
                 sides[:, c] = side
                 lips.append(_copies(parted, element, sides))
             both = lips[0] != lips[1]
-            frames = np.concatenate(
-                [np.swapaxes(mesh.nodes[mesh.tetrahedra[element]], 1, 2), np.ones((len(element), 1, 4))], axis=1
+            frames, places = (
+                np.concatenate([np.swapaxes(points, 1, 2), np.ones((len(element), 1, 4))], axis=1)
+                for points in (mesh.nodes[mesh.tetrahedra[element]], sections)
             )
-            places = np.concatenate([np.swapaxes(sections, 1, 2), np.ones((len(element), 1, 4))], axis=1)
-            shares = np.swapaxes(np.linalg.solve(frames, places), 1, 2)
+            barycentric = np.swapaxes(np.linalg.solve(frames, places), 1, 2)
             for triangle in ([0, 1, 2], [0, 2, 3]):
-                own, share = sections[:, triangle], shares[:, triangle]
-                turned = _normals(own) @ piece.normal
+                section, weight = sections[:, triangle], barycentric[:, triangle]
+                turned = corner_normals(section) @ piece.normal
                 for copies, outward in zip(lips, (-1.0, 1.0), strict=True):
                     for kept, step in ((both & (outward * turned > 0.0), 1), (both & (outward * turned < 0.0), -1)):
-                        corners.append(own[kept, ::step])
-                        weights.append(share[kept, ::step])
+                        corners.append(section[kept, ::step])
+                        weights.append(weight[kept, ::step])
                         nodes.append(np.repeat(parted.mesh.tetrahedra[copies[kept]][:, None], 3, axis=1))
     points, at = np.concatenate(corners), np.concatenate(nodes).reshape(-1, 4)
     entries = np.concatenate(weights).ravel(), (np.repeat(np.arange(len(at)), 4), at.ravel())
@@ -171,24 +167,14 @@ def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray,
 
 
 def _copies(parted: Parted, element: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Return the copy of each ``element`` (k,) that is on ``sides`` (k, cuts), or if there is none, its first one."""
-    parts = Around(parted.parents[:, None], len(parted.whole.tetrahedra))
-    order, starts = parts.elements, parts.ends
-    found = order[starts[element]]
+    """Return the first copy of each ``element`` (k,) that is on ``sides`` (k, cuts), or if none is, its first one."""
+    copies_of = Around(parted.parents[:, None], len(parted.whole.tetrahedra))
+    order, starts = copies_of.elements, copies_of.ends
+    chosen = order[starts[element]]
     counts = np.diff(starts)[element]
     for number in range(int(counts.max(initial=0)) - 1, -1, -1):
         some = np.flatnonzero(number < counts)
         copies = order[starts[element[some]] + number]
         fits = (parted.sides[copies] * sides[some] >= 0).all(axis=1)
-        found[some[fits]] = copies[fits]
-    return found
-
-
-def _normals(corners: np.ndarray) -> np.ndarray:
-    """Return the normals (t, 3) of triangles with corners (t, 3, 3) [m], twice the area long."""
-    return area_normals(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
-
-
-def _sides(cuts: Sequence[Cut], points: np.ndarray) -> np.ndarray:
-    """Return the side of each cut that ``points`` (n, 3) [m] are on, (n, cuts) 1 or -1."""
-    return np.column_stack([np.where(cut.across(points) >= 0.0, 1, -1) for cut in cuts])
+        chosen[some[fits]] = copies[fits]
+    return chosen

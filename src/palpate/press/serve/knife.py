@@ -1,7 +1,7 @@
-"""Elements that a knife cuts while they are pressed: each request says all cuts that the body at rest has had.
+"""Elements that are cut with a knife while they are pressed: each request names all cuts of the body at rest.
 
-A level whose elements answer soon is parted with virtual nodes, and its factor made anew. Presses are spread over the
-surface as it is drawn, with the lips, so that a disc lies on the tissue of its own side alone.
+A level with few elements is cut with virtual nodes, and its stiffness factorised anew. Presses are distributed over the
+drawn surface, with its lips, so that a disc beside a cut acts on the tissue of its side alone.
 """
 
 import json
@@ -18,11 +18,12 @@ from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Cut, make_cut
 from palpate.bodies.cutting.settings import CutSettings
 from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, part, whole
-from palpate.bodies.mesh import Sheet, components
+from palpate.bodies.mesh import Sheet, components, edge_lengths
 from palpate.bodies.surface_quadrature import near_ball
 from palpate.effects.patch_load import Patch, patch_shares
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
+from palpate.press.coarse_rival import press_forces
 from palpate.press.serve.drawn import Drawn, drawn
 from palpate.press.serve.pressed_model import Asked, Found
 from palpate.solvers.equilibrium import Equilibrium
@@ -39,7 +40,7 @@ TOLERANCE = 1e-3
 
 
 def read_cuts(body: bytes) -> list[CutSettings]:
-    """Read ``{"cuts": [{"path_m": …, "depth_m": …}, …]}`` beside whatever else was sent; InputError if it is none."""
+    """Read the cuts of a request ``{"cuts": [{"path_m": …, "depth_m": …}, …], …}``; InputError for another form."""
     try:
         sent = json.loads(body)
         cuts = sent.get("cuts", [])
@@ -68,8 +69,8 @@ def cut_level(body: Body) -> tuple[int, float]:
     if counts[0] > MOST_NODES:
         raise InputError(f"{body.name}: {counts[0]} nodes cannot be cut at once; give it a coarser mesh.")
     level = sum(count <= MOST_NODES for count in counts) - 1
-    ends = body.levels[level].nodes[body.levels[level].edges]
-    return level, float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)))
+    mesh = body.levels[level]
+    return level, float(np.median(edge_lengths(mesh.nodes, mesh.edges)))
 
 
 class Followed(NamedTuple):
@@ -100,10 +101,10 @@ class KnifeModel:
         self.follow([])
 
     def follow(self, cuts: list[CutSettings]) -> Followed:
-        """Have these cuts of the body at rest, and no others; nothing is done if it has them already.
+        """Cut the body at rest by ``cuts``, of ``read_cuts``, and no others; return the cut body.
 
-        cuts : of ``read_cuts``
-        Raises InputError, and leaves the body as it is, for a cut that is outside, or that severs nothing.
+        Nothing is computed if these are its cuts already. Raises InputError for a cut that is outside the body or
+        severs nothing, and keeps the cuts from before.
         """
         if cuts != self._cuts:
             begin = perf_counter()
@@ -112,7 +113,7 @@ class KnifeModel:
             held = np.isin(np.arange(len(parted.origin)), parted.body.anchors[0])
             self._refuse_idle(parted, held, made)
             loose = parted.loose(held)
-            body = _held(parted.body, held | loose)
+            body = replace(parted.body, anchors=[np.flatnonzero(held | loose)])
             equilibrium, ready = Equilibrium(body, 0), perf_counter()
             surface = drawn(parted, made, self._skin, self._triangles, self._rows)
             self._surface, self._sheet = surface, Sheet(surface.nodes, surface.triangles, 0.0)
@@ -124,15 +125,12 @@ class KnifeModel:
         return self._followed
 
     def _refuse_idle(self, parted: Parted, held: np.ndarray, cuts: Sequence[Cut]) -> None:
-        """Refuse the last cut if no node gets a copy by it, or only nodes that are held."""
+        """Raise InputError if the last cut doubles no node, or only nodes that are held."""
         if not cuts:
             return
-        before = (
-            len(part(self._body, self._level, cuts[:-1], VIRTUAL_NODES).origin)
-            if cuts[:-1]
-            else len(parted.whole.nodes)
-        )
-        if len(parted.origin) <= before:
+        earlier, whole_nodes = cuts[:-1], parted.whole.nodes
+        before = part(self._body, self._level, earlier, VIRTUAL_NODES).origin if earlier else whole_nodes
+        if len(parted.origin) <= len(before):
             long = 1e3 * self._edge_m
             raise InputError(f"this cut severs nothing, as elements are {long:.0f} mm long; cut longer or deeper.")
         copied = np.bincount(parted.origin)[parted.origin] > 1
@@ -154,7 +152,7 @@ class KnifeModel:
         return Found(self._surface.rows @ moved, forces, None, "", 1e3 * (perf_counter() - begin))
 
     def _weights(self, asked: Asked) -> np.ndarray:
-        """Return what each node of the parted level bears of a press, (n_parted,); those held bear nothing."""
+        """Return the parts (n_parted,) of a press that act on the nodes of the cut level; 0 for held nodes."""
         sheet, corners = self._sheet, self._sheet.triangles[asked.triangle]
         place, normal = asked.weights @ sheet.nodes[corners], asked.weights @ sheet.normals[corners]
         if not (length := float(np.linalg.norm(normal))) > 0.0:
@@ -163,8 +161,8 @@ class KnifeModel:
         near = np.union1d(near, asked.triangle)
         # a disc beside a cut does not reach over it
         piece = components(sheet.triangles[near][:, [0, 1, 1, 2]].reshape(-1, 2), len(sheet.nodes))
-        own = sheet.triangles[near[piece[sheet.triangles[near, 0]] == piece[corners[0]]]]
-        nodes, shares = patch_shares(Sheet(sheet.nodes, own, 0.0), Patch(place, normal / length, self._radius_m))
+        connected = sheet.triangles[near[piece[sheet.triangles[near, 0]] == piece[corners[0]]]]
+        nodes, shares = patch_shares(Sheet(sheet.nodes, connected, 0.0), Patch(place, normal / length, self._radius_m))
         weights = shares @ self._surface.rows[nodes]
         if weights @ self._loose > 0.5:
             raise InputError("this piece is cut free and hangs from nothing; make the body whole.")
@@ -174,20 +172,17 @@ class KnifeModel:
         return weights
 
     def _linearly(self, weights: sparse.csr_array, asked: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
-        """Return displacements (n_parted, 3) [m] and forces (k, 3) [N] under small strains."""
+        """Return displacements (n_parted, 3) [m] and forces (k, 3) [N] of k presses under small strains."""
         count = len(asked)
         units = np.einsum("kn,ab->nakb", weights.toarray(), np.eye(3)).reshape(-1, 3, 3 * count)
         moved = self._equilibrium.at_rest()(units)
-        given = np.concatenate([each.moved if each.force is None else each.force for each in asked])
-        pushed = np.repeat([each.force is None for each in asked], 3)
-        between = (weights @ moved.reshape(len(moved), -1)).reshape(3 * count, 3 * count)
-        forces = np.where(pushed, 0.0, given)
-        if pushed.any():
-            forces[pushed] = np.linalg.solve(between[np.ix_(pushed, pushed)], (given - between @ forces)[pushed])
-        return moved @ forces, forces.reshape(-1, 3)
+        given = np.array([each.moved if each.force is None else each.force for each in asked])
+        compliance = (weights @ moved.reshape(len(moved), -1)).reshape(3 * count, 3 * count)
+        forces = press_forces(compliance, given, np.array([each.force is None for each in asked]))
+        return moved @ forces.ravel(), forces
 
     def _converged(self, weights: sparse.csr_array, asked: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the same with the body's law."""
+        """Return displacements and forces as ``_linearly`` does, with the body's law."""
         pushed = np.array([each.force is None for each in asked])
         forces = np.array([np.zeros(3) if each.force is None else each.force for each in asked])
         load, rest = weights.T @ forces, self._equilibrium.mesh.nodes
@@ -196,8 +191,3 @@ class KnifeModel:
         ways = np.array([each.moved for each in asked if each.force is None])
         solution, forces[pushed] = push(self._equilibrium, load, weights[pushed], ways, TOLERANCE)
         return solution.x - rest, forces
-
-
-def _held(body: Body, held: np.ndarray) -> Body:
-    """Return a body of one level with other nodes (n,) bool held."""
-    return replace(body, anchors=[np.flatnonzero(held)])

@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.model import Case, Model
+from palpate.benchmark.model import Model
 from palpate.errors import InputError, NotConverged
 from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.knife import MOST_NODES, KnifeModel, read_cuts
@@ -96,32 +96,33 @@ class LiveModels:
         """
         if read_cuts(body):
             raise InputError("this model was prepared for the whole body and follows no cut; choose another.")
-        return _told(self.prepare(name).respond(read_presses(body, self.bounds)))
+        return _answer_json(self.prepare(name).respond(read_presses(body, self.bounds)))
 
     def answer_cut(self, name: str, body: bytes) -> bytes:
-        """Return the same of a model that follows the cuts which the body of the request names, too."""
+        """Return the JSON of an answer of a model that is cut, to a request that names cuts and presses."""
         model = self.knife(name)
         surface, *_ = model.follow(read_cuts(body))
         bounds = self.bounds._replace(triangles=len(surface.triangles))
-        return _told(model.respond(read_presses(body, bounds)))
+        return _answer_json(model.respond(read_presses(body, bounds)))
 
     def cut(self, name: str, body: bytes) -> bytes:
-        """Return the JSON of the surface after the cuts that the JSON ``body`` names; InputError if there is none.
+        """Return the JSON of the surface after the cuts that the JSON ``body`` names; InputError for a faulty cut.
 
-        nodes, triangles, held : as in a page's head; skin : how many nodes are of the skin, and no lip's; rims : of it
-        ms, drawn_ms : until the model could answer, and until its surface was found besides
+        nodes, triangles, held : as in a page's head; skin : number of nodes of the skin, which come before the lips';
+            rims : edges of the skin along cuts
+        ms, drawn_ms : milliseconds until the model could answer, and of finding the surface after that
         """
         surface, held, ready, seen = self.knife(name).follow(read_cuts(body))
-        said = {"nodes": base64_of(surface.nodes.astype("<f4").tobytes()), "skin": surface.skin_nodes}
-        said |= {"rims": surface.rims.tolist()}
-        said |= {"triangles": base64_of(surface.triangles.astype("<u4").tobytes())}
-        said |= {"held": base64_of(held.astype(np.uint8).tobytes()), "ms": ready, "drawn_ms": seen}
-        return json.dumps(said, allow_nan=False).encode()
+        found = {"nodes": base64_of(surface.nodes.astype("<f4").tobytes()), "skin": surface.skin_nodes}
+        found |= {"rims": surface.rims.tolist()}
+        found |= {"triangles": base64_of(surface.triangles.astype("<u4").tobytes())}
+        found |= {"held": base64_of(held.astype(np.uint8).tobytes()), "ms": ready, "drawn_ms": seen}
+        return json.dumps(found, allow_nan=False).encode()
 
     def _settings(self, name: str) -> dict[str, Model]:
-        """Return the model with settings that answer anywhere, by how tables write these; InputError if there is none.
+        """Return a model's settings that answer anywhere, by their text in tables; InputError if there are none.
 
-        One that starts from the frame before would have to find that first.
+        Those that start from the frame before are left out, as there is none.
         """
         tried = self._run.models(name, self.case)
         known = [each for each in tried if not (each.needs_contacts or getattr(each, "start", "") == "frame")]
@@ -144,14 +145,7 @@ def best_row(rows: pd.DataFrame, known: Iterable[str]) -> pd.Series:
     return soon.sort_values("validation_rmse_of_peak", kind="stable").iloc[0]
 
 
-def case_words(case: Case, peak: float, hardest: float) -> dict[str, float | str]:
-    """Return what a page must know of a body and its presses, in the words of a model file's header."""
-    size, young = case.body.fine.size, case.body.material.young_pa
-    words: dict[str, float | str] = {"body": case.body.name, "regime": case.regime, "radius_m": case.radius_m}
-    return words | {"size_m": size, "young_pa": young, "peak_m": peak, "hardest_n": hardest}
-
-
-def _told(found: Found) -> bytes:
+def _answer_json(found: Found) -> bytes:
     packed = base64_of(found.displacement.astype("<f4").tobytes())
     said = {"displacement": packed, "forces": found.forces.tolist(), "error": found.error}
     return json.dumps(said | {"doubt": found.doubt, "ms": found.milliseconds}, allow_nan=False).encode()

@@ -40,7 +40,7 @@ class Bounds(NamedTuple):
 
 
 def read_presses(body: bytes, bounds: Bounds) -> list[Asked]:
-    """Read ``{"presses": [...]}``, beside which ``cuts`` may stand; InputError for anything else."""
+    """Read the presses of a request ``{"presses": [...]}``, which may have ``cuts``; InputError for another form."""
     try:
         sent = json.loads(body)
         if set(sent) - {"cuts"} != {"presses"} or not isinstance(sent["presses"], list):
@@ -56,6 +56,7 @@ def read_presses(body: bytes, bounds: Bounds) -> list[Asked]:
 
 
 def _press(sent: Any, bounds: Bounds) -> Asked:
+    """Read one press; TypeError or ValueError for another form, InputError for one beyond the bounds."""
     name = "force" if "force" in sent else "moved"
     if set(sent) != {"triangle", "weights", name} or type(sent["triangle"]) is not int:
         raise TypeError
@@ -88,10 +89,10 @@ class Found(NamedTuple):
 
 
 class PressedModel:
-    """A prepared model under fingers that slide.
+    """A prepared model that answers presses anywhere on the surface, continuously as a finger slides.
 
-    Finite elements press a disc at the very place. Any other model is asked for the nodes of the triangle, and its
-    answers are blended with the weights of the corners: the blend is one of them at a corner, and continuous.
+    Finite elements press a disc at the very place. Any other model answers at the corners of the triangle, and its
+    answers are blended with the weights of the corners: at a corner the blend is the corner's answer.
     """
 
     def __init__(self, case: Case, solver: Solver):
@@ -105,30 +106,30 @@ class PressedModel:
     def respond(self, asked: list[Asked]) -> Found:
         """Answer presses; NotConverged where there is no answer, InputError for a place that cannot be pressed."""
         begin = perf_counter()
-        shares = [self._shares(each) for each in asked]
+        free_corners = [self._free_corners(each) for each in asked]
         if self._places:
             nodes = [self._solver.place(row, self._disc(each)) for row, each in enumerate(asked)]
             parts = [(1.0, self._ask(asked, nodes))]
         else:
             parts = [
-                (prod(share for _, share in corners), self._ask(asked, [node for node, _ in corners]))
-                for corners in product(*shares)
+                (prod(weight for _, weight in corners), self._ask(asked, [node for node, _ in corners]))
+                for corners in product(*free_corners)
             ]
-        displacement = np.sum([share * found.displacement for share, found in parts], axis=0)
-        forces = np.sum([share * found.forces for share, found in parts], axis=0)
-        errors = [found.error for _, found in parts if found.error is not None]
-        doubt = next((found.doubt for _, found in parts if found.doubt), "")
+        displacement = np.sum([weight * answer.displacement for weight, answer in parts], axis=0)
+        forces = np.sum([weight * answer.forces for weight, answer in parts], axis=0)
+        errors = [answer.error for _, answer in parts if answer.error is not None]
+        doubt = next((answer.doubt for _, answer in parts if answer.doubt), "")
         taken = 1e3 * (perf_counter() - begin)
         return Found(displacement, forces, max(errors, default=None), doubt, taken)
 
-    def _shares(self, asked: Asked) -> list[tuple[int, float]]:
-        """Return the nodes of the triangle that can be pressed, with their shares in the blend."""
+    def _free_corners(self, asked: Asked) -> list[tuple[int, float]]:
+        """Return the corners of a press's triangle that are not held, by node, with their weights in the blend."""
         corners = zip(self._corners[asked.triangle].tolist(), asked.weights.tolist(), strict=True)
-        free = [(node, share) for node, share in corners if share > 0.0 and node not in self._held]
+        free = [(node, weight) for node, weight in corners if weight > 0.0 and node not in self._held]
         if not free:
             raise InputError("the body is held there; press another place.")
-        total = sum(share for _, share in free)
-        return [(node, share / total) for node, share in free]
+        total = sum(weight for _, weight in free)
+        return [(node, weight / total) for node, weight in free]
 
     def _disc(self, asked: Asked) -> Patch:
         corners = self._corners[asked.triangle]
@@ -138,8 +139,8 @@ class PressedModel:
     def _ask(self, asked: list[Asked], nodes: list[int]) -> Found:
         """Ask the model for presses at ``nodes``."""
         load = Load(tuple(Press(node, each.force, each.moved) for node, each in zip(nodes, asked, strict=True)))
-        more, doubt = answered(self._solver, load, self._case.n_surface)
-        if more.forces is None and any(each.force is None for each in asked):
+        answer, doubt = answered(self._solver, load, self._case.n_surface)
+        if answer.forces is None and any(each.force is None for each in asked):
             raise InputError("this model finds no force for a depth; press with a force.")
-        forces = more.forces if more.forces is not None else np.array([each.force for each in asked])
-        return Found(more.displacement, forces, more.error, doubt, 0.0)
+        forces = answer.forces if answer.forces is not None else np.array([each.force for each in asked])
+        return Found(answer.displacement, forces, answer.error, doubt, 0.0)

@@ -72,9 +72,8 @@ class PressServer(ThreadingHTTPServer):
     def server_close(self) -> None:
         """Close the port and cancel the answer under way: Python cannot end while another thread compiles or solves."""
         super().server_close()
-        sys.unraisablehook = lambda _: (
-            None
-        )  # the exception may come where Python can only report it; then it comes again
+        # the exception may come where Python can only report it; then it comes again
+        sys.unraisablehook = lambda _: None
         while not self.turn.acquire(timeout=0.1):  # kept for ever, so that no answer begins
             if self.answering is not None:
                 set_exception = ctypes.pythonapi.PyThreadState_SetAsyncExc

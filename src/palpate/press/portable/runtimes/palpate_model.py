@@ -34,7 +34,7 @@ class PortableAnswer(NamedTuple):
 
     displacement : (n, 3) [m]; forces : (k, 3) [N], given or found; error : estimated RMSE over peak
     doubt : why the answer is not to be believed, or ""
-    rest : the contacts of each press and where they came to rest, for an answer that starts from this one
+    rest : for each press its contacts with their ``Rest``, from which the answer to a similar press can start
     """
 
     displacement: np.ndarray
@@ -47,9 +47,9 @@ class PortableAnswer(NamedTuple):
 class TouchAnswer(NamedTuple):
     """The answer to a rigid instrument that is pushed in.
 
-    displacement : (n, 3) [m]; force : (3,) of the instrument on the body, force_n : along its way [N]
+    displacement : (n, 3) [m]; force : (3,) of the instrument on the body, force_n : along its direction [N]
     area_m2 : that touches; error : RMSE over peak, force_error : over the force, the largest of the export's trials
-    doubt : why the answer is not to be believed, or ""; tip : (3,) where the instrument's tip is [m]
+    doubt : why the answer is not to be believed, or ""; tip : (3,) of the instrument [m]
     """
 
     displacement: np.ndarray
@@ -104,7 +104,7 @@ class TouchPlace:
 
     @cached_property
     def firm(self) -> np.ndarray:
-        """What of the stiffness (r, r) does not change, and is positive: of 2 μ V |δF|², and ``rest``."""
+        """The constant, positive part of the stiffness (r, r): of 2 μ V |δF|² in all cells, and ``rest``."""
         return self.rest + self.slopes.T @ (np.tile(2.0 * self.mu * self.volumes, 9)[:, None] * self.slopes)
 
     @property
@@ -154,7 +154,7 @@ class Rest(NamedTuple):
 
 
 class _Near(NamedTuple):
-    """A contact that has a say about a press: its weight, and the loads (r, 3) of the press in its coordinates."""
+    """A contact near a press, the weight of its answer, and the loads (r, 3) of the press in its coordinates."""
 
     contact: Contact
     weight: float
@@ -170,7 +170,11 @@ class _Place(NamedTuple):
 
 
 class _Bent(NamedTuple):
-    """An answer beyond its linear part: (b,), how contacts differ about it [m], and what is doubted by size."""
+    """The answer to a press beyond its linear part.
+
+    more : (b,) coordinates of the displacement; spread : how far contacts differ about it [m]
+    least : smallest det F of their cells; far : largest coordinates over a contact's reach; left : largest residual
+    """
 
     more: np.ndarray
     spread: float
@@ -180,9 +184,9 @@ class _Bent(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """Forces (k, 3) [N], where contacts rest under them, the part of their way that discs miss, and that one in [m].
+    """Forces (k, 3) [N] of presses that are given by displacements, and the rests of contacts under them.
 
-    sure : whether the search ended
+    share, missed : what discs miss of their displacements, as a part of them and in [m]; sure : if the search ended
     """
 
     force: np.ndarray
@@ -241,8 +245,8 @@ class PortableModel:
     def respond(self, presses: Sequence[Mapping[str, Any]], start: PortableAnswer | None = None) -> PortableAnswer:
         """Return the answer to ``presses``, each at a triangle and weights (3,), with a force [N] or the way moved [m].
 
-        start : an answer to similar presses, in the same order, which is where this one begins; it saves time only, and
-            what is doubted is answered from the beginning
+        start : an answer to similar presses, in the same order, from which the search starts; it saves time only, as
+            a doubted answer is computed again without it
         ValueError with one sentence for a press that is none.
         """
         sound = isinstance(presses, Sequence) and all(isinstance(press, Mapping) for press in presses)
@@ -354,7 +358,7 @@ class PortableModel:
         return Contact(place, normal, bearing, reach, loads, rest, *cells, *shape, noise)
 
     def _place(self, press: Mapping[str, Any]) -> _Place:
-        """Find what a press needs, at its point of the surface."""
+        """Find the disc of a press and the contacts near it, with their weights; ValueError if it is on no triangle."""
         named, weights = press.get("triangle"), _vector(press, "weights")
         _must(isinstance(named, int | np.integer), "a press needs the whole number of a triangle")
         triangle = int(named or 0)
@@ -401,19 +405,20 @@ class PortableModel:
     def _parts_of(
         self, places: list[_Place], force: np.ndarray, rests: list[Rest]
     ) -> tuple[np.ndarray, list[_Bent], list[Rest]]:
-        """Return the linear part (b,) of all presses, what each has beyond it, and where contacts come to rest."""
+        """Return the linear part (b,) of the answer, what each press has beyond it, and the contacts' rests."""
         loaded = np.zeros(self._compliance.shape[0])
         for place, newtons in zip(places, force, strict=True):
             loaded += newtons @ place.disc
         rests = settle(*_loaded(places, force), rests, RESIDUAL_TOLERANCE)
-        own = iter(rests)
+        rest = iter(rests)
         bent = [
-            _bent(place, newtons, [next(own) for _ in place.near]) for place, newtons in zip(places, force, strict=True)
+            _bent(place, newtons, [next(rest) for _ in place.near])
+            for place, newtons in zip(places, force, strict=True)
         ]
         return self._compliance @ loaded, bent, rests
 
     def _doubt(self, place: _Place, bent: _Bent, newtons: np.ndarray) -> str:
-        """Return why what was found for a press is not to be believed, or nothing."""
+        """Return why the answer to a press is not to be believed, or an empty text."""
         hard = sum(each.weight * float(each.contact.bearing @ newtons) for each in place.near)
         if not bent.left <= 1e-3:
             return f"the model found no rest: {100.0 * bent.left:.1f} % of the load are left"
@@ -429,7 +434,7 @@ class PortableModel:
 
 
 def _bent(place: _Place, newtons: np.ndarray, rests: list[Rest]) -> _Bent:
-    """Return what a press has beyond its linear part."""
+    """Return what the answer to a press has beyond its linear part, from the ``rests`` of the contacts near."""
     loads = [each.loads @ newtons for each in place.near]
     contacts, weights = [each.contact for each in place.near], np.array([each.weight for each in place.near])
     parts = np.array(
@@ -443,9 +448,9 @@ def _bent(place: _Place, newtons: np.ndarray, rests: list[Rest]) -> _Bent:
 
 
 def _begun(places: list[_Place], start: PortableAnswer | None) -> tuple[np.ndarray, list[Rest]]:
-    """Return forces (k, 3) and rests to begin with: of an earlier answer that is believed, where contacts are shared.
+    """Return the forces (k, 3) and rests from which a search starts.
 
-    What the earlier answer does not know begins undeformed.
+    They are those of the earlier answer ``start`` for contacts that it has, too, if it is not doubted; else zero.
     """
     force, rests = np.zeros((len(places), 3)), []
     earlier = start.rest if start is not None and not start.doubt else []
@@ -487,7 +492,7 @@ class _Search:
         self._scale = max(_norm(self._wanted @ self._ways), _norm(by_others @ self._ways), 1e-300)
 
     def forces(self, force: np.ndarray, rests: list[Rest]) -> _Found:
-        """Return all forces, from those (k, 3) and ``rests`` on; contacts come to rest the closer the nearer it is."""
+        """Search all forces from ``force`` (k, 3) and ``rests``; near the end contacts settle more exactly."""
         size, tolerance = self._scale, FIRST_TOLERANCE
         missed, step, _ = self._missed(force, rests)
         for _ in range(MOST_SEARCH_STEPS):
@@ -506,8 +511,9 @@ class _Search:
         return _Found(force, rests, most / self._way, most, size <= 1e-3 * self._scale and most < math.inf)
 
     def _missed(self, force: np.ndarray, rests: list[Rest]) -> tuple[np.ndarray, np.ndarray, float]:
-        """Return what discs miss (f,) [m], a step (k, 3) [N] towards it that foresees where contacts will rest, and how
-        much the discs miss along their ways, and contacts are from rest.
+        """Return what discs miss (f,) [m], Newton's step (k, 3) [N], and the size of what is missed and of residuals.
+
+        The step takes into account where contacts will rest, by their own inverse stiffness.
         """
         missed, slope = self._wanted - self._linear @ force.ravel(), self._linear.copy()
         seen, rest, foreseen = iter(self._seen), iter(rests), np.zeros(len(missed))
@@ -524,10 +530,10 @@ class _Search:
 
 
 def _independent(linear: np.ndarray, held: float) -> np.ndarray:
-    """Return forces (f, j) that move discs independently, of ``linear`` responses (f, f) to three forces a disc.
+    """Return j combinations (f, j) of forces that move discs independently; linear : (f, f), three forces a disc.
 
-    Each disc counts over its mean response, not at all if that is at most ``held`` [m/N]; discs that are nearly the
-    same one move alike only.
+    Discs count over their mean response; one whose mean is at most ``held`` [m/N] counts as held. Two discs at nearly
+    one place can only be moved alike.
     """
     mean = np.repeat(np.diagonal(linear).reshape(-1, 3).mean(axis=1), 3)
     by = np.where(mean > held, mean, np.inf) ** -0.5
@@ -539,7 +545,7 @@ def _independent(linear: np.ndarray, held: float) -> np.ndarray:
 
 
 def _solved(matrix: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return the solution (k,) by elimination, of a ``matrix`` (k, k) whose pivots are above 0; otherwise zeros."""
+    """Solve ``matrix`` (k, k) · solution = ``x`` (k,) by elimination; zeros if a pivot is not above 0."""
     work = np.column_stack([matrix, x])
     for k in range(len(work)):
         if not work[k, k] > 0.0:
@@ -559,27 +565,27 @@ def undeformed(contact: Contact) -> Rest:
 def settle(
     contacts: Sequence[Contact], loads: Sequence[np.ndarray], rests: Sequence[Rest], enough: float
 ) -> list[Rest]:
-    """Find where contacts rest under ``loads`` [(r,)], from ``rests`` on, until what is left is ``enough`` of the load.
+    """Return the rests of contacts under ``loads`` [(r,)], searched from ``rests``; enough : residual over the load.
 
-    Each goes its own way; the cells of all are asked for their energy at once.
+    Each contact has a descent of its own; the energies of all contacts' cells are computed at once.
     """
-    ways = [_descent(*each, enough) for each in zip(contacts, loads, rests, strict=True)]
-    found, told = list(rests), dict.fromkeys(range(len(ways)))
-    while told:
-        asked = {}
-        for i, answer in told.items():
+    descents = [_descent(*each, enough) for each in zip(contacts, loads, rests, strict=True)]
+    reached, energies = list(rests), dict.fromkeys(range(len(descents)))
+    while energies:
+        points = {}
+        for i, energy in energies.items():
             try:
-                asked[i] = ways[i].send(answer)
+                points[i] = descents[i].send(energy)
             except StopIteration as end:
-                found[i] = end.value
-        told = dict(zip(asked, _energies([contacts[i] for i in asked], list(asked.values())), strict=True))
-    return found
+                reached[i] = end.value
+        energies = dict(zip(points, _energies([contacts[i] for i in points], list(points.values())), strict=True))
+    return reached
 
 
 def _descent(contact: Contact, load: np.ndarray, rest: Rest, enough: float) -> Generator[np.ndarray, Any, Rest]:
-    """Minimise the energy of a contact's cells less the work of ``load``; yields coordinates, and is sent energies.
+    """Minimise the energy of a contact's cells less the work of ``load``, by BFGS from the inverse of ``rest``.
 
-    By the method of Broyden, Fletcher, Goldfarb and Shanno, from the inverse that ``rest`` knows.
+    A generator: it yields coordinates (r,), is sent the energy, gradient and least det F there, and returns the rest.
     """
     size = _norm(load)
     for _ in range(ITERATIONS):
@@ -594,7 +600,7 @@ def _descent(contact: Contact, load: np.ndarray, rest: Rest, enough: float) -> G
             reached = Rest(q, inside, pull, least, rest.inverse)
             lower = reached.energy - float(load @ reached.q)
             if lower <= energy - 1e-4 * length * slope + 1e-12 * abs(energy) + contact.noise:
-                rest = reached._replace(inverse=_learned(rest.inverse, q - rest.q, pull - rest.pull))
+                rest = reached._replace(inverse=_bfgs_inverse(rest.inverse, q - rest.q, pull - rest.pull))
                 break
             length *= 0.5
         else:
@@ -604,15 +610,15 @@ def _descent(contact: Contact, load: np.ndarray, rest: Rest, enough: float) -> G
     return rest
 
 
-def _learned(inverse: np.ndarray | None, step: np.ndarray, bend: np.ndarray) -> np.ndarray | None:
-    """Return the inverse of the stiffness after a ``step`` (r,) has changed the gradient by ``bend`` (r,)."""
-    curvature = float(step @ bend)
+def _bfgs_inverse(inverse: np.ndarray | None, step: np.ndarray, change: np.ndarray) -> np.ndarray | None:
+    """Update the inverse stiffness (r, r) by BFGS after a ``step`` (r,) has changed the gradient by ``change`` (r,)."""
+    curvature = float(step @ change)
     if not curvature > 0.0:
         return inverse
     known = np.eye(len(step)) if inverse is None else inverse
-    along = (known @ bend) / curvature
+    along = (known @ change) / curvature
     both = np.outer(along, step)
-    return known + (1.0 + float(bend @ along)) / curvature * np.outer(step, step) - both - both.T
+    return known + (1.0 + float(change @ along)) / curvature * np.outer(step, step) - both - both.T
 
 
 def _energies(contacts: Sequence[Contact], points: Sequence[np.ndarray]) -> list[tuple[float, np.ndarray, float]]:
@@ -665,7 +671,7 @@ def _corotational(f: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> tuple[np.nd
 
 
 def touch_kernel(ways: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return how alike pushes (k, 3) and (3, ...) over the deepest are: the kernel of polynomials of degrees 1 to 3."""
+    """Return the polynomial kernel of degrees 1 to 3 between pushes (k, 3) and (3, ...), each over the deepest."""
     product = ways @ others
     return product + product**2 + product**3
 
@@ -720,7 +726,7 @@ class _Touched:
         self.gradient = (one.volumes * stress).ravel() @ one.slopes + own - self.pull
 
     def stiffness(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return what of the Hessian (r, r) is positive definite, and the rest: rotations and the instrument's curves.
+        """Return the positive definite part of the Hessian (r, r), and the rest, of rotations and of curved contact.
 
         R turns by G⁻¹ a, where a is the axis of δF Rᵀ − R δFᵀ and G = s I − F Rᵀ.
         """
@@ -748,9 +754,9 @@ class _Touched:
 
 
 def _punch(one: TouchPlace, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
-    """Return gaps (p,) [m] of points ``at`` (p, 3) [m] from the tip, normals (p, 3), and two tangents with curvatures.
+    """Return gaps (p,) [m], normals (p, 3), and two tangents with curvatures, of points at ``at`` (p, 3) from the tip.
 
-    Inside, the nearer of end and side counts; the upper half of a ball, which is never reached, is a cylinder.
+    Inside the instrument, the nearer of end and side counts; the upper half of a ball counts as a cylinder.
     """
     x, y, z = one.axes @ at.T
     edge, rho = one.edge_m, np.sqrt(x * x + y * y)
@@ -773,9 +779,9 @@ def _touch_place(reader: "_Reader", n: int) -> TouchPlace:
     node, kind, modes, cells, points, pushes = map(int, reader.take("<u4", 6))
     sound = node < n and kind < len(KINDS) and 0 < modes <= MOST_MODES and cells <= MOST_CELLS
     _must(sound and points <= MOST_POINTS and pushes <= MOST_PUSHES, "a place to touch has sizes that are none")
-    radius, edge, deepest, *told = map(float, reader.floats(8))
+    radius, edge, deepest, *factors = map(float, reader.floats(8))
     lengths = 0.0 < edge <= radius or (edge == 0.0 and radius > 0.0)
-    _must(lengths and deepest > 0.0 and min(told) >= 0.0, "a place to touch has lengths or errors that are none")
+    _must(lengths and deepest > 0.0 and min(factors) >= 0.0, "a place to touch has lengths or errors that are none")
     axes, first = reader.floats(9).reshape(3, 3).astype(float), reader.floats(6).astype(float)
     rest = reader.floats(modes**2).reshape(modes, modes).astype(float)
     moduli = reader.floats(3 * cells).reshape(3, cells).astype(float)
@@ -787,7 +793,7 @@ def _touch_place(reader: "_Reader", n: int) -> TouchPlace:
     )
     pushed = reader.floats(3 * pushes).reshape(pushes, 3).astype(float)
     starts = reader.floats(pushes * modes).reshape(pushes, modes).astype(float)
-    surface, sizes = reader.columns(3 * n, modes), (deepest, *told)
+    surface, sizes = reader.columns(3 * n, modes), (deepest, *factors)
     of_points = at, moves, areas, penalty, pushed, starts, surface
     arrays: list[Any] = [axes, first, *sizes, rest, *moduli, slopes, *of_points]
     return TouchPlace(node, KINDS[kind], radius, edge, *arrays)

@@ -55,7 +55,7 @@ rule compare_premises:
     benchmark:
         "results/benchmarks/compare_premises.tsv"
     params:
-        **calls("palpate.studies.enrichment.jobs:compare_premises"),
+        **calls("palpate.studies.enrichment.premises:compare_premises"),
         sampled=BODIES,
         bodies={name: plain(settings.bodies[name].seen_from(CONFIG_FILE.parent)) for name in PREMISE_BODIES},
         settings=config["enrichment"]["premises"],
@@ -81,7 +81,7 @@ rule time_methods:
         "results/benchmarks/{body}/time_methods.tsv"
     threads: HALF
     params:
-        **calls("palpate.studies.enrichment.jobs:time_methods"),
+        **calls("palpate.studies.enrichment.timing:time_methods"),
         regression=REGRESSION,
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
@@ -100,7 +100,7 @@ rule time_complexity:
         "results/benchmarks/time_complexity.tsv"
     threads: HALF
     params:
-        **calls("palpate.studies.enrichment.jobs:time_complexity"),
+        **calls("palpate.studies.enrichment.timing:time_complexity"),
         samples=config["enrichment"]["complexity_samples"],
         seed=config["seed"],
     script:

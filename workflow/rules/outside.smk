@@ -16,7 +16,7 @@ rule compare_with_published:
         "results/benchmarks/compare_with_published.tsv"
     params:
         **calls(
-            "palpate.studies.outside.jobs:compare_with_published",
+            "palpate.studies.outside.compare:compare_with_published",
             *("palpate.effects.laws", "palpate.studies.outside.isochoric_neo_hookean"),
             draws=OUTSIDE_SHOWN,
         ),

@@ -19,7 +19,7 @@ rule export_model:
     benchmark:
         "results/benchmarks/{body}/export_model.tsv"
     params:
-        **calls("palpate.studies.press.jobs:export_model", "palpate.models.contact_modes.contact_modes"),
+        **calls("palpate.studies.press.measure:export_model", "palpate.models.contact_modes.contact_modes"),
         settings=some("press", "contacts", "modes", "thinned", "instruments", "places"),
         radius_m=lambda wildcards: settings.press.radius_on(wildcards.body),
         seed=config["seed"],
@@ -53,7 +53,7 @@ rule write_press:
         "results/benchmarks/{body}/write_press.tsv"
     params:
         **some("press", "contacts", "samples"),
-        **calls("palpate.studies.press.jobs:write_press"),
+        **calls("palpate.studies.press.measure:write_press"),
     script:
         "../job.py"
 

@@ -20,7 +20,7 @@ rule simulate_spring_reference:
     log:
         "results/logs/springs/simulate_spring_reference.log",
     params:
-        **calls("palpate.studies.springs.jobs:simulate_spring_reference"),
+        **calls("palpate.studies.springs.spring_fit:simulate_spring_reference"),
         calibration=CUBE_PRESSED,
         poisson=config["springs"]["material"]["poisson"],
     script:
@@ -39,7 +39,7 @@ rule fit_springs:
     # individuals are advanced together in the lanes of one core; half of the machine, as their times are reported
     threads: HALF
     params:
-        **calls("palpate.studies.springs.jobs:fit_springs"),
+        **calls("palpate.studies.springs.spring_fit:fit_springs"),
         calibration=CUBE_PRESSED,
         searches=config["springs"]["searches"],
         seed=config["seed"],
@@ -56,7 +56,7 @@ rule measure_spring_floor:
         "results/benchmarks/springs/measure_spring_floor.tsv"
     priority: 2  # needs nothing, and fills a core while the first job of finite elements compiles what the next ones use
     params:
-        **calls("palpate.studies.springs.jobs:measure_spring_floor"),
+        **calls("palpate.studies.springs.spring_fit:measure_spring_floor"),
         **config["springs"]["floor"],
         calibration=CUBE_PRESSED,
     script:

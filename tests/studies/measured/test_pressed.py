@@ -29,7 +29,7 @@ def entry(**more):
 def found():
     given = entry()
     records = pressed.records_of(given)
-    return relaxed.relax("slab", records, given, 1), records
+    return relaxed.identify_relaxation("slab", records, given, 1), records
 
 
 def test_the_branches_that_the_slab_was_made_with_are_within_their_intervals(found):

@@ -37,5 +37,5 @@ def test_only_the_explicit_scheme_blows_up_and_where_it_states(table):
     assert table.loc[explicit, "limit_stated"].to_numpy() == pytest.approx(2.0, rel=1e-12)
     assert np.isinf(table.loc[~explicit, ["blow_up_measured", "limit_stated"]].to_numpy()).all()
     case = integrator_stability.cases([])[0]  # it repeats itself, having no solver
-    one, other = (integrator_stability._sizes(case, case.integrator(), 1.5) for _ in range(2))
+    one, other = (integrator_stability._log_amplitudes(case, case.integrator(), 1.5) for _ in range(2))
     assert np.array_equal(one, other)

@@ -1,6 +1,7 @@
-"""Judge paper 3's claims on its composite tree and on bounding volumes, over all scenes (geometric means)."""
+"""Judge paper 3's claims on its composite tree and on bounding volumes, by geometric means over all scenes."""
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ FEW = 0.01  # share of all pairs of triangles up to which a broad phase leaves f
 
 @claims("collision")
 def composite_trees(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims: two for each composite tree, after those on all."""
+    """Yield the claims on composite trees: two for each of them, after those on all trees."""
     trees = means(tables["collision"])
     premise = f"mean of {tables['collision']['scene'].nunique()} scenes, one core"
     builds, tested = trees.xs("", level="depths")["build_ms"], trees.loc[("aabb", ""), "tested"]
@@ -28,32 +29,27 @@ def composite_trees(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     for depths in trees.loc["composite"].index:
         sphere, tree, box = (trees.loc[key] for key in (("sphere", ""), ("composite", depths), ("aabb", "")))
         yield from _composite(sphere, tree, box, f"{depths} layers; {premise}")
-    yield Claim(
-        3,
-        "4",
-        "triangles are tested by projection to a lower dimension, an improved version of a published test",
-        "the preserved text",
-        "improved",
-        "exact predicates instead",
-        not_testable("it does not say what is improved, or by how much"),
-    )
+    claim = "triangles are tested by projection to a lower dimension, an improved version of a published test"
+    why = "it does not say what is improved, or by how much"
+    yield Claim(3, "4", claim, "the preserved text", "improved", "exact predicates instead", not_testable(why))
 
 
 def means(collision: pd.DataFrame) -> pd.DataFrame:
-    """Return times and false pairs of each own tree, by structure and depths, and its largest share of tested pairs.
+    """Return times, false pairs and the largest tested part of all pairs of each tree of palpate.
 
-    False pairs are those that reach the triangle test but do not cross, counted from 1, so that geometric means exist.
-    The time of a query is that of both phases, which is the part that the paper compares.
+    Rows are by structure and depths. False pairs reach the triangle test and do not cross; 1 is added so that geometric
+    means exist. A query has both phases, as the paper compares them.
     """
     tested = collision[~collision["rival"].astype(bool)].fillna({"depths": ""})
     tested = tested.assign(false_pairs=1 + tested["triangle_tests"] - tested["pairs"])
     trees = tested.groupby(["structure", "depths"], sort=False)
     shares = tested["triangle_tests"] / (0.5 * tested["triangles"]) ** 2
     largest = shares.groupby([tested["structure"], tested["depths"]], sort=False).max()
-    return trees[["build_ms", "query_ms", "false_pairs"]].agg(geometric_mean).assign(tested=largest)
+    return trees[["build_ms", "refit_ms", "query_ms", "false_pairs"]].agg(geometric_mean).assign(tested=largest)
 
 
 def _composite(sphere: pd.Series, composite: pd.Series, box: pd.Series, premise: str) -> Iterator[Claim]:
+    """Judge a composite tree's query time and false pairs by those of sphere and AABB trees."""
     trees = {"sphere": sphere, "composite": composite, "AABB": box}
     near = composite["false_pairs"] <= (1 + NEAR_IN_FALSE_PAIRS) * box["false_pairs"]
     times = ", ".join(f"{name} {tree['query_ms']:.3g} ms" for name, tree in trees.items())
@@ -64,7 +60,7 @@ def _composite(sphere: pd.Series, composite: pd.Series, box: pd.Series, premise:
 
 
 def _between(sphere: pd.Series, composite: pd.Series, box: pd.Series) -> str:
-    """Judge a query time against those at both ends; it is tied if it equals one as far as times repeat."""
+    """Return the verdict on whether the composite tree's query time is between the others; not testable if tied."""
     time, *ends = (tree["query_ms"] for tree in (composite, sphere, box))
     if any(max(time, end) <= (1 + TIED) * min(time, end) for end in ends):
         return not_testable(f"it equals one of them within {percent(TIED)}, as times repeat")
@@ -80,51 +76,46 @@ SMALL_DEPTH_ERROR = 0.25  # share of a depth up to which its error counts as sma
 
 @claims("collision", "collision_precision", "collision_apart")
 def bounding_volumes(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims that the three tables judge; geometric means over scenes, or over gaps and pairs of bodies."""
-    deforming, stopped, apart = (_own(tables[name]) for name in ("collision", "collision_precision", "collision_apart"))
-    yield from _volumes(deforming, apart)
+    """Yield the claims on bounding volumes, by geometric means over scenes, or over gaps and pairs of bodies."""
+    stopped, apart = (_own(tables[name]) for name in ("collision_precision", "collision_apart"))
+    yield from _volumes(tables["collision"], apart)
     yield _discarded(apart)
     yield _traded(stopped)
     yield from _carried(stopped)
 
 
 def _own(table: pd.DataFrame) -> pd.DataFrame:
-    """Leave out other libraries; depths become text."""
+    """Return the rows of palpate's own trees, with depths as text."""
     rival = table["rival"].astype(bool) if "rival" in table else np.zeros(len(table), dtype=bool)
     return table[~rival].assign(depths=lambda rows: rows["depths"].fillna("").astype(str))
 
 
-def _volumes(deforming: pd.DataFrame, apart: pd.DataFrame) -> Iterator[Claim]:
-    premise = f"{deforming['scene'].nunique()} deforming scenes, geometric means"
-    builds, refits = (_means(deforming, column) for column in ("build_ms", "refit_ms"))
-    false = _means(deforming.assign(false=1 + deforming["triangle_tests"] - deforming["pairs"]), "false")
-    tests = _means(apart, "test_ns")
-    yield Claim(
-        3, "4", "a sphere is the cheapest volume to test", "a loop of the tests of queries of bodies that are apart",
-        "cheapest", _listed(tests, "ns a test"), verdict(tests["sphere"] <= (1 + TIED) * tests.min()),
-    )  # fmt: skip
-    yield Claim(
-        3, "4", "an AABB is cheap to update, so preferred for bodies that deform", premise, "cheap",
-        _listed(refits, "ms a refit"), verdict(refits["aabb"] <= (1 + TIED) * refits.min()),
-    )  # fmt: skip
-    yield Claim(
-        3, "4", "an OBB is costly to rebuild", premise, "costly", _listed(builds, "ms a build"),
-        verdict(builds.idxmax() == "obb"),
-    )  # fmt: skip
-    yield Claim(
-        3, "4", "a sphere is loose, an OBB tight", premise, "loose, tight", _listed(false, "false pairs"),
-        verdict(false.idxmax() == "sphere" and false["obb"] < false["aabb"]),
-    )  # fmt: skip
-    yield Claim(
-        3, "4", "trees of bodies that deform are refitted, not rebuilt", premise, "refit",
-        f"a refit takes {refits['aabb'] / builds['aabb']:.2g} of a build (AABB)",
-        verdict(refits["aabb"] < builds["aabb"]),
-    )  # fmt: skip
+def _volumes(collision: pd.DataFrame, apart: pd.DataFrame) -> Iterator[Claim]:
+    """Judge the costs of a test, a refit and a build of each kind of volume, and how tight it is."""
+    premise = f"{collision['scene'].nunique()} deforming scenes, geometric means"
+    trees = _in_order(means(collision).xs("", level="depths"))
+    builds, refits, false = trees["build_ms"], trees["refit_ms"], trees["false_pairs"]
+    tests = _in_order(apart[apart["structure"].isin(PURE)].groupby("structure")["test_ns"].agg(geometric_mean))
+    judged = [
+        ("a sphere is the cheapest volume to test", "a loop of the tests of queries of bodies that are apart",
+         "cheapest", _listed(tests, "ns a test"), tests["sphere"] <= (1 + TIED) * tests.min()),
+        ("an AABB is cheap to update, so preferred for bodies that deform", premise, "cheap",
+         _listed(refits, "ms a refit"), refits["aabb"] <= (1 + TIED) * refits.min()),
+        ("an OBB is costly to rebuild", premise, "costly", _listed(builds, "ms a build"), builds.idxmax() == "obb"),
+        ("a sphere is loose, an OBB tight", premise, "loose, tight", _listed(false, "false pairs"),
+         false.idxmax() == "sphere" and false["obb"] < false["aabb"]),
+        ("trees of bodies that deform are refitted, not rebuilt", premise, "refit",
+         f"a refit takes {refits['aabb'] / builds['aabb']:.2g} of a build (AABB)", refits["aabb"] < builds["aabb"]),
+    ]  # fmt: skip
+    for claim, tested_in, published, ours, holds in judged:
+        yield Claim(3, "4", claim, tested_in, published, ours, verdict(holds))
 
 
 def _discarded(apart: pd.DataFrame) -> Claim:
+    """Judge whether the best composite tree shows faster than an AABB tree that rigid bodies are apart."""
     trees = apart[apart["structure"].isin(["sphere", "aabb", "composite"])]
-    query, frame = (_means(trees, column, ["structure", "depths"]) for column in ("query_ms", "frame_ms"))
+    times = trees.groupby(["structure", "depths"], sort=False)
+    query, frame = (times[column].agg(geometric_mean) for column in ("query_ms", "frame_ms"))
     best = query["composite"].idxmin()
     ours = (
         f"query: AABB {query['aabb', '']:.3g} ms, sphere {query['sphere', '']:.3g} ms, composite {best} "
@@ -140,6 +131,7 @@ def _discarded(apart: pd.DataFrame) -> Claim:
 
 
 def _traded(stopped: pd.DataFrame) -> Claim:
+    """Judge whether stopping a composite tree at a deeper layer takes longer and gives a more precise response."""
     from scipy.stats import spearmanr  # it takes most of a second
 
     trees = stopped[(stopped["structure"] == "composite") & ~stopped["exact"].astype(bool)]
@@ -181,12 +173,9 @@ def _carried(stopped: pd.DataFrame) -> Iterator[Claim]:
     )  # fmt: skip
 
 
-def _means(table: pd.DataFrame, column: str, by: str | list[str] = "structure") -> pd.Series:
-    """Return geometric means of a column by structure, in the order of PURE, or by structure and depths."""
-    if by != "structure":
-        return table.groupby(by, sort=False)[column].agg(geometric_mean)
-    found = table[table["structure"].isin(PURE)].groupby("structure")[column].agg(geometric_mean)
-    return found.reindex([name for name in PURE if name in found.index])
+def _in_order(by_structure: Any) -> Any:
+    """Return a table or series by structure in the order of PURE."""
+    return by_structure.reindex([name for name in PURE if name in by_structure.index])
 
 
 def _listed(values: pd.Series, unit: str) -> str:

@@ -1,4 +1,4 @@
-"""Cost of bounding structures, own and of other libraries, on deforming scenes, and how it grows with triangles."""
+"""Cost of bounding structures of palpate and of other libraries on deforming scenes, and over the triangles."""
 
 import time
 from collections.abc import Callable
@@ -19,7 +19,7 @@ EVERY = 10**9  # upper limit of pairs, never reached: by default both packages s
 
 
 def installed() -> tuple[dict[str, type], list[str]]:
-    """Return the rivals that can be imported, by the name of their structure, and the packages that cannot."""
+    """Return the rival libraries' trees that can be imported, by structure, and the packages that cannot be."""
     rivals: dict[str, tuple[str, type]] = {
         "obb_rss_fcl": ("fcl", Fcl),
         "obb_coal": ("coal", Coal),
@@ -119,7 +119,7 @@ RIVALS_EVERY = 4  # rivals compute every fourth frame only, because building the
 
 
 def contenders(depths: list[list[int]], with_rivals: bool) -> dict[tuple[str, str, bool], Callable]:
-    """Return the constructors of all structures by structure, depths ("upper/middle") and whether it is a rival.
+    """Return the constructors of all structures, by structure, depths ("upper/middle") and whether it is a rival.
 
     depths : layers of spheres, and of spheres and AABBs, of every composite tree
     A constructor takes the triangles and points of the bodies.
@@ -148,8 +148,8 @@ def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, r
     """Measure the rows of collision.csv: one for each scene and structure.
 
     frames : of each scene; refinements : of the livers; report : called with the name of each scene that is done
-    Times of all trees of a scene together; a refit includes rebuilding worn trees. Rivals have no self-collision, so
-    they are left out where a body collides with itself.
+    Times are those of all trees of a scene; a refit includes rebuilding trees that have become loose. Rivals are left
+    out of scenes in which a body collides with itself, which they cannot find.
     """
     rows = []
     for scene in scenes(refinements, seed):
@@ -159,6 +159,7 @@ def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, r
 
 
 def _scene_rows(scene: Moving, frames: int, makers: dict) -> list[dict]:
+    """Measure all structures ``makers`` in one scene, in turns of BLOCK frames."""
     start = scene.at(0.0)
     runs = {key: _Run(make, scene.triangles, start) for key, make in makers.items()}
     for first in range(0, frames, BLOCK):
@@ -177,7 +178,7 @@ def _scene_rows(scene: Moving, frames: int, makers: dict) -> list[dict]:
 
 
 class _Run:
-    """One contender in one scene: its times, and its missed and extra pairs."""
+    """The measurement of one structure in one scene: its times, and its missed and extra pairs."""
 
     def __init__(self, make: Callable, triangles: list[np.ndarray], start: list[np.ndarray]):
         self._count = len(triangles[-1])
@@ -189,6 +190,7 @@ class _Run:
         self._misjudged: list[tuple[int, int]] = []
 
     def frame(self, points: list[np.ndarray], true: np.ndarray) -> None:
+        """Measure one frame: positions ``points`` of the bodies, and the pairs ``true`` (k, 2) that cross."""
         update, _ = timed(self._one.update, points)
         query, pairs = timed(self._one.query)
         counts = getattr(self._one, "counts", None)
@@ -218,7 +220,7 @@ STAGES = ("build_ms", "refit_ms", "query_ms")
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
-    """Fit the slopes of log time over log triangles: the columns are structure, depths, rival and STAGES."""
+    """Fit the exponent of the triangles in each time of STAGES; returns structure, depths, rival and STAGES."""
     kept = table[table["triangles"] >= 5000]  # with fewer the cost of calling compiled functions matters
     rows = []
     for (structure, depths, rival), group in kept.groupby(["structure", "depths", "rival"], sort=False, dropna=False):
@@ -242,7 +244,7 @@ COLLISION_SCALING = Table(
 
 
 def measure_growth(triangles: list[int], depths: list[list[int]], report: Callable) -> pd.DataFrame:
-    """Measure the rows of collision_scaling.csv on two crossing sheets, in three frames for each size.
+    """Measure the rows of collision_scaling.csv on two crossing sheets, over three frames for each size.
 
     triangles : approximate numbers of triangles of both sheets together; report : called with each that is done
     """
@@ -262,6 +264,7 @@ def measure_growth(triangles: list[int], depths: list[list[int]], report: Callab
 
 
 def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.ndarray]]) -> dict[str, float]:
+    """Measure the time of a build, and the medians of refit, query and pairs over frames of ``points``."""
     built, one = timed(make, triangles, points[0])
     taken = []
     # without a refit every frame is a build, which the first call has timed
@@ -276,7 +279,7 @@ def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.nda
 def measure_collision(
     say: Callable, frames: int, refinements: int, depths: list[list[int]], triangles: list[int], seed: int
 ) -> dict[str, pd.DataFrame]:
-    """Compare the structures in motion, and their growth with the triangles, for the rule of that name."""
+    """Compare the structures in motion, and their growth with the triangles, for the rule of this name."""
     for package in installed()[1]:
         say(f"{package} is not installed, so its rows are left out")
     table = measure(frames, refinements, depths, seed, report=lambda scene: say(f"{scene} is done"))

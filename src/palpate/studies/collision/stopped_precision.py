@@ -1,4 +1,4 @@
-"""Paper 3's precision for time: contacts from trees that are stopped at a layer; and queries of bodies apart."""
+"""Paper 3's trade of precision for time: contacts from trees stopped at a layer, and queries of bodies apart."""
 
 from collections.abc import Callable, Iterator
 from itertools import product
@@ -33,10 +33,11 @@ from palpate.table_declaration import Table
 
 
 class Overlap(NamedTuple):
-    """Overlap of a body a with a body b.
+    """The overlap of a body a with a body b.
 
-    place : (3,) [m] and direction : (3,), in which a has to move: means over the surface of each inside the other,
-    weighted with the depth; depth : [m] the largest; velocity : (3,) [m/s] of a relative to b at the place
+    place : (3,) [m], and direction : (3,) in which a has to move to separate: means over those parts of both surfaces
+        that are inside the other body, weighted with the depth
+    depth : [m] the largest; velocity : (3,) [m/s] of a relative to b at the place
     """
 
     place: np.ndarray
@@ -48,7 +49,7 @@ class Overlap(NamedTuple):
 def distance(points: list[np.ndarray], trees: list[Tree]) -> float:
     """Compute the distance [m] of two surfaces; 0 if they cross.
 
-    points : (n, 3) [m] of each; trees : of spheres, over the triangles of each, refitted here
+    points : (n, 3) [m] of each; trees : sphere trees over the triangles of each, which are refitted
     """
     nearest = float(KDTree(points[0]).query(points[1])[0].min())
     for tree, moved in zip(trees, points, strict=True):
@@ -66,14 +67,14 @@ def overlap(points: list[np.ndarray], velocities: list[np.ndarray], triangles: l
     The velocities are those of the nodes nearest to the place.
     """
     found = [_inside(points[side], triangles[side], points[1 - side], triangles[1 - side]) for side in range(2)]
-    places, ways, areas = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    places, outward, areas = (np.concatenate(parts) for parts in zip(*found, strict=True))
     # b's part moves out of a, so a moves the other way
-    ways[len(found[0][0]) :] *= -1.0
-    depths = np.linalg.norm(ways, axis=1)
+    outward[len(found[0][0]) :] *= -1.0
+    depths = np.linalg.norm(outward, axis=1)
     if not depths.any():
         return None
     weights = areas * depths
-    place, pushed = weights @ places / weights.sum(), areas @ ways
+    place, pushed = weights @ places / weights.sum(), areas @ outward
     nearest = [int(np.linalg.norm(at - place, axis=1).argmin()) for at in points]
     moving = velocities[0][nearest[0]] - velocities[1][nearest[1]]
     return Overlap(place, pushed / np.linalg.norm(pushed), float(depths.max()), moving)
@@ -82,7 +83,11 @@ def overlap(points: list[np.ndarray], velocities: list[np.ndarray], triangles: l
 def _inside(
     points: np.ndarray, triangles: np.ndarray, others: np.ndarray, around: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Find points of a surface inside another: (k, 3) [m], their shortest way out (k, 3) [m], and areas (k,) [m²]."""
+    """Find the points of a surface that are inside another surface, nine to a triangle.
+
+    points, triangles : of the surface; others, around : of the other one
+    Returns the points (k, 3) [m], the vectors (k, 3) [m] to the nearest points of the other, and areas (k,) [m²].
+    """
     from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
     measure = vtkImplicitPolyDataDistance()
@@ -98,15 +103,15 @@ def _inside(
     centres = _centres(3)  # nine points of a triangle
     places = np.einsum("pc,tci->tpi", centres, points[chosen]).reshape(-1, 3)
     areas = np.linalg.norm(area_normals(points, chosen), axis=1) / 2 / len(centres)
-    closest, ways, kept = [0.0, 0.0, 0.0], np.zeros_like(places), np.zeros(len(places), dtype=bool)
+    closest, outward, inside = [0.0, 0.0, 0.0], np.zeros_like(places), np.zeros(len(places), dtype=bool)
     for k, place in enumerate(places):
         if measure.EvaluateFunctionAndGetClosestPoint(place, closest) < 0.0:
-            ways[k], kept[k] = closest - place, True
-    return places[kept], ways[kept], np.repeat(areas, len(centres))[kept]
+            outward[k], inside[k] = closest - place, True
+    return places[inside], outward[inside], np.repeat(areas, len(centres))[inside]
 
 
 def _centres(parts: int) -> np.ndarray:
-    """Return the barycentric coordinates (parts², 3) of the centres of equal parts of a triangle."""
+    """Return the barycentric coordinates (parts², 3) of the centres of parts² equal parts of a triangle."""
     u, v = (x.ravel() for x in np.meshgrid(np.arange(parts), np.arange(parts)))
     first, second = u + v < parts, u + v < parts - 1
     across = np.concatenate([u[first] + 1 / 3, u[second] + 2 / 3]) / parts
@@ -114,13 +119,13 @@ def _centres(parts: int) -> np.ndarray:
     return np.column_stack([1.0 - across - along, across, along])
 
 
-SPAN = 1e-4  # of a scene, over which velocities are differences of positions; a scene lasts one second
+SPAN = 1e-4  # time over which velocities are differences of positions, over the scene's one second
 
 
 class Frame(NamedTuple):
-    """One frame of a scene and the truth about it.
+    """One frame of a scene with two bodies, and the exact answers that contacts are compared with.
 
-    pairs : (k, 2) triangles that cross; distance : [m] of bodies that do not; overlap : of bodies that do
+    pairs : (k, 2) triangles that cross; distance : [m] of the bodies if none do; overlap : of the bodies if some do
     """
 
     points: list[np.ndarray]
@@ -150,7 +155,7 @@ def measure(settings: Stopped, refinements: int, report: Callable) -> pd.DataFra
     """Measure the rows of collision_precision.csv: one for each scene, structure and layer, and one for whole trees.
 
     refinements, report : as of ``compare_trees.measure``
-    Whole trees test triangles. Errors are against ``overlap``.
+    Contacts are those of the leaves of stopped trees, and of triangles in whole trees. Errors are against ``overlap``.
     """
     rows = []
     kinds: list[tuple[str, tuple[int, int] | None]] = [("sphere", None), ("aabb", None)]
@@ -166,6 +171,7 @@ def measure(settings: Stopped, refinements: int, report: Callable) -> pd.DataFra
 
 
 def _course(scene: Moving, frames: int) -> list[Frame]:
+    """Compute the frames of a scene, evenly over its duration, with their exact answers."""
     spheres, found = [Tree(at, cells, "sphere") for at, cells in zip(scene.at(0.0), scene.triangles, strict=True)], []
     for time in (np.arange(frames) + 0.5) / frames:
         points, around = scene.at(time), zip(scene.at(time - SPAN), scene.at(time + SPAN), strict=True)
@@ -178,6 +184,7 @@ def _course(scene: Moving, frames: int) -> list[Frame]:
 
 
 def _row(scene: Moving, course: list[Frame], structure: str, deep: tuple[int, int] | None, layer: int | None) -> dict:
+    """Measure trees of a structure in a scene, stopped at ``layer``, or whole if it is None."""
     trees = RefittedTrees(structure, deep, scene.triangles, course[0].points, layer)
     find: Callable[..., ContactPoints] = triangle_contacts if layer is None else stopped_contacts
     find(*trees.trees, *course[0].velocities)  # compiles before anything is timed
@@ -197,7 +204,7 @@ def _row(scene: Moving, course: list[Frame], structure: str, deep: tuple[int, in
 
 
 def _true_pairs(trees: RefittedTrees, frame: Frame) -> np.ndarray:
-    """Return the pairs (k, 2) of leaves, or of whole trees of triangles, in which triangles cross."""
+    """Return the pairs (k, 2) of leaves in which triangles cross, or of triangles where trees are whole."""
     stopped = [tree for tree in trees.trees if isinstance(tree, StoppedTree)]
     if not stopped:
         return frame.pairs
@@ -206,10 +213,10 @@ def _true_pairs(trees: RefittedTrees, frame: Frame) -> np.ndarray:
 
 
 def _judge(contacts: ContactPoints, frame: Frame, true: np.ndarray) -> dict[str, float]:
-    """Compare the contacts of a frame with the truth; lengths in m.
+    """Compare the contacts of a frame with its exact answers; ``true`` : of ``_true_pairs``; lengths in m.
 
-    The response is the direction of the contacts' mean, weighted with depths, times the largest depth: a penalty force
-    is proportional to it. It is zero without contacts, or where they cancel.
+    The response is the largest depth times the direction of the contacts' mean, weighted with depths: a penalty force
+    is proportional to it. It is zero without contacts, or where directions cancel.
     """
     pushed = contacts.depths @ contacts.directions
     length = float(np.linalg.norm(pushed))
@@ -218,18 +225,18 @@ def _judge(contacts: ContactPoints, frame: Frame, true: np.ndarray) -> dict[str,
     truth = frame.overlap
     wanted = truth.depth * truth.direction if truth else np.zeros(3)
     reported, crossed = (pairs[:, 0].astype(np.int64) << 32 | pairs[:, 1] for pairs in (contacts.pairs, true))
-    found = {
+    row = {
         "reported": len(reported) > 0,
         "false": len(np.setdiff1d(reported, crossed)),
         "missed": len(np.setdiff1d(crossed, reported)),
         "response": float(np.sum((moved - wanted) ** 2)),
     }
     if not truth or not len(reported):
-        return found
+        return row
     weights = contacts.depths + np.finfo(float).tiny
     place, velocity = (weights @ part / weights.sum() for part in (contacts.places, contacts.velocities))
     cosine = float(np.clip(direction @ truth.direction, -1.0, 1.0))
-    return found | {
+    return row | {
         "place": float(np.linalg.norm(place - truth.place)),
         "angle": float(np.degrees(np.arccos(cosine))),
         "depth": abs(float(contacts.depths.max()) - truth.depth),
@@ -238,6 +245,7 @@ def _judge(contacts: ContactPoints, frame: Frame, true: np.ndarray) -> dict[str,
 
 
 def _errors(judged: pd.DataFrame, course: list[Frame]) -> dict[str, float]:
+    """Summarise the comparisons of all frames in the columns of COLLISION_PRECISION."""
     judged = judged.reindex(columns=["reported", "false", "missed", "response", "place", "angle", "depth", "velocity"])
     apart = np.array([not len(frame.pairs) for frame in course])
     away = np.array([frame.distance for frame in course])
@@ -260,11 +268,11 @@ def _errors(judged: pd.DataFrame, course: list[Frame]) -> dict[str, float]:
 
 
 TESTS, LOOPS = 200_000, 5
-"""Tests in a loop that is timed, so that it takes a millisecond or more, and loops of which the fastest counts."""
+"""Tests in a timed loop, so many that it takes a millisecond, and number of loops, the fastest of which counts."""
 
 
 def nanoseconds(a: Tree, b: Tree) -> float:
-    """Return the least processor time of a test [ns] over LOOPS loops through ``searched_pairs``."""
+    """Return the processor time [ns] of a test of two volumes, in the fastest of LOOPS loops."""
     pairs = searched_pairs(a, b)
     many = max(1, TESTS // len(pairs))
     _overlaps(a, b, pairs)  # compiles
@@ -272,7 +280,7 @@ def nanoseconds(a: Tree, b: Tree) -> float:
 
 
 def searched_pairs(a: Tree, b: Tree) -> np.ndarray:
-    """Return the pairs of nodes (k, 2) that a descent from both roots tests: where two overlap, all their children."""
+    """Return the pairs of nodes (k, 2) that a query tests: both roots, and all children of two that overlap."""
     found = front = [(0, 0)]
     while front:
         overlapping = [pair for pair in front if _overlaps(a, b, np.array([pair], dtype=np.int64))]
@@ -288,14 +296,14 @@ def searched_pairs(a: Tree, b: Tree) -> np.ndarray:
 
 
 def _overlaps(a: Tree, b: Tree, pairs: np.ndarray, times: int = 1) -> int:
-    """Count the overlaps among pairs of nodes (k, 2), which are tested several times over."""
+    """Count the overlaps among pairs of nodes (k, 2), each of which is tested ``times`` times."""
     kinds = int(a.nodes[0, KIND]), int(b.nodes[0, KIND])
     return _count(*kinds, a.spheres, b.spheres, a.boxes, b.boxes, pairs, times)
 
 
 @numba.njit(cache=True)
 def _count(kind_a, kind_b, spheres_a, spheres_b, boxes_a, boxes_b, pairs, times):
-    """Count the overlaps; one loop with one kind, as two or an array of kinds takes 15 ns more a test."""
+    """Count the overlaps as ``_overlaps``; kinds are numbers, as an array of kinds takes 15 ns more a test."""
     found, many = 0, len(pairs)
     for k in range(times * many):
         i = k % many
@@ -326,8 +334,8 @@ def measure_apart(
     """Measure the rows of collision_apart.csv: one for each pair of bodies, gap and structure.
 
     refinements, depths : as of ``compare_trees.measure``; report : called with the name of each pair that is done
-    Bodies are turned at random and placed in a random direction from each other.
-    Times are medians over placements; tests of volumes are timed in a loop. Trees are refitted to each placement.
+    Bodies are rotated at random and placed in a random direction from each other, and trees refitted to each placement.
+    Times are medians over placements; a test of volumes is timed in a loop.
     """
     rows, gaps_m = [], settings.gaps_m
     for name, bodies in two_bodies(refinements).items():
@@ -348,31 +356,32 @@ def measure_apart(
 
 
 def _place(bodies: tuple, gaps_m: list[float], random: np.random.Generator) -> Iterator[tuple[float, list[np.ndarray]]]:
-    """Yield each gap, from the largest, and the points of both bodies at that distance.
+    """Rotate two bodies at random, and yield each gap, from the largest, with the points of both at that distance.
 
-    The second body moves towards the first by what is too far: so it never passes the gap, as no distance shrinks by
-    more than the motion (conservative advancement, Mirtich 1996).
+    The second body moves towards the first by its distance less the gap. That never passes the gap, as a distance
+    shrinks by no more than the motion (conservative advancement, Mirtich 1996).
     """
     here, there = (turned(points, random) for points, _ in bodies)
     trees = [Tree(at, cells, "sphere") for at, (_, cells) in zip((here, there), bodies, strict=True)]
-    way = random.normal(size=3)
-    way /= np.linalg.norm(way)
-    # between two planes across the way
-    moved = there + ((here @ way).max() - (there @ way).min() + gaps_m[-1]) * way
+    direction = random.normal(size=3)
+    direction /= np.linalg.norm(direction)
+    # apart by the largest gap along the direction
+    moved = there + ((here @ direction).max() - (there @ direction).min() + gaps_m[-1]) * direction
     for gap in reversed(gaps_m):
-        while (left := distance([here, moved], trees) - gap) > GAP_TOLERANCE * gap:
-            moved = moved - left * way
+        while (excess := distance([here, moved], trees) - gap) > GAP_TOLERANCE * gap:
+            moved = moved - excess * direction
         yield gap, [here, moved]
 
 
 def _cost(one: Any, placed: list[list[np.ndarray]]) -> dict[str, float]:
-    costs, tests, roots, found = [], [], 0, 0
+    """Measure refit and query of trees ``one`` over placements of two bodies, in the columns of COLLISION_APART."""
+    costs, tests, roots, extra = [], [], 0, 0
     for points in placed:
         update, _ = timed(one.update, points)
         queries = [timed(one.query) for _ in range(REPEATS)]
         query = float(np.median([time for time, _ in queries]))
         costs.append((update, query, update + query))
-        found += len(queries[0][1])
+        extra += len(queries[0][1])
         if isinstance(one, RefittedTrees):
             tests.append(one.counts)
             roots += len(overlapping_trees(one.trees))
@@ -381,13 +390,13 @@ def _cost(one: Any, placed: list[list[np.ndarray]]) -> dict[str, float]:
     times = {"refit_ms": update if one.refits else np.nan, "query_ms": query, "frame_ms": whole}
     counts = {"node_tests": nodes, "triangle_tests": triangles}
     counts["roots_overlap"] = roots / len(placed) if tests else np.nan
-    return times | counts | {"extra_pairs": found, "placements": len(placed), "threads": 1}
+    return times | counts | {"extra_pairs": extra, "placements": len(placed), "threads": 1}
 
 
 def measure_collision_precision(
     say: Callable, stopped: Stopped, apart: Apart, depths: list[list[int]], refinements: int, seed: int
 ) -> dict[str, pd.DataFrame]:
-    """Measure stopped trees and bodies apart, for the rule of that name."""
+    """Measure stopped trees and queries of bodies apart, for the rule of this name."""
     return {
         "collision_precision": measure(stopped, refinements, report=lambda scene: say(f"{scene} is done")),
         "collision_apart": measure_apart(apart, refinements, depths, seed, lambda pair: say(f"{pair} apart is done")),

@@ -19,7 +19,7 @@ _SCAN = "synthetic abdomen, CT"
 
 @claims("mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing")
 def imaging(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims."""
+    """Yield the claims on imaging, which is chapter 2 of paper 3."""
     yield from _compositing(tables["compositing"])
     yield _masks(tables["mask_interpolation"])
     yield from _surface(tables["surface_normals"])
@@ -28,6 +28,7 @@ def imaging(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _compositing(table: pd.DataFrame) -> Iterator[Claim]:
+    """Judge whether both orders of compositing give one picture, and whether ending rays early is faster."""
     section, whole = "2, volume rendering", table[(table["order"] == FRONT) & (table["enough"] == 1)]
     claim = "compositing back to front and front to back give one picture"
     ours = f"colours within {whole['difference'].max():.1g}"
@@ -53,6 +54,7 @@ def _masks(table: pd.DataFrame) -> Claim:
 
 
 def _surface(table: pd.DataFrame) -> Iterator[Claim]:
+    """Judge normals from grey values against those of triangles, without and with blurred noise."""
     claim = "central differences of the grey values give better normals than triangles"
     for blur, noise in ((0, "noise as it is"), (1, "noise blurred by a voxel")):
         angles = table[table["blur_voxels"] == blur].set_index("normals_from")["median_deg"]
@@ -86,7 +88,7 @@ what good is taken to be: a deviation from the voxels."""
 
 @claims("node_mass")
 def node_masses(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims, each for all bodies from a CT, with the voxels as they are, as in the paper."""
+    """Yield the claims on masses, each over all bodies from a CT, with densities as in the paper."""
     table = tables["node_mass"].sort_values("elements")
     bodies = dict(list(table.groupby("body", sort=False)))
     low, high = table["elements"].min(), table["elements"].max()

@@ -1,4 +1,4 @@
-"""Steps from a scan to a picture and a mask that paper 3 describes in chapter 2, each against what is known."""
+"""Measure the steps from a scan to a picture and a mask (paper 3, chapter 2) against known answers."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -31,23 +31,24 @@ MASK_INTERPOLATION = Table(
 
 
 def mask_interpolation(name: str, image: Image, mask: np.ndarray, every: Sequence[int]) -> pd.DataFrame:
-    """Compute the rows of mask_interpolation.csv: how far the mask of a body comes back from every n-th slice.
+    """Compute the rows of mask_interpolation.csv: the mask of a body against its interpolation from every n-th slice.
 
-    dice : the lower of two ways to begin; method : the nearest drawn slice, or signed distances (``fill_between``)
-    Slices are drawn across z. An organ with fewer than two drawn ones has no row.
+    every : the n that are tried, with slices across z; each from two first slices, of which the worse counts
+    The methods are the nearest drawn slice, and signed distances (``fill_between``). Where fewer than two slices of the
+    organ are drawn, there is no row.
     """
     rows = []
     for n in every:
         for method in (NEAREST, BETWEEN):
             tried = [_compare(method, image, mask, only_every(mask, n, first)) for first in (0, n // 2)]
-            found = [one for one in tried if one is not None]
-            if found:
-                rows.append((name, n, method, *min(found)))
+            compared = [one for one in tried if one is not None]
+            if compared:
+                rows.append((name, n, method, *min(compared)))
     return MASK_INTERPOLATION.frame(rows)
 
 
 def only_every(mask: np.ndarray, n: int, first: int) -> np.ndarray:
-    """Keep every n-th slice of a mask, (nz, ny, nx) bool, counted from one of its own."""
+    """Return a mask (nz, ny, nx) with every n-th slice only, counted from its slice number ``first`` of the organ."""
     start = (int(np.flatnonzero(mask.any(axis=(1, 2)))[0]) + first) % n
     drawn = np.zeros_like(mask)
     drawn[start::n] = mask[start::n]
@@ -55,11 +56,12 @@ def only_every(mask: np.ndarray, n: int, first: int) -> np.ndarray:
 
 
 def dice(first: np.ndarray, second: np.ndarray) -> float:
-    """Return how far two masks agree, 2 |a ∩ b| / (|a| + |b|): 1 if they are the same, 0 without a common voxel."""
+    """Return the Dice coefficient of two masks, 2 |a ∩ b| / (|a| + |b|): 1 if they are equal, 0 if disjoint."""
     return float(2 * (first & second).sum() / (first.sum() + second.sum()))
 
 
 def _compare(method: str, image: Image, mask: np.ndarray, drawn: np.ndarray) -> tuple[float, float] | None:
+    """Interpolate ``drawn`` slices of a mask, and return Dice coefficient and relative deviation of the volume."""
     slices = np.flatnonzero(drawn.any(axis=(1, 2)))
     if len(slices) < 2:
         return None
@@ -67,13 +69,13 @@ def _compare(method: str, image: Image, mask: np.ndarray, drawn: np.ndarray) -> 
         filled = fill_between(drawn, image, "z", Path(image.source))
     else:
         half = (slices[1] - slices[0]) // 2
-        all_of = np.arange(len(mask))
-        near = slices[np.abs(all_of[:, None] - slices).argmin(axis=1)]
-        filled = np.where((np.abs(all_of - near) <= half)[:, None, None], drawn[near], False)
+        numbers = np.arange(len(mask))
+        nearest = slices[np.abs(numbers[:, None] - slices).argmin(axis=1)]
+        filled = np.where((np.abs(numbers - nearest) <= half)[:, None, None], drawn[nearest], False)
     return dice(filled, mask), float(filled.sum() / mask.sum() - 1)
 
 
-SAME_ORGAN_DISTANCE = 0.06  # points so far from the exact surface, relative to the half axes, belong to another organ
+SAME_ORGAN_DISTANCE = 0.06  # points farther from the exact surface, over the half axes, belong to another organ
 GRADIENT, CORNERS, TRIANGLES = "gradient", "triangles around", "triangle"
 
 SURFACE_NORMALS = Table(
@@ -90,8 +92,8 @@ SURFACE_NORMALS = Table(
 def surface_normals(image: Image) -> pd.DataFrame:
     """Compute the rows of surface_normals.csv for the liver of the synthetic abdomen's scan ``image``.
 
-    Normals are the gradient of the grey values by central differences; the mean of the triangles around a point, by
-    their areas; or those of each triangle.
+    Normals are those of the gradient of the grey values by central differences, the mean of the triangles around a
+    point, weighted with their areas, or those of single triangles.
     """
     level, rows = (synthetic_abdomen.LIVER_HU + synthetic_abdomen.FAT_HU) / 2, []
     for blur in (0.0, 1.0):
@@ -112,7 +114,7 @@ def surface_normals(image: Image) -> pd.DataFrame:
 def _sources(
     points: np.ndarray, triangles: np.ndarray, slopes: np.ndarray
 ) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Yield each kind of normals, (n, 3), with the places that they belong to, (n, 3) [m]; not of flat triangles."""
+    """Yield each kind of normals: its name, points (n, 3) [m] and unit normals (n, 3); flat triangles have none."""
     yield GRADIENT, points, slopes
     areas = area_normals(points, triangles)
     sizes = np.linalg.norm(areas, axis=1)
@@ -123,7 +125,7 @@ def _sources(
 
 
 def _onto(points: np.ndarray) -> np.ndarray:
-    """Move points near the exact liver along its normals onto it, by a few steps of Newton's method."""
+    """Project points (n, 3) [m] near the exact liver onto its surface along its normals, by Newton's method."""
     found = points.copy()
     for _ in range(4):
         side, normals = liver_side(found)
@@ -133,9 +135,9 @@ def _onto(points: np.ndarray) -> np.ndarray:
 
 
 def liver_side(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where points (n, 3) [m] lie: 1 on the exact liver's surface, below inside; and its unit normals there.
+    """Return the scale of the ellipsoid through each point (n, 3) [m] over that of the liver, and its unit normal.
 
-    The normals (n, 3) are those of the ellipsoid of the same shape through each point.
+    The scale (n,) is 1 on the liver's surface and less than 1 inside.
     """
     _, centre, axes, turn = synthetic_abdomen.SHAPES["liver"]
     x, y, z = (points - np.array(centre)).T
@@ -157,23 +159,23 @@ SEGMENTED_SCANS = Table(
 
 
 def segmented_scans(ct: Image, liver: np.ndarray) -> tuple[pd.DataFrame, list[tuple[Image, np.ndarray]]]:
-    """Compute the rows of segmented_scans.csv, and the MRI as it is and evened with what is found in each.
+    """Compute the rows of segmented_scans.csv; also return the MRI as it is and evened, each with its segmented liver.
 
-    ct, liver : the synthetic abdomen and its liver, (nz, ny, nx) bool
-    Where nothing is found, dice is 0.
+    ct, liver : the synthetic abdomen and the mask of its liver (nz, ny, nx)
+    Where nothing is segmented, dice is 0.
     """
     raw = synthetic_abdomen.mri_abdomen(spacing_m=ct.spacing_m.tolist())[0]
     rows, shown = [], []
     for scan, image in (("CT", ct), ("MRI", raw), ("MRI, evened", even_brightness(raw))):
         limits = (30, 120) if image.modality == "ct" else synthetic_abdomen.LIVER_SIGNALS
         try:
-            found = segment(image, limits)
+            segmented = segment(image, limits)
         except InputError:
-            found = np.zeros(image.hu.shape, dtype=bool)
-        volume = float(found.sum() / liver.sum() - 1)
-        rows.append((scan, dice(found, liver), volume))
+            segmented = np.zeros(image.hu.shape, dtype=bool)
+        volume = float(segmented.sum() / liver.sum() - 1)
+        rows.append((scan, dice(segmented, liver), volume))
         if image.modality == "mri":
-            shown.append((image, found))
+            shown.append((image, segmented))
     return SEGMENTED_SCANS.frame(rows), shown
 
 
@@ -191,8 +193,8 @@ TISSUE_CLASSES = Table(
 def tissue_classes(image: Image) -> pd.DataFrame:
     """Compute the rows of tissue_classes.csv for the synthetic abdomen's CT ``image``.
 
-    method : thresholds midway between usual grey values; the probability of a mixture that is fitted to the histogram;
-    or the percentages of two neighbouring tissues. A voxel is of the tissue that fills most of it.
+    Methods are thresholds midway between usual grey values, the probability of a mixture that is fitted to the
+    histogram, and percentages of two neighbouring tissues. A voxel belongs to the tissue that fills most of it.
     """
     truth = _shares(image)
     mixture = ray_casting.fit_mixture(image.hu, [tissue.hu for tissue in ray_casting.TISSUES])
@@ -203,16 +205,16 @@ def tissue_classes(image: Image) -> pd.DataFrame:
     }
     rows = []
     for method, classify in methods.items():
-        found = classify(image.hu.astype(np.float32))
+        fractions = classify(image.hu.astype(np.float32))
         for k, tissue in enumerate(ray_casting.TISSUES):
             within = truth.argmax(axis=0) == k
-            error = float(np.sqrt(((found - truth)[k] ** 2).mean()))
-            rows.append((method, tissue.name, float((found.argmax(axis=0) != k)[within].mean()), error))
+            error = float(np.sqrt(((fractions - truth)[k] ** 2).mean()))
+            rows.append((method, tissue.name, float((fractions.argmax(axis=0) != k)[within].mean()), error))
     return TISSUE_CLASSES.frame(rows)
 
 
 def shape_shares(spacing_m: Sequence[float]) -> dict[str, np.ndarray]:
-    """Compute the share of each voxel, (nz, ny, nx), that each shape fills and no later one hides, by its name."""
+    """Compute the visible fraction of each voxel (nz, ny, nx) by the shape that fills it; later shapes hide earlier."""
     spacing = np.asarray(spacing_m, dtype=float)
     counts = np.floor(2 * synthetic_abdomen.HALF_M / spacing).astype(int)
     shares: dict[str, np.ndarray] = {}
@@ -224,7 +226,7 @@ def shape_shares(spacing_m: Sequence[float]) -> dict[str, np.ndarray]:
 
 
 def _shares(image: Image) -> np.ndarray:
-    """Return the share of each tissue in each voxel, (k, nz, ny, nx); what no shape fills is a gap."""
+    """Return the fraction of each voxel that each tissue fills, (k, nz, ny, nx); what no shape fills is a gap."""
     shares = shape_shares(image.spacing_m.tolist())
     truth = np.zeros((len(ray_casting.TISSUES), *image.hu.shape), dtype=np.float32)
     for name, hu in synthetic_abdomen.hu_of_shapes().items():
@@ -238,9 +240,10 @@ OPAQUE = 0.99  # opacity at which rays of the pictures end
 
 
 class Pictures(NamedTuple):
-    """Material of the figure: ``cast``, pictures by caption (height, width, 3), and the share of samples ``taken``.
+    """Material of the figure.
 
-    mris : the MRI as it is and evened, each with the liver that is found (nz, ny, nx) and the true one
+    cast : pictures (height, width, 3) by caption; taken : part of the samples that early ended rays take, by pixel
+    mris : the MRI as it is and evened, each with the mask (nz, ny, nx) of its segmented liver; liver : the true mask
     """
 
     cast: dict[str, np.ndarray]
@@ -250,34 +253,29 @@ class Pictures(NamedTuple):
 
 
 def measure(
-    masks: Mapping[str, tuple[Image, np.ndarray]],
-    settings: Imaging,
-    progress: Callable = iter,
+    masks: Mapping[str, tuple[Image, np.ndarray]], settings: Imaging, progress: Callable = iter
 ) -> tuple[dict[str, pd.DataFrame], Pictures]:
-    """Measure the tables of the imaging part by name, and what to draw.
+    """Measure the tables of this module and of ray casting, by name; also return what the figure shows.
 
     masks : image and organ of each body; progress : wraps the list of tables
     """
     image, truth = synthetic_abdomen.abdomen(spacing_m=(settings.voxel_m,) * 3)
-    found: dict[str, pd.DataFrame] = {}
-    for name in progress(["mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing"]):
-        if name == "mask_interpolation":
-            parts = [mask_interpolation(body, *scan, settings.every) for body, scan in masks.items()]
-            found[name] = pd.concat(parts, ignore_index=True)
-        elif name == "surface_normals":
-            found[name] = surface_normals(image)
-        elif name == "tissue_classes":
-            found[name] = tissue_classes(image)
-        elif name == "segmented_scans":
-            found[name], mris = segmented_scans(image, truth["liver"])
-        else:
-            rays = ray_casting.parallel_rays(image, ray_casting.front(), settings.pixels, STEP)
-            found[name] = ray_casting.compositing(ray_casting.field_of(image), rays, ray_casting.likely(image))
-    return found, Pictures(*_pictures(image, rays), mris, truth["liver"])
+    rays = ray_casting.parallel_rays(image, ray_casting.front(), settings.pixels, STEP)
+    interpolations = (mask_interpolation(body, *scan, settings.every) for body, scan in masks.items())
+    scans, mris = segmented_scans(image, truth["liver"])
+    measures: dict[str, Callable[[], pd.DataFrame]] = {
+        "mask_interpolation": lambda: pd.concat(interpolations, ignore_index=True),
+        "surface_normals": lambda: surface_normals(image),
+        "tissue_classes": lambda: tissue_classes(image),
+        "segmented_scans": lambda: scans,
+        "compositing": lambda: ray_casting.compositing(ray_casting.field_of(image), rays, ray_casting.likely(image)),
+    }
+    tables = {name: measures[name]() for name in progress(list(measures))}
+    return tables, Pictures(*_pictures(image, rays), mris, truth["liver"])
 
 
 def _pictures(image: Image, rays: ray_casting.Rays) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Cast the pictures that are drawn: classes by threshold and by probability, both orders of compositing."""
+    """Cast the figure's pictures by caption, and return the part of the samples that early ended rays take."""
     field, transfer = ray_casting.field_of(image), ray_casting.likely(image)
     sharp = ray_casting.transfer_of(ray_casting.GREY, ray_casting.by_threshold(ray_casting.GREY))
     back = ray_casting.cast(field, transfer, rays, back_to_front=True)
@@ -288,5 +286,5 @@ def _pictures(image: Image, rays: ray_casting.Rays) -> tuple[dict[str, np.ndarra
         "by probability, back to front": back[0],
         f"front to back, ends at {OPAQUE:g}": front_first,
     }
-    pictures = {caption: ray_casting.on_white(found).reshape(*shape, 3) for caption, found in shown.items()}
+    pictures = {caption: ray_casting.on_white(seen).reshape(*shape, 3) for caption, seen in shown.items()}
     return pictures, (samples / np.maximum(back[1], 1)).reshape(shape)

@@ -35,9 +35,9 @@ NODE_MASS = Table(
 def measure(
     name: str, image: Image, mask: np.ndarray, surface_nodes: Sequence[int], progress: Callable = iter
 ) -> pd.DataFrame:
-    """Compute the rows of node_mass.csv, one for each resolution, from coarse to fine.
+    """Compute the rows of node_mass.csv of the body ``name``, one for each resolution of its mesh.
 
-    mask : the organ of the body ``name``, (nz, ny, nx) bool; surface_nodes : the resolutions, wrapped by ``progress``
+    mask : of the organ, (nz, ny, nx); surface_nodes : of the meshes; progress : wraps them, as ``tqdm`` does
     Every mesh encloses the volume of the voxels. Raises InputError if the organ cannot be meshed.
     """
     voxels = voxel_mass(image, mask)
@@ -53,7 +53,7 @@ def measure(
 
 
 def _mesh(image: Image, mask: np.ndarray, wanted: int) -> TetMesh:
-    """Make a mesh of about ``wanted`` surface nodes, or of a few more if its surface would intersect itself."""
+    """Make a mesh of about ``wanted`` surface nodes, or of a few more if its surface intersects itself."""
     for more in _MORE:
         try:
             return tetrahedralize(*surface(mask, image, round(more * wanted)), source=image.source)
@@ -63,7 +63,7 @@ def _mesh(image: Image, mask: np.ndarray, wanted: int) -> TetMesh:
 
 
 def tabulate_node_mass(say: Callable, entries: dict[str, Ct], sizes: list[int]) -> pd.DataFrame:
-    """Measure masses of all bodies from CT, for the rule of that name."""
+    """Measure the node masses of all bodies from CT, for the rule of this name."""
     tables = []
     for body, entry in entries.items():
         with about(f"bodies.{body}"):

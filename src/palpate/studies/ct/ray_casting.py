@@ -13,11 +13,11 @@ from palpate.bodies.ct.image import Image
 from palpate.table_declaration import Table
 
 _ROUNDS, _BINS = 200, 1024
-_SETTLED = 1e-4  # share of the range of grey values by which means still move when they count as found
+_SETTLED = 1e-4  # change of the means over the range of grey values at which the fit has converged
 
 
 class Tissue(NamedTuple):
-    """A class: the grey value that it usually has [HU], its colour, and its opacity per millimetre."""
+    """A class of voxels: its usual grey value [HU], its colour, and its opacity per millimetre."""
 
     name: str
     hu: float
@@ -43,7 +43,7 @@ class Mixture(NamedTuple):
 
 
 class Transfer(NamedTuple):
-    """Looks of grey values: ``values`` (n,), evenly spaced, ``colours`` (n, 3), opacity ``per_mm`` (n,)."""
+    """Transfer function: colours (n, 3) and opacities ``per_mm`` (n,) of evenly spaced grey ``values`` (n,)."""
 
     values: np.ndarray
     colours: np.ndarray
@@ -53,8 +53,9 @@ class Transfer(NamedTuple):
 def fit_mixture(grey: np.ndarray, starts: Sequence[float]) -> Mixture:
     """Fit a mixture of normal distributions to grey values by expectation and maximisation, on their histogram.
 
-    Dempster, Laird, Rubin, J. R. Stat. Soc. B 39(1), 1977. Trap: voxels that two tissues share have any value between;
-    a distribution that is even over the range takes them, or they would widen the others.
+    starts : means (k,) at the start (Dempster, Laird, Rubin, J. R. Stat. Soc. B 39(1), 1977)
+    Trap: voxels that two tissues share have any value between; without a distribution that is even over the range, and
+    takes them, they would widen the others.
     """
     counts, edges = np.histogram(grey, _BINS)
     values, weights = (edges[1:] + edges[:-1]) / 2, counts / counts.sum()
@@ -79,10 +80,10 @@ def fit_mixture(grey: np.ndarray, starts: Sequence[float]) -> Mixture:
 
 
 def probabilities(mixture: Mixture, values: np.ndarray) -> np.ndarray:
-    """Compute the probability of each class at grey values (…), by Bayes' rule: (k, …), which sum to 1.
+    """Compute the probabilities (k, …) of each class at grey values (…), by Bayes' rule; they sum to 1.
 
-    Only the two classes on either side of a value count, and beyond all of them the last one. Trap: far from all of
-    them the widest one would win, so that a voxel that air and tissue share would be bone.
+    Only the two classes whose means are beside a value count, and only the last class beyond all means. Trap: far from
+    all means the widest class would win, so that a voxel that air and tissue share would be bone.
     """
     columns = (slice(None), *[None] * np.ndim(values))
     means, deviations = mixture.means[columns], mixture.deviations[columns]
@@ -103,13 +104,13 @@ def thresholds() -> np.ndarray:
 
 
 def by_threshold(values: np.ndarray) -> np.ndarray:
-    """Return 1 for the class of each grey value (…) and 0 for all others, (k, …)."""
+    """Return the fractions (k, …) of each class at grey values (…): 1 for the class by thresholds, 0 for all others."""
     number = np.searchsorted(thresholds(), values)
     return np.stack([number == k for k in range(len(TISSUES))]).astype(float)
 
 
 def by_percentage(values: np.ndarray) -> np.ndarray:
-    """Return how much of each of two neighbouring tissues mixes to each grey value (…): (k, …), which sum to 1.
+    """Return the fractions (k, …) of tissues whose mixture has each grey value (…): of the two with the nearest values.
 
     Drebin, Carpenter, Hanrahan, "Volume rendering", SIGGRAPH 1988, without noise: linear between the usual values.
     """
@@ -118,21 +119,21 @@ def by_percentage(values: np.ndarray) -> np.ndarray:
 
 
 def transfer_of(values: np.ndarray, shares: np.ndarray) -> Transfer:
-    """Mix the tissues' looks by their shares (k, n) at evenly spaced grey values (n,); colours weighted by opacity."""
+    """Return the transfer function of mixtures of tissues with fractions ``shares`` (k, n) at grey ``values`` (n,)."""
     opacities = np.array([tissue.per_mm for tissue in TISSUES])
     weights = shares * np.maximum(opacities, 1e-9)[:, None]
     colours = (weights / weights.sum(axis=0)).T @ np.array([tissue.colour for tissue in TISSUES])
     return Transfer(values, colours, opacities @ shares)
 
 
-AMBIENT, DIFFUSE = 0.3, 0.65  # shares of light from all sides, and from where the viewer is
+AMBIENT, DIFFUSE = 0.3, 0.65  # parts of the light from all sides, and from the viewer
 
 
 _TURN, _RISE = np.radians(-28.0), np.radians(14.0)  # from the front towards the patient's right, and up
 
 
 def front() -> np.ndarray:
-    """Return the axes of a view from the front, slightly from the right and above: right, up, to the viewer."""
+    """Return the axes (3, 3) right, up and to the viewer of a view from the front, the right and above."""
     toward = np.array([np.sin(_TURN) * np.cos(_RISE), -np.cos(_TURN) * np.cos(_RISE), np.sin(_RISE)])
     right = np.cross([0.0, 0.0, 1.0], toward)
     right /= np.linalg.norm(right)
@@ -140,10 +141,11 @@ def front() -> np.ndarray:
 
 
 class Rays(NamedTuple):
-    """Parallel rays in voxels: ``starts`` (n, 3) in z y x, nearest first, ``step`` (3,), ``counts`` (n,) of samples.
+    """Parallel rays through an image, one a pixel, row by row from above.
 
+    starts : (n, 3) first samples in voxels, z y x; step : (3,) from one sample to the next; counts : (n,) of samples
     step_m : distance of samples [m]; away : (3,) unit vector from the viewer, x y z
-    height, width : pixels, row by row from above
+    height, width : of the picture in pixels
     """
 
     starts: np.ndarray
@@ -156,9 +158,9 @@ class Rays(NamedTuple):
 
 
 def field_of(image: Image) -> np.ndarray:
-    """Return (nz, ny, nx, 4) grey values and their gradient along x, y and z [1/m], by central differences.
+    """Return the grey values and their gradient along x, y and z [1/m] by central differences, (nz, ny, nx, 4).
 
-    There must be two voxels along each axis at least.
+    The image has to have at least two voxels along each axis.
     """
     grey = image.hu.astype(np.float32)
     slopes = np.gradient(grey, *image.spacing_m[::-1].astype(np.float32))
@@ -171,7 +173,7 @@ def corners(image: Image) -> np.ndarray:
 
 
 def parallel_rays(image: Image, axes: np.ndarray, pixels: int, step: float) -> Rays:
-    """Make rays through the whole grid, ``pixels`` across.
+    """Make parallel rays through the whole image, for a picture of ``pixels`` pixels across.
 
     axes : (3, 3), rows right, up and toward the viewer; step : between samples, in the smallest side of a voxel
     """
@@ -189,9 +191,9 @@ def parallel_rays(image: Image, axes: np.ndarray, pixels: int, step: float) -> R
 
 
 def _within(starts: np.ndarray, step: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Let each ray begin where it enters the grid, on the same planes of samples for all, and end where it leaves.
+    """Return the first sample (n, 3) of each ray inside the grid, and how many there are (n,), 0 for a ray beside it.
 
-    Returns starts (n, 3) and counts of samples (n,), which are 0 for a ray that passes by.
+    starts : (n, 3) in voxels, on a plane of samples that all rays share; step : (3,); last : (3,) largest indices
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         one, other = -starts / step, (last - starts) / step
@@ -207,13 +209,13 @@ def _within(starts: np.ndarray, step: np.ndarray, last: np.ndarray) -> tuple[np.
 def cast(
     voxels: np.ndarray, transfer: Transfer, rays: Rays, back_to_front: bool = False, enough: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Cast rays: colour times opacity, and opacity, (n, 4), and how many samples each ray took, (n,).
+    """Cast rays; return colour times opacity and opacity (n, 4), and the number of samples (n,) of each ray.
 
     voxels : of ``field_of``
-    enough : opacity at which a ray ends, front to back; with 1 none does. What lies behind would then be seen at
-        ``1 − enough`` at most, which bounds the difference of any colour.
-    Samples are trilinear, classified by ``transfer`` after interpolation, and lit by a lamp at the viewer. Opacity per
-    millimetre becomes that of a step, 1 − (1 − a)^step, so that the picture hardly depends on the step.
+    enough : opacity at which a ray from front to back ends; at 1 none does. It changes no colour by more than
+        ``1 − enough``, the transparency that is left.
+    Samples are trilinear, classified by ``transfer`` after interpolation, and lit by a lamp at the viewer. The opacity
+    a of a millimetre becomes 1 − (1 − a)^step of a step, so that the picture hardly depends on the step.
     """
     opacity = 1 - (1 - transfer.per_mm) ** (1e3 * rays.step_m)
     table = np.column_stack([transfer.colours, opacity])
@@ -223,7 +225,7 @@ def cast(
 
 @numba.njit(cache=True)
 def _cast(voxels, table, scale, starts, step, counts, viewer, back_to_front, enough):
-    """Composite the samples of each ray; as ``cast``.
+    """Composite the samples of each ray, as ``cast``.
 
     table : (m, 4) colour and opacity of grey values, whose first value and spacing are ``scale``; viewer : (3,) the
     direction away from it, as in ``Rays``
@@ -257,7 +259,7 @@ def _cast(voxels, table, scale, starts, step, counts, viewer, back_to_front, eno
 
 @numba.njit(cache=True)
 def _interpolate(voxels, z, y, x, c):
-    """Interpolate value ``c`` of the field trilinearly at a place in voxels, which may lie on its border."""
+    """Interpolate component ``c`` of the field trilinearly at z, y, x in voxels, which may be on its border."""
     nz, ny, nx, _ = voxels.shape
     k, j, i = min(max(int(z), 0), nz - 2), min(max(int(y), 0), ny - 2), min(max(int(x), 0), nx - 2)
     w, v, u = z - k, y - j, x - i
@@ -270,6 +272,7 @@ def _interpolate(voxels, z, y, x, c):
 
 @numba.njit(cache=True)
 def _look_up(grey, table, scale, colour):
+    """Write the colour and opacity (4,) of a grey value, interpolated in ``table``, to ``colour``."""
     place = min(max((grey - scale[0]) / scale[1], 0.0), len(table) - 1.0)
     at = min(int(place), len(table) - 2)
     share = place - at
@@ -279,7 +282,7 @@ def _look_up(grey, table, scale, colour):
 
 @numba.njit(cache=True)
 def _facing(voxels, z, y, x, viewer):
-    """Return the cosine between the gradient and the viewer; 1 where there is no gradient."""
+    """Return the magnitude of the cosine between gradient and viewing direction; 1 where there is no gradient."""
     along, square = 0.0, 0.0
     for c in range(3):
         slope = _interpolate(voxels, z, y, x, c + 1)
@@ -291,7 +294,7 @@ def _facing(voxels, z, y, x, viewer):
 BACK, FRONT = "back to front", "front to back"
 ORDERS = ((BACK, 1.0), (FRONT, 1.0), (FRONT, 0.99))
 """Order of compositing, and the opacity at which a ray ends; at 1 no ray does."""
-GREY = np.arange(-1100.0, 1501.0, 4.0)  # grey values [HU] at which looks are tabulated
+GREY = np.arange(-1100.0, 1501.0, 4.0)  # grey values [HU] at which transfer functions are tabulated
 TRANSLUCENT, SOLID = "translucent", "solid"  # tissues as they are, and ten times as dense
 
 COMPOSITING = Table(

@@ -1,4 +1,4 @@
-"""Judge paper 1's claims, for the bodies that it has and in other premises."""
+"""Judge paper 1's claims, on its own bodies and in other premises."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -29,7 +29,7 @@ LOADS = {"protocol": "paper", "split": "samples"}
 
 @claims("enrichment_accuracy", "sigma_sweep", "complexity", "enrichment_timing", "mesh_sizes", "premise_bodies")
 def method(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims; other bodies than the paper's are left out."""
+    """Yield the claims on the paper's method, for the bodies of the paper only."""
     accuracy, moved = tables["enrichment_accuracy"], tables["premise_bodies"].set_index("premise")["moved_share"]
     yield from _sizes(tables["mesh_sizes"])
     for (body, regime), rows in where(accuracy, **LOADS).groupby(["body", "regime"], sort=False):
@@ -49,13 +49,14 @@ def method(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _premise(body: str, regime: str, shares: pd.Series) -> tuple[str, bool]:
-    """Describe how a body is held and loaded, how much of it moves and what is held out; say whether that is local."""
+    """Return a premise in words, and whether its deformation is local; shares : moved part of the surface by body."""
     moved = shares.get(body, np.nan)
     held = f"{body} {HELD[body]}" + (f", {percent(moved)} of the surface moves" if moved > 0.0 else "")
     return f"{held}; {regime} loads; coarse nodes of the fine response; random samples held out", moved <= LOCAL
 
 
 def _sizes(sizes: pd.DataFrame) -> Iterator[Claim]:
+    """Compare the sizes of each body's surfaces with the paper's."""
     for body, rows in sizes.dropna(subset=["paper_nodes"]).groupby("body", sort=False):
         theirs, ours = (
             ", ".join(f"{row[nodes]:.0f}/{row[triangles]:.0f}" for _, row in rows.iterrows())
@@ -68,7 +69,7 @@ def _sizes(sizes: pd.DataFrame) -> Iterator[Claim]:
 
 
 def _features(error: pd.Series, body: str, premise: str, local: bool) -> Claim:
-    """Compare contact-ordered with unordered features, in both readings of the non-negative weights."""
+    """Judge contact-ordered against unordered features, with both kinds of non-negative weights."""
     ratios = [error[f"ordered_{kind}"] / error[f"unordered_{kind}"] for kind in READINGS]
     ours = "; ".join(
         f"{kind}: {percent(error[f'ordered_{kind}'])} of peak against {percent(error[f'unordered_{kind}'])}"
@@ -97,6 +98,7 @@ def _correspond(rows: pd.DataFrame, body: str, regime: str) -> Claim:
 
 
 def _width(rows: pd.DataFrame, body: str, premise: str, local: bool) -> Claim:
+    """Judge whether the error at the paper's width σ of the kernel is as good as that at the best width."""
     best = rows.loc[rows["rmse_of_peak"].idxmin()]
     near = rows.loc[np.log(rows["sigma_m"] / (SIGMA * UNIT_M[body])).abs().idxmin()]
     excess = near["rmse_of_peak"] / best["rmse_of_peak"]
@@ -109,6 +111,7 @@ def _width(rows: pd.DataFrame, body: str, premise: str, local: bool) -> Claim:
 
 
 def _orders(complexity: pd.DataFrame) -> Iterator[Claim]:
+    """Judge the measured exponents of each operation's time by the paper's orders."""
     names = {
         "sorting": "sorting costs",
         "building_phi": "building A costs, its inversion left out,",
@@ -124,12 +127,13 @@ def _orders(complexity: pd.DataFrame) -> Iterator[Claim]:
             over |= expected < low and value > expected + ORDER_MARGIN
             under |= expected > high and value < expected - ORDER_MARGIN
         claim = f"{names[row['operation']]} {row['paper_order']}"
-        found = BOUND if under and not over else verdict(not over)
+        judged = BOUND if under and not over else verdict(not over)
         premise = "random features, r entries of k samples"
-        yield Claim(1, "4, table 3", claim, premise, row["paper_order"], "; ".join(parts), found)
+        yield Claim(1, "4, table 3", claim, premise, row["paper_order"], "; ".join(parts), judged)
 
 
 def _times(body: str, seconds: pd.Series) -> Iterator[Claim]:
+    """Judge the speed-up of contact-ordered queries, whether it is the paper's, and whether answers are interactive."""
     table, theirs = TIMES_AS_FAST[body]
     ratio = seconds["unordered"] / seconds["contact_ordered"]
     milliseconds = [f"{1e3 * seconds[name]:.3g} ms" for name in ("contact_ordered", "unordered")]
@@ -146,12 +150,12 @@ def _times(body: str, seconds: pd.Series) -> Iterator[Claim]:
     yield Claim(1, "title", claim, premise, "real time", ours, verdict(whole <= INTERACTIVE_S))
 
 
-RISES = 0.8  # rank correlation from which on errors rise with the share of the surface that moves
+RISES = 0.8  # least rank correlation of the error with the moved share of the surface for which it rises
 
 
 @claims("premises", "premise_bodies")
 def limit(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims, with all samples and contacts held out."""
+    """Yield the claims on what limits the method, with all training samples and contacts held out."""
     rows = tables["premises"]
     rows = rows[(rows["held_out"] == "contacts") & rows["features"].isin(["ordered", "unordered"])]
     rows = rows[rows["train"] == rows.groupby("premise")["train"].transform("max")]
@@ -163,6 +167,7 @@ def limit(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _limit(error: pd.Series, moved: pd.Series) -> Claim:
+    """Judge whether the error rises with the moved part of the surface."""
     rank, least, most = error.corr(moved, method="spearman"), moved.idxmin(), moved.idxmax()
     places = (
         f"{percent(error[name])} of the peak where {percent(moved[name])} of the surface moves"
@@ -190,9 +195,9 @@ CLAIMED = {"cylinder": BETTER, "liver": ALIKE}
 
 @claims("premises", "premise_bodies", "database_memory")
 def premises(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield a claim about errors and one about samples for each premise, and two about memory for each body.
+    """Yield a claim on errors and one on the number of samples for each premise, and two on memory for each body.
 
-    Errors are judged with samples held out, as the paper does; with contacts held out they are given, too.
+    Errors are judged with samples held out, as in the paper, and stated with contacts held out, too.
     """
     shown = tables["premises"]
     shown = shown[shown["weights"] == PAPERS].set_index(["premise", "held_out", "train", "features"]).sort_index()
@@ -212,10 +217,10 @@ def _described(about: Any) -> str:
 
 
 def _ordered_against_unordered(about: Any, rows: pd.DataFrame) -> Claim:
-    """Judge ordered against unordered features, by the ratio of their errors and its interval.
+    """Judge the errors of ordered against unordered features in a premise, by their ratio and its interval.
 
-    An error is clearly below another if their ratio is under CLEARLY, and its whole interval under 1; on a par is
-    judged as not clearly worse: the interval begins at the reciprocal or below.
+    An error is clearly better if the ratio is below CLEARLY and its whole interval below 1, and on a par if it is not
+    clearly worse: if the interval begins at 1 / CLEARLY or below.
     """
     claimed = CLAIMED.get(about.body, BETTER)
     most = rows.index.get_level_values("train").max()
@@ -226,18 +231,19 @@ def _ordered_against_unordered(about: Any, rows: pd.DataFrame) -> Claim:
     claim = f"contact-ordered features: error {claimed} compared with unordered ones"
     ours, others = (f"{row['ratio']:.2f} [{row['ratio_low']:.2f}, {row['ratio_high']:.2f}]" for row in (paper, strict))
     ours += f" times the error with samples held out, {others} with contacts held out"
-    found = verdict(bool(holds), about.moved_share <= LOCAL)
-    return Claim(1, "4, figure 4", claim, _described(about), claimed, ours, found)
+    judged = verdict(bool(holds), about.moved_share <= LOCAL)
+    return Claim(1, "4, figure 4", claim, _described(about), claimed, ours, judged)
 
 
 def _fewer(about: Any, rows: pd.DataFrame) -> Claim:
+    """Judge contact-ordered features with the fewest samples against unordered ones with the most."""
     train = rows.index.get_level_values("train")
     few = rows.loc[(train.min(), "ordered"), "rmse_of_peak"]
     many = rows.loc[(train.max(), "unordered"), "rmse_of_peak"]
     claim = "contact-ordered features need fewer samples, as one serves many contacts"
     ours = f"{100 * few:.3g} % with {train.min()} samples, unordered {100 * many:.3g} % with {train.max()}"
-    found = verdict(bool(few <= many), about.moved_share <= LOCAL)
-    return Claim(1, "3.1", claim, _described(about), "fewer", f"{ours}; contacts held out", found)
+    judged = verdict(bool(few <= many), about.moved_share <= LOCAL)
+    return Claim(1, "3.1", claim, _described(about), "fewer", f"{ours}; contacts held out", judged)
 
 
 def _memory(memory: pd.DataFrame) -> Iterator[Claim]:
@@ -252,7 +258,7 @@ def _memory(memory: pd.DataFrame) -> Iterator[Claim]:
 
 @claims("enrichment_timing")
 def speed(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield for each body that the paper times the speed-up of a query, and with the coarse simulation."""
+    """Yield the speed-up of a query over fine FEM, without and with the coarse simulation, for the paper's bodies."""
     for body, rows in tables["enrichment_timing"].groupby("body", sort=False):
         times = rows.set_index("method")
         ours, theirs = times["mean_s"], times["paper_mean_s"]
@@ -265,5 +271,6 @@ def speed(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
         whole = "query and the simulation of the coarse mesh, which a program needs"
         for premise, seconds in ((query, query_s), (whole, query_s + coarse_s)):
             ratio = ours["fine_fem"] / seconds
-            stated, found = f"{published:.0f} times", f"{ratio:.0f} times"
-            yield Claim(1, "4, tables 4 and 5", claim, premise, stated, found, verdict(bool(ratio >= published)))
+            theirs_said, ours_said = f"{published:.0f} times", f"{ratio:.0f} times"
+            holds = verdict(bool(ratio >= published))
+            yield Claim(1, "4, tables 4 and 5", claim, premise, theirs_said, ours_said, holds)

@@ -1,4 +1,4 @@
-"""Functions that the rules of workflow/rules/enrichment.smk call, and the paper's sweep of σ (figure 4).
+"""Fit and test all methods on paper 1's samples, sweep the width σ of their kernels, and draw what they predict.
 
 The paper picks its σ from that table of errors, which is on the test samples. The methods' own σ comes from
 cross-validation on the training samples and stands in enrichment_accuracy.csv, so both can be compared.
@@ -14,21 +14,12 @@ import pandas as pd
 from palpate.benchmark.database import Database, read
 from palpate.benchmark.settings import FitOptions, Regression
 from palpate.bodies.body_file import load
-from palpate.bodies.settings import Body
 from palpate.models.enrichment.features import describe, in_slots, kinds
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
 from palpate.models.enrichment.training_samples import blend_errors, gather
-from palpate.run.job import stem, steps
+from palpate.run.job import stem
 from palpate.stores import stored
-from palpate.studies.enrichment.samples import (
-    accuracy_rows,
-    predict,
-    read_samples,
-    sample_peaks,
-    sides,
-    split_counts,
-)
-from palpate.studies.enrichment.settings import Premises
+from palpate.studies.enrichment.samples import accuracy_rows, predict, read_samples, sample_peaks, sides, split_counts
 from palpate.table_declaration import Table
 
 
@@ -41,6 +32,7 @@ def sweep_sigma(
     regression: Regression,
     seed: int,
 ):
+    """Fit and test all methods on one body's samples, and sweep their kernels' width, for the rule of this name."""
     import h5py
 
     from palpate.files import write_whole
@@ -62,41 +54,8 @@ def sweep_sigma(
     return {"sweep": pd.concat(sweeps), "accuracy": pd.concat(tables)}
 
 
-def compare_premises(
-    input, say, sampled: list[str], bodies: dict[str, Body], settings: Premises, regression: Regression, seed: int
-):
-    from palpate.studies.enrichment.premises import compare
-
-    options = FitOptions(**dict(regression), split="contacts", seed=seed)
-    databases = {name: read(path) for name, path in zip(sampled, input.databases, strict=True)}
-    return compare(bodies, databases, settings, options, steps(say, "premise"))
-
-
-def time_methods(
-    input, wildcards, regression: Regression, seed: int, tolerance: float, repeats: int, published_means: dict
-):
-    from palpate.models.enrichment.methods import build
-    from palpate.solvers.compliance import Compliance
-    from palpate.studies.enrichment.timing import choose_samples, cost_table, solves, timing_table
-
-    body, db, compliance = load(input.body), read(input.database), stored(Compliance, input.compliance)
-    train, test = sides(read_samples(input.samples), "samples")
-    options = FitOptions(**dict(regression), split="samples", seed=seed)
-    methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
-    samples, name = choose_samples(db.peaks, test), wildcards.body
-    loads = pd.read_csv(input.loads).iloc[samples]
-    fine, coarse = (solves(body, level, loads, tolerance) for level in (len(body.levels) - 1, 0))
-    timing = timing_table(db, methods, fine, coarse, samples, name, repeats, published_means)
-    return {"timing": timing, "cost": cost_table(db, methods, coarse, samples, name, repeats)}
-
-
-def time_complexity(samples: list[int], seed: int):
-    from palpate.studies.enrichment.timing import complexity, complexity_rows
-
-    return complexity_rows(complexity(samples, seed))
-
-
 def tabulate_enrichment(input, output):
+    """Put the tables of all bodies together, and draw their meshes, for the rule of this name."""
     from palpate.benchmark.static_responses import load_responses
     from palpate.files import merge
     from palpate.report import mesh_levels, style
@@ -113,6 +72,7 @@ def tabulate_enrichment(input, output):
 
 
 def draw_responses(input, output):
+    """Draw what methods predict of one body and regime, and their errors over the body, for the rule of this name."""
     from palpate.report import style
     from palpate.studies.enrichment.figures import bodies
 
@@ -142,7 +102,7 @@ SIGMA_SWEEP = Table(
 def sweep_rows(
     db: Database, train: np.ndarray, test: np.ndarray, protocol: str, options: FitOptions, labels: Mapping[str, str]
 ) -> pd.DataFrame:
-    """Tabulate sigma_sweep.csv; ``labels`` are body and regime; errors are means over the test samples."""
+    """Tabulate sigma_sweep.csv of one database: the mean test error of each blend at each width of its kernel."""
     training = gather(db, train, protocol, options)
     rows = []
     for features_name, features in kinds(db, options.neighbours).items():

@@ -1,6 +1,6 @@
-"""Make paper 1's samples in another premise: a body held otherwise, or hollow, pressed along one direction or inward.
+"""Make samples as paper 1's in another premise: with other anchors, hollow bodies, or one direction of all presses.
 
-Responses are linear, so that one set of unit responses serves any number of splits.
+Responses are linear, so that one set of responses to unit forces serves any number of splits.
 """
 
 from collections.abc import Callable
@@ -34,11 +34,11 @@ Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def hollow_responses(body: Body, contacts: np.ndarray, thickness_m: float, springs: bool) -> np.ndarray:
-    """Compute the displacements of the fine surface under unit forces, (contacts, 3, n_surface, 3) [m/N].
+    """Compute the displacements (contacts, 3, n_surface, 3) [m/N] of a body's surface, as a shell, under unit forces.
 
-    contacts : coarse nodes; the surface is that of the finest level, ``thickness_m`` [m] thick, of the body's material
-    springs : along the edges, E t A/l² stiff with the area A of the two triangles, in place of elastic triangles
-    Raises InputError if what is held leaves the surface free to move.
+    contacts : coarse nodes; thickness_m : of the shell, which has the body's material
+    springs : whether the shell stretches as springs along the edges do, in place of elastic triangles
+    Raises InputError if the shell is free to move.
     """
     mesh, level = body.fine, len(body.levels) - 1
     fold = hinge_parts(mesh.nodes, mesh.triangles, thickness_m, body.material)
@@ -57,7 +57,7 @@ def hollow_responses(body: Body, contacts: np.ndarray, thickness_m: float, sprin
 
 
 def _solver(matrix: sparse.csr_array, name: str) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the function from loads (n, 3) [N] to displacements [m], which raises InputError if they have no bound."""
+    """Return the function from loads (n, 3) [N] to displacements [m]; InputError, naming the body, if it is free."""
     free = f"{name}: its surface alone is free to move; hold more of it (anchors)."
     try:
         factor = Factor(matrix)
@@ -74,7 +74,7 @@ def _solver(matrix: sparse.csr_array, name: str) -> Callable[[np.ndarray], np.nd
 
 
 def stiffness(parts: list[Parts], n_nodes: int) -> sparse.csr_array:
-    """Assemble Σ w g gᵀ [N/m] as a sparse matrix (3n, 3n)."""
+    """Assemble the stiffness Σ w g gᵀ [N/m] of ``parts`` of gradients g and weights w as a sparse matrix (3n, 3n)."""
     blocks = []
     for nodes, gradients, weights in parts:
         count = nodes.shape[1]
@@ -102,7 +102,7 @@ def membrane_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float,
 
 
 def spring_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:
-    """Return a spring along each edge, k = E t ΣA/l² (Van Gelder 1998, for triangles)."""
+    """Return a spring along each edge of the stiffness E t ΣA/l², A the areas beside it (Van Gelder 1998)."""
     _, areas = shape_gradients(nodes, triangles)
     ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     pairs, edge = np.unique(ends, axis=0, return_inverse=True)
@@ -138,7 +138,7 @@ def hinge_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, ma
 
 
 TOWARD = 0.5
-"""Cosine between the direction of the presses and the inward normal of contacts from which on they are pressed."""
+"""Least cosine between the direction of the presses and the inward normal of a contact that is pressed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +162,9 @@ class Premise:
         return np.linalg.norm(self.fine, axis=2).max(axis=1)
 
     def database(self, count: int, magnitudes: list[float], peak_m: float, seed: int) -> Database:
-        """Press ``count`` seeded random contacts with each magnitude, where 1 moves the body by ``peak_m`` [m] at most.
+        """Make samples of ``count`` random contacts, each pressed with all ``magnitudes``.
+
+        A press of magnitude 1 has the largest displacement ``peak_m`` [m].
 
         Raises InputError if there are fewer contacts.
         """
@@ -200,7 +202,7 @@ def prepare(name: str, premise: "Case", entry: BodySettings) -> Premise:
 
 
 def changed(premise: "Case", entry: BodySettings) -> BodySettings:
-    """Return the settings of a premise's body with what it replaces; a bed alone takes the anchors' place."""
+    """Return the settings ``entry`` of a body with those that a premise replaces; a bed alone replaces anchors, too."""
     own = {key: value for key in ("anchors", "bed", "refinements") if (value := getattr(premise, key)) is not None}
     return entry.but(**({"anchors": None} if "bed" in own else {}) | own)
 
@@ -210,10 +212,10 @@ THICKNESS_M = 0.002
 
 
 def _pressed(body: Body, premise: "Case", contacts: np.ndarray, along: np.ndarray) -> tuple:
-    """Return the displacements of the fine surface and of the coarse nodes under unit presses."""
+    """Return the displacements of the fine surface and of the coarse nodes under unit presses ``along`` (c, 3)."""
     if premise.made_of == "solid":
-        found = compute_compliance(body, 0.0, contacts=contacts)
-        fine, coarse = found.fine, found.restricted
+        compliance = compute_compliance(body, 0.0, contacts=contacts)
+        fine, coarse = compliance.fine, compliance.restricted
     else:
         fine = hollow_responses(body, contacts, THICKNESS_M, premise.made_of == "springs")
         coarse = np.zeros((len(contacts), 3, len(body.coarse.nodes), 3))
@@ -223,7 +225,7 @@ def _pressed(body: Body, premise: "Case", contacts: np.ndarray, along: np.ndarra
 
 
 def sample_counts(place: str, premise: "Case", entry: BodySettings) -> tuple[list[float], int, int]:
-    """Return magnitudes, train and test of a premise, or those of its body, ``entry``.
+    """Return the magnitudes and the numbers of training and test samples of a premise, or of its body, ``entry``.
 
     Raises InputError, naming ``place``, if neither has them, or if whole contacts cannot be held out.
     """

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import Method
-from palpate.benchmark.database import Database
+from palpate.benchmark.database import Database, read
 from palpate.benchmark.ranking import RANGE, resampled
-from palpate.benchmark.settings import FitOptions
+from palpate.benchmark.settings import FitOptions, Regression
 from palpate.benchmark.split import split
 from palpate.bodies.settings import Body
 from palpate.models import interpolation
@@ -17,19 +17,20 @@ from palpate.models.enrichment import paper_enrichment
 from palpate.models.enrichment.features import FEATURES, Features, kinds
 from palpate.models.enrichment.paper_enrichment import LITERAL, DescribedSamples, gaussian, inverse
 from palpate.models.enrichment.training_samples import Fitting, gather
+from palpate.run.job import steps
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
 from palpate.studies.enrichment.samples import SPLITS, sample_errors
 from palpate.studies.enrichment.settings import Case, Premises
 from palpate.table_declaration import Table
 
 READINGS = ("nonnegative_a", "nonnegative_b", LITERAL)
-"""Ways to weigh samples that are compared: the paper's text allows each."""
+"""Kinds of weights that are compared; the paper's text can be read as each of them."""
 PAPERS = READINGS[0]
-MOVED = 0.1  # share of the peak from which on a node counts as moved
+MOVED = 0.1  # displacement over the peak from which on a node counts as moved
 
 
 class Zero:
-    """The answer that nothing moves, whose error others must beat."""
+    """The method that predicts zero displacement, whose error the others have to be below."""
 
     sigma_m = np.nan
 
@@ -41,10 +42,10 @@ class Zero:
 
 
 def split_errors(db: Database, counts: tuple[int, int], number: int, options: FitOptions) -> Iterator[pd.DataFrame]:
-    """Yield the errors of every method on the test samples of one split, for each of SPLITS.
+    """Yield the errors of every method on the test samples of one split, for each kind of split in SPLITS.
 
-    With samples held out, as in the paper, only its own weights are asked.
-    counts : samples to train on and to hold out; number : of the split, from 0 on, which its seed grows with
+    counts : samples to train on and to hold out; number : of the split, which is added to the seed
+    With samples held out, as in the paper, only its own weights are tried.
     """
     for kind in SPLITS:
         asked = options.model_copy(update={"split": kind, "seed": options.seed + number})
@@ -65,7 +66,7 @@ def split_errors(db: Database, counts: tuple[int, int], number: int, options: Fi
 def growing_errors(
     db: Database, counts: tuple[int, int], number: int, options: FitOptions, shares: Sequence[float]
 ) -> Iterator[pd.DataFrame]:
-    """Yield the errors of the paper's weights with smaller ``shares`` of the training contacts; contacts held out."""
+    """Yield the errors of the paper's weights trained on fractions ``shares`` of the contacts; contacts held out."""
     asked = options.model_copy(update={"split": "contacts", "seed": options.seed + number})
     train, test = split(db.contact, *counts, "contacts", asked.seed)
     known = np.random.default_rng(asked.seed).permutation(np.unique(db.contact[train]))
@@ -79,12 +80,13 @@ def growing_errors(
 
 
 def _errors(db: Database, methods: dict, train: np.ndarray, test: np.ndarray, number: int, kind: str) -> pd.DataFrame:
-    found = []
+    """Tabulate the error of each of ``methods``, by features and weights, on each test sample of a split."""
+    tables = []
     for (features, weights), method in methods.items():
         table = sample_errors(db, method, "paper", test)[["sample", "rmse_of_peak"]]
         table["contact"] = db.contact[table["sample"]]
-        found.append(table.assign(features=features, weights=weights))
-    return pd.concat(found).assign(split=number, held_out=kind, train=len(train))
+        tables.append(table.assign(features=features, weights=weights))
+    return pd.concat(tables).assign(split=number, held_out=kind, train=len(train))
 
 
 PREMISES = Table(
@@ -101,7 +103,7 @@ PREMISES = Table(
 
 
 def summarise(errors: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate the errors of one premise: their means, and how sure these and their ratios to unordered features are.
+    """Tabulate the mean errors of one premise and their ratios to those of unordered features, with intervals.
 
     errors : with the columns held_out, train, split, features, weights, sample, contact, rmse_of_peak
     Returns the columns of PREMISES after the first.
@@ -120,25 +122,25 @@ def summarise(errors: pd.DataFrame) -> pd.DataFrame:
 
 
 LOCAL = 0.125
-"""Largest share of the surface that moves, by MOVED of the peak, in a deformation that counts as local, as the paper
-assumes it: its features see ten coarse nodes, 5 to 7 % of its bodies', and here up to twice as many may move."""
+"""Largest fraction of the surface that moves, by MOVED of the peak, in a deformation that counts as local, as the paper
+assumes it: its features are of ten coarse nodes, 5 to 7 % of its bodies', and here up to twice as many may move."""
 
 
 def moved_share(fine: np.ndarray) -> float:
-    """Return the mean share of nodes that move by more than MOVED of the peak of their sample; fine : (k, n, 3) [m]."""
+    """Return the mean fraction of nodes that move by more than MOVED of their sample's peak; fine : (k, n, 3) [m]."""
     moved = np.linalg.norm(fine, axis=2)
     return float((moved > MOVED * moved.max(axis=1, keepdims=True)).mean())
 
 
 def choose_alike(db: Database) -> tuple[int, int]:
-    """Choose two samples with different contacts, in the middle of those there are: pressed in directions within 5°
-    and far apart; if no two are as near, those that are nearest.
+    """Choose two samples with different contacts, far apart, that are pressed in directions within 5° of each other.
+
+    If there are no such two, those with the nearest directions are chosen. Contacts at ends and edges are left out.
     """
     points = db.coarse_nodes[db.contact]
     along = db.force / np.linalg.norm(db.force, axis=1, keepdims=True)
     apart = np.linalg.norm(points[:, None] - points[None], axis=2)
     angle = np.arccos(np.clip(along @ along.T, -1.0, 1.0))
-    # the ends and edges of a body are unlike its middle
     outer = apart.mean(axis=1) > np.median(apart.mean(axis=1))
     unlike = outer[:, None] | outer[None] | (apart == 0.0)
     angle[unlike] = np.inf
@@ -160,7 +162,7 @@ FEATURE_VECTORS = Table(
 
 
 def feature_rows(db: Database, neighbours: int) -> pd.DataFrame:
-    """Tabulate each kind of feature of two samples that are pressed alike; axis is 0, 1 or 2."""
+    """Tabulate the vectors of each kind of feature for the two samples of ``choose_alike``; axis is 0, 1 or 2."""
     tables = []
     for name, kind in kinds(db, neighbours).items():
         for press, sample in enumerate(choose_alike(db), 1):
@@ -183,7 +185,7 @@ DATABASE_MEMORY = Table(
 
 
 def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.DataFrame:
-    """Tabulate the memory [kB] that a query needs with each kind of feature; orders are those of all contacts."""
+    """Tabulate the memory [kB] that a query needs with each kind of feature, with node orders of all contacts."""
     training = gather(db, train, "paper", options)
     rows = []
     for name, features in kinds(db, options.neighbours).items():
@@ -195,7 +197,7 @@ def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.Data
 
 
 def _orders(features: Features, contacts: np.ndarray) -> int:
-    """Return the bytes of all views, each array counted once."""
+    """Return the size in bytes of the views of all ``contacts``, each array counted once."""
     views = [features.view(int(contact)) for contact in contacts]
     return sum({id(array): array.nbytes for view in views for array in view if array is not None}.values())
 
@@ -220,13 +222,13 @@ def compare(
     options: FitOptions,
     progress: Callable = iter,
 ) -> dict[str, pd.DataFrame]:
-    """Return the tables of premises by name.
+    """Compare features in all premises, and return TABLES by name.
 
     bodies : settings of bodies by name, with magnitudes, train and test where paper 1 has samples of them
-    databases : by body, nonlinear samples of the study, which are a premise of their own, named after the body
-    progress : wraps the sequence of names, as ``tqdm`` does
+    databases : nonlinear samples by body, each a premise of its own that has the body's name
+    progress : wraps the list of names, as ``tqdm`` does
     """
-    found: list[list[pd.DataFrame]] = []
+    parts_of: list[list[pd.DataFrame]] = []
     for name in progress([*databases, *settings.cases]):
         if case := settings.cases.get(name):
             about, counts, drawn, every = _linear(name, case, bodies[case.body], settings, options.seed)
@@ -240,18 +242,33 @@ def compare(
             feature_rows(every, options.neighbours),
             memory_rows(drawn[0], np.arange(counts[0]), options),
         )
-        found.append([rows.assign(premise=name) for rows in parts])
-    by_table = zip(TABLES, zip(*found, strict=True), strict=True)
+        parts_of.append([rows.assign(premise=name) for rows in parts])
+    by_table = zip(TABLES, zip(*parts_of, strict=True), strict=True)
     return {table.name: pd.concat(rows)[table.columns] for table, rows in by_table}
+
+
+def compare_premises(
+    input: Any,
+    say: Callable,
+    sampled: list[str],
+    bodies: dict[str, Body],
+    settings: Premises,
+    regression: Regression,
+    seed: int,
+) -> dict[str, pd.DataFrame]:
+    """Compare features in all premises, for the rule of this name; sampled : the bodies of ``input.databases``."""
+    options = FitOptions(**dict(regression), split="contacts", seed=seed)
+    databases = {name: read(path) for name, path in zip(sampled, input.databases, strict=True)}
+    return compare(bodies, databases, settings, options, steps(say, "premise"))
 
 
 def _linear(
     name: str, premise: Case, entry: Body, settings: Premises, seed: int
 ) -> tuple[list[Any], tuple[int, int], list[Database], Database]:
-    """Press the body of a premise with linear responses, other contacts for each split.
+    """Make the samples of a premise with linear responses, at other contacts for each split.
 
-    Returns the beginning of its row of PREMISE_BODIES, samples to train on and to hold out, the samples of each split,
-    and one sample of every contact.
+    Returns the first columns of its row of PREMISE_BODIES, the numbers of samples to train on and to hold out, the
+    samples of each split, and one sample of every contact.
     """
     magnitudes, train, test = sample_counts(f"enrichment.premises.cases.{name}", premise, entry)
     prepared = prepare(name, premise, entry)
@@ -266,7 +283,7 @@ def _linear(
 def _summary(
     databases: Sequence[Database], counts: tuple[int, int], settings: Premises, options: FitOptions
 ) -> pd.DataFrame:
-    """Average the errors of one split of each database."""
+    """Tabulate the errors of one premise, as ``summarise`` does, with one split of each of ``databases``."""
     errors: list[pd.DataFrame] = []
     for number, db in enumerate(databases):
         errors += split_errors(db, counts, number, options)

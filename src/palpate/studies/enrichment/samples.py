@@ -1,4 +1,4 @@
-"""Paper 1's samples: how hard contacts are pressed, which samples train and which test, and errors of predictions."""
+"""Paper 1's samples: forces of the presses, samples to train on and to test, and errors of predictions."""
 
 import warnings
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ from palpate.solvers.compliance import Compliance
 from palpate.solvers.equilibrium import Equilibrium
 
 LOAD_TOLERANCE = 0.02
-"""Relative difference from the wanted peak up to which a force counts as found."""
+"""Relative difference from the wanted peak displacement up to which the search for a force has converged."""
 
 
 def choose_loads(
@@ -32,14 +32,12 @@ def choose_loads(
     count: int,
     seed: int,
 ) -> pd.DataFrame:
-    """Choose ``count`` presses along the inward normal at seeded random contacts, every magnitude at each contact.
+    """Choose ``count`` presses along the inward normal at random contacts, with each of ``magnitudes`` at each contact.
 
-    A press of magnitude 1 is meant to move the body by ``peak_of_size`` times its size at most: the force is
-    found with the nonlinear coarse body, corrected by how much softer the fine one is for small loads.
+    The force of magnitude 1 is such that the largest displacement is ``peak_of_size`` times the body's size. It is
+    searched with the nonlinear coarse body, and corrected by how much softer the fine one is under small loads.
     Contacts in an element with a held node are left out: there the anchor is pressed and not the body.
-
-    Warns of forces that were not found, which the search leaves as large as it came to.
-
+    Warns of searches that did not converge, whose last force is taken.
     Raises InputError where ``count`` is no multiple of the magnitudes or asks for more contacts than there are.
     """
     if count % len(magnitudes):
@@ -57,7 +55,7 @@ def choose_loads(
     contacts = np.random.default_rng(seed).choice(able, n_contacts, replace=False)
     solver = Equilibrium(body, 0)
     rows: list[list[float]] = []
-    found: list[float] = []
+    reached: list[float] = []
     for contact in contacts:
         direction = -body.fine.normals[contact]
         row = compliance.row(contact)
@@ -66,10 +64,10 @@ def choose_loads(
         unit = nodal_load(body, 0, contact, direction, radius_m)
         for magnitude in magnitudes:
             peak = magnitude * peak_of_size * body.fine.size
-            newtons, reached = _force_for(solver, unit, peak / softer, start * peak)
+            newtons, reached_share = _force_for(solver, unit, peak / softer, start * peak)
             rows.append([len(rows), contact, *(newtons * direction), radius_m])
-            found.append(reached)
-    _warn_of_missed(body.name, np.array(found))
+            reached.append(reached_share)
+    _warn_of_missed(body.name, np.array(reached))
     return pd.DataFrame(rows, columns=LOAD_COLUMNS)
 
 
@@ -78,9 +76,9 @@ def _peak(displacement: np.ndarray) -> float:
 
 
 def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: float) -> tuple[float, float]:
-    """Find the factor of ``unit`` at which the coarse body's largest displacement is ``peak``, within LOAD_TOLERANCE.
+    """Search the factor of the load ``unit`` at which the largest displacement is ``peak`` [m], from ``newtons`` on.
 
-    Returns it and the share of ``peak`` that it reaches, which is farther from 1 if the search fails.
+    Returns it and the largest displacement over ``peak``, which is off 1 by more than LOAD_TOLERANCE if it fails.
     """
     for _ in range(12):
         reached = _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
@@ -91,7 +89,7 @@ def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: floa
 
 
 def _warn_of_missed(name: str, reached: np.ndarray) -> None:
-    """Warn if a force is not what was asked for; reached : (n,) peak of each load in shares of the wanted one."""
+    """Warn if a load does not reach the wanted peak displacement; reached : (n,) peaks over the wanted ones."""
     missed = reached[np.abs(reached - 1.0) >= LOAD_TOLERANCE]
     if len(missed):
         least, most = (f"{100 * share:.3g} %" for share in (missed.min(), missed.max()))
@@ -109,9 +107,9 @@ SAMPLE_COLUMNS = ["sample", "contact", "peak_m", *SPLITS]
 
 
 def sample_table(db: Database, train: int, test: int, seed: int) -> pd.DataFrame:
-    """Return one row for each sample of ``db``: its contact, its peak [m], and "train" or "test" for each of SPLITS.
+    """Tabulate the samples of ``db``: contact, peak [m], and "train" or "test" for each kind of split in SPLITS.
 
-    InputError if the samples cannot be divided so.
+    train, test : numbers of samples; raises InputError if the samples cannot be divided so
     """
     table = pd.DataFrame({"sample": np.arange(len(db.contact)), "contact": db.contact, "peak_m": db.peaks})
     for kind in SPLITS:
@@ -127,7 +125,7 @@ def read_samples(path: Path | str) -> pd.DataFrame:
 
 
 def sides(samples: pd.DataFrame, kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the sample numbers of the training and of the test samples of a split ``kind``."""
+    """Return the numbers of the training and of the test samples of the split ``kind``, from ``sample_table``."""
     return tuple(samples.loc[samples[kind] == side, "sample"].to_numpy() for side in ("train", "test"))
 
 
@@ -154,13 +152,13 @@ ACCURACY_COLUMNS = [
 
 
 def predict(db: Database, method: Method, protocol: str, samples: np.ndarray) -> np.ndarray:
-    """Predict the fine surface displacements (samples, n, 3) [m] of each of ``samples`` by one method."""
+    """Predict the displacements (k, n, 3) [m] of the fine surface in each of k ``samples`` by one method."""
     coarse = db.coarse(protocol)
     return np.array([method.predict(coarse[i], int(db.contact[i]), db.force[i]) for i in samples])
 
 
 def sample_errors(db: Database, method: Method, protocol: str, samples: np.ndarray) -> pd.DataFrame:
-    """Tabulate the errors of one method on each of ``samples``: one row a sample, column sample first."""
+    """Tabulate the errors of one method, a row for each of ``samples``: the column sample, then those of ``Errors``."""
     predicted = predict(db, method, protocol, samples)
     rows = [errors(u, db.fine[i])._asdict() for u, i in zip(predicted, samples, strict=True)]
     return pd.DataFrame(rows).assign(sample=samples)[["sample", *Errors._fields]]

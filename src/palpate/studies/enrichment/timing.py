@@ -14,20 +14,27 @@ import pandas as pd
 from scipy import stats
 
 from palpate.benchmark.accuracy import Method
-from palpate.benchmark.database import Database
+from palpate.benchmark.database import Database, read
 from palpate.benchmark.presses import samples_in
+from palpate.benchmark.settings import FitOptions, Regression
 from palpate.benchmark.timing import Call, measure, processor_seconds, timing_rows
 from palpate.bodies.body import Body
+from palpate.bodies.body_file import load
 from palpate.models.enrichment.features import nearest_first
+from palpate.models.enrichment.methods import build
 from palpate.models.enrichment.paper_enrichment import gaussian, inverse, query_weights, squared_distances
+from palpate.solvers.compliance import Compliance
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.stores import stored
+from palpate.studies.enrichment.samples import read_samples, sides
 from palpate.table_declaration import Table
 
 
 class Operation(NamedTuple):
-    """prepare(r, k, random) gives the call to be timed; ``grows`` is the paper's order as a function.
+    """An operation of paper 1 whose time is measured over r features and k samples.
 
-    lengths : the r tried
+    prepare : from r, k and a random generator to the call that is timed; lengths : values of r that are tried
+    paper_order : the paper's order of the time in words, and ``grows`` as a function of r and k
     """
 
     prepare: Callable[[int, int, np.random.Generator], Callable[[], object]]
@@ -76,10 +83,10 @@ COMPLEXITY = Table(
 
 
 def complexity(samples: Sequence[int] | np.ndarray, seed: int) -> pd.DataFrame:
-    """Measure the seconds of each operation on random data over its lengths × ``samples``: operation, r, k, seconds.
+    """Measure the time of each operation on random data for all its lengths r and numbers of ``samples`` k.
 
-    Processor time of the one thread, the fastest of three turns: a long call is interrupted by what else the
-    machine does more often than a short one, and on the clock that looks like a higher order.
+    Returns the columns operation, r, k and seconds: processor time of one thread, the fastest of three turns. Trap: on
+    the clock, long calls are interrupted more often than short ones, which looks like a higher order.
     """
     from threadpoolctl import threadpool_limits
 
@@ -95,10 +102,9 @@ def complexity(samples: Sequence[int] | np.ndarray, seed: int) -> pd.DataFrame:
 
 
 def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate complexity.csv: fitted exponents with 95 % confidence intervals, beside the paper's order.
+    """Tabulate complexity.csv from the times ``measured`` by ``complexity``: exponents with 95 % intervals.
 
-    ``paper_exponent_r`` and ``_k`` are the paper's formula fitted over the same sizes, which turns r log r
-    into a number.
+    ``paper_exponent_r`` and ``_k`` are fitted to the paper's formula at the same sizes, so that r log r is a power.
     """
     rows = []
     for name, operation in OPERATIONS.items():
@@ -120,7 +126,7 @@ def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:
 
 
 def fit_exponents(r: np.ndarray, k: np.ndarray, seconds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Fit a and b of seconds ≈ c rᵃ kᵇ by least squares on logarithms, and half their 95 % intervals."""
+    """Fit seconds ≈ c rᵃ kᵇ by least squares on logarithms; return (a, b) and half the widths of 95 % intervals."""
     design = np.column_stack([np.log(r), np.log(k), np.ones(len(r))])
     logs = np.log(seconds)
     coefficients = np.linalg.lstsq(design, logs)[0]
@@ -141,13 +147,13 @@ FEM_REPEATS = 5  # a fine simulation takes long and is no online method
 
 
 def solves(body: Body, level: int, loads: pd.DataFrame, tolerance: float) -> list[Call]:
-    """Make one call for each row of ``loads``, which simulates it from rest on one level."""
+    """Return calls without arguments, one for each row of ``loads``, that simulate it from rest on a level."""
     solver = Equilibrium(body, level)
     return [partial(solver.solve, sample.nodal(body, level), tolerance) for sample in samples_in(loads)]
 
 
 def queries(db: Database, method: Method, protocol: str, samples: Sequence[int] | np.ndarray) -> list[Call]:
-    """Make one call for each sample, which predicts its fine response from the coarse one of ``protocol``."""
+    """Return calls without arguments, one a sample, that predict the fine displacement from the coarse one."""
     coarse = db.coarse(protocol)
     return [partial(method.predict, coarse[i], int(db.contact[i]), db.force[i]) for i in samples]
 
@@ -172,11 +178,10 @@ def timing_table(
     repeats: int,
     means: Mapping[str, float],
 ) -> pd.DataFrame:
-    """Tabulate enrichment_timing.csv: fine FEM, the paper's two features, and detail
-    correction without and with its coarse simulation.
+    """Tabulate the rows of enrichment_timing.csv of one body.
 
-    methods : by protocol and name; fine, coarse : one simulation a sample
-    means : the paper's mean seconds, by row
+    They are fine FEM, the paper's two kinds of features, and detail correction without and with its coarse simulation.
+    methods : by protocol and name; fine, coarse : calls that simulate a sample each; means : the paper's, by row [s]
     """
     online = {name: queries(db, methods["paper"][method], "paper", samples) for name, method in PAPERS_TABLE.items()}
     corrected = queries(db, methods["live"]["detail_correction"], "live", samples)
@@ -204,9 +209,9 @@ def cost_table(
     body: str,
     repeats: int,
 ) -> pd.DataFrame:
-    """Tabulate online_cost.csv over all ``samples``.
+    """Tabulate the rows of online_cost.csv of one body: the time of a query of each method over ``samples``.
 
-    In the live protocol the coarse simulation is part of a query, at its median; linear FEM needs none.
+    In the live protocol a query includes the median time of a coarse simulation, which linear FEM does not need.
     """
     simulated = measure(coarse, repeats).median_s
     rows = []
@@ -219,7 +224,7 @@ def cost_table(
 
 
 def choose_samples(peaks: np.ndarray, test: np.ndarray) -> np.ndarray:
-    """Choose five of the samples ``test`` from the smallest to the largest of their peaks (k,) [m], evenly."""
+    """Choose DEFORMATIONS of the samples ``test``, evenly from the smallest to the largest of their peaks (k,) [m]."""
     ranked = test[np.argsort(peaks[test], kind="stable")]
     return ranked[np.linspace(0, len(ranked) - 1, DEFORMATIONS).round().astype(int)]
 
@@ -227,3 +232,23 @@ def choose_samples(peaks: np.ndarray, test: np.ndarray) -> np.ndarray:
 def _in_turn(first: Call, second: Call) -> None:
     first()
     second()
+
+
+def time_methods(
+    input: Any, wildcards: Any, regression: Regression, seed: int, tolerance: float, repeats: int, published_means: dict
+) -> dict[str, pd.DataFrame]:
+    """Time all methods on the samples of one body, for the rule of this name."""
+    body, db, compliance = load(input.body), read(input.database), stored(Compliance, input.compliance)
+    train, test = sides(read_samples(input.samples), "samples")
+    options = FitOptions(**dict(regression), split="samples", seed=seed)
+    methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
+    samples, name = choose_samples(db.peaks, test), wildcards.body
+    loads = pd.read_csv(input.loads).iloc[samples]
+    fine, coarse = (solves(body, level, loads, tolerance) for level in (len(body.levels) - 1, 0))
+    timing = timing_table(db, methods, fine, coarse, samples, name, repeats, published_means)
+    return {"timing": timing, "cost": cost_table(db, methods, coarse, samples, name, repeats)}
+
+
+def time_complexity(samples: list[int], seed: int) -> pd.DataFrame:
+    """Measure how the time of paper 1's operations grows, for the rule of this name."""
+    return complexity_rows(complexity(samples, seed))

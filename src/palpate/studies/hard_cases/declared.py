@@ -50,11 +50,11 @@ LONG = {
     *("finger_at_speed", "finger_through_in_a_step", "modes_load_times_2", "learnt_at_0.49", "lobe_on_edge_asked"),
     *("column_at_1.4_solved", "post_pushed_to_0.9_asked", "post_pushed_to_1.4_asked", "post_pushed_to_3_asked"),
 }
-"""Cases that take more than some seconds; shorter ones of their family try the same models."""
+"""Cases that take more than some seconds; shorter cases of their families try the same models."""
 
 
 def declared(families: list[str], long: bool = True) -> list[Case]:
-    """Return the cases of some of FAMILIES, in order; without those that take ``long`` if they are not wanted."""
+    """Return the cases of some of FAMILIES, in order; without those of LONG unless ``long``."""
     cases = [case for family in families for make in FAMILIES[family] for case in make()]
     return [case for case in cases if long or case.name not in LONG]
 
@@ -86,9 +86,9 @@ def measure(family: str, progress: Callable = iter, long: bool = True) -> pd.Dat
 
 
 def try_hard_cases(wildcards: Any, say: Callable, long: bool) -> pd.DataFrame:
-    """Try a family, for the rule of that name; a warning for each outcome that is not as declared."""
+    """Try the cases of a family, for the rule of this name; say each outcome that is not as declared."""
     table = measure(wildcards.family, steps(say, f"hard cases of {wildcards.family}:"), long)
     for row in table[~table["passed"]].itertuples():
-        said = f"{row.case} with {row.model} is {row.outcome}, declared {row.declared}"
-        say(f"warning: {said}: {row.value} {row.message}")
+        outcome = f"{row.case} with {row.model} is {row.outcome}, declared {row.declared}"
+        say(f"warning: {outcome}: {row.value} {row.message}")
     return table

@@ -17,10 +17,10 @@ from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, Described
 from palpate.models.enrichment.training_samples import Training
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.hard_cases.stage import SOFT, Answer, Case, finite
+from palpate.studies.hard_cases.stage import SOFT, Answer, Case, check_finite, refuses
 
 PRESSED, TRAIN = 8, 12
-"""Contacts of the samples of most cases, of which there are two each, and the samples that are learnt from."""
+"""Number of contacts that are pressed twice each to make samples, and how many of these are trained on."""
 SETTINGS = FitOptions(
     neighbours=6, sigma_relative=Widths(min=0.01, max=100, count=7), folds=3, split="contacts", seed=1
 )
@@ -32,7 +32,7 @@ ERROR = "largest difference from what is expected / its peak"
 FAR_LINEAR = ("interpolation", "ridge_upsampling", "kernel_ridge_detail", *PHYSICAL[1:], "detail_correction")
 """Methods whose answer to a very large query is proportional to it; of the others it is constant."""
 NEAR_LINEAR = ("interpolation", "ridge_upsampling", "kernel_ridge_detail")
-"""The same for a very small query with a given force."""
+"""Methods whose answer to a very small query at a fixed force is proportional to the query."""
 AMBIGUOUS = [name for name in BLENDS if name.endswith("nonnegative_a")]
 """Blends by the non-negative matrix that is nearest to an inverse: where Φ is singular, many are as near."""
 REFERENCE = {"far": 1e4, "tiny": 1e-12, "huge": 1e160}
@@ -40,11 +40,11 @@ REFERENCE = {"far": 1e4, "tiny": 1e-12, "huge": 1e160}
 
 
 ROUGH = ("unordered_clipped", "ordered_clipped", "framed_clipped", "detail_correction_untaught")
-"""Methods that miss samples along one line by 4 %."""
+"""Methods whose own error is 4 % for samples that are multiples of one."""
 
 
 def cases() -> list[Case]:
-    refused = {"shared_setup": ("refused",)}
+    refused = ("refused",)
     learnt = [method for method in METHODS if method != "interpolation"]
     # the weights of the paper's blends sum to one, so that they cannot predict zero displacement
     passive = ("interpolation", "ridge_upsampling", "kernel_ridge_detail", *PHYSICAL, "detail_correction")
@@ -52,42 +52,43 @@ def cases() -> list[Case]:
     return [
         Case("duplicate_samples", "every training sample is present twice", "the answers without duplicates", ERROR,
              0.04, _duplicates, METHODS),
-        Case("one_sample", "k = 1, for two samples", "that sample for every query", ERROR, 1e-12, _one, BLENDS),
+        Case("one_sample", "k = 1, for two samples", "that sample for every query", ERROR, 1e-12, _one_sample, BLENDS),
         Case("one_sample_fitted", "k = 1, fitted by cross-validation", "refused: no sample can be held out", ERROR, 0.0,
-             lambda model: _refused(pressed()[1], ALL[:1]), ("shared_setup",), refused),
+             refuses(lambda: methods(pressed()[1], ALL[:1])), ("shared_setup",), refused),
         Case("zero_width", "kernel width 1e-300 of the features' distance", "the nearest sample", ERROR, 1e-9,
-             _nearest, BLENDS),
+             _zero_width, BLENDS),
         Case("infinite_width", "kernel width 1e200 of the features' distance", "the answer at a width of 1e9", ERROR,
-             1e-6, _flat, BLENDS),
+             1e-6, _infinite_width, BLENDS),
         Case("far_query", "a query 1e6 kernel widths from every sample",
              "a hundred times the answer to a hundredth of it, or the same", ERROR, 0.01,
              lambda model: _extreme(model, 1e6, "far"), METHODS),
         Case("collinear_features", "all samples are one linear response times 0.5 to 1.6", "the responses in between",
              ERROR, 0.005, _collinear, learnt, bounds=dict.fromkeys(ROUGH, 0.05), blunt=ROUGH),
         Case("tiny_features", "displacements and forces times 1e-300", "refused: squares underflow", ERROR, 0.0,
-             lambda model: _refused(scaled(pressed()[1], 1e-300), ALL), ("shared_setup",), refused),
+             refuses(lambda: methods(scaled(pressed()[1], 1e-300), ALL)), ("shared_setup",), refused),
         Case("huge_features", "displacements and forces times 1e300", "refused: squares overflow", ERROR, 0.0,
-             lambda model: _refused(scaled(pressed()[1], 1e300), ALL), ("shared_setup",), refused),
+             refuses(lambda: methods(scaled(pressed()[1], 1e300), ALL)), ("shared_setup",), refused),
         Case("tiny_query", "a query of 1e-300 m", "the answer to one of 1e-12 m, in proportion or the same", ERROR,
              0.01, lambda model: _extreme(model, 1e-300, "tiny"), METHODS),
         Case("huge_query", "a query of 1e300 m, as from a diverged simulation",
              "the answer to one of 1e160 m, in proportion or the same", ERROR, 0.01,
              lambda model: _extreme(model, 1e300, "huge"), METHODS),
         Case("more_samples_than_features", "k > 3 l: 12 samples, 3 numbers a feature", "the training samples", ERROR,
-             1e-6, _narrow, [name for name in BLENDS[4:] if name.endswith(("_signed", "_b"))]),
+             1e-6, _few_features, [name for name in BLENDS[4:] if name.endswith(("_signed", "_b"))]),
         Case("near_singular", "two samples 1e-12 apart and a wide kernel: condition of Φ above 1e16",
              "the answers without the second of them; the non-negative matrix is known not to be unique", ERROR,
              0.01, _singular, BLENDS, dict.fromkeys(AMBIGUOUS, ("wrong",))),
         Case("body_at_rest", "zero force and zero coarse displacement, and a millionth of a press",
-             "zero displacement, and a thousandth of that under a thousandth of a press", ERROR, 0.01, _rest, passive),
+             "zero displacement, and a thousandth of that under a thousandth of a press", ERROR, 0.01, _at_rest,
+             passive),
     ]  # fmt: skip
 
 
 @cache
 def pressed() -> tuple[Body, Database, Compliance]:
-    """Simulate a bar of 0.2 m, held at one end and pressed at PRESSED contacts with 0.02 and 0.04 N.
+    """Simulate a bar of 0.2 m, held at one end and pressed at PRESSED contacts with 0.02 and with 0.04 N.
 
-    Returns the body, its samples and its linear responses.
+    Returns the body, its samples and its responses to unit forces.
     """
     mesh = box([0.2, 0.05, 0.05], [4, 2, 2])
     body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), SOFT)
@@ -95,16 +96,16 @@ def pressed() -> tuple[Body, Database, Compliance]:
     able = [c for c in compliance.contacts if mesh.nodes[c, 0] > 0.06]
     contacts = np.random.default_rng(1).choice(able, PRESSED, replace=False).repeat(2)
     forces = -np.tile([0.02, 0.04], PRESSED)[:, None] * body.fine.normals[contacts]
-    found = []
+    displacements = []
     for level in (0, 1):
         solver = Equilibrium(body, level)
         loads = [nodal_load(body, level, c, f, 0.0) for c, f in zip(contacts, forces, strict=True)]
-        found.append(np.array([solver.solve(load, 1e-8).x - solver.mesh.nodes for load in loads]))
-    return body, database_of(body, contacts, forces, *found), compliance
+        displacements.append(np.array([solver.solve(load, 1e-8).x - solver.mesh.nodes for load in loads]))
+    return body, database_of(body, contacts, forces, *displacements), compliance
 
 
 def scaled(db: Database, factor: np.ndarray | float) -> Database:
-    """Return the database with displacements and forces times ``factor``, a number or (k,)."""
+    """Return a database of k samples with displacements and forces times ``factor``, a number or (k,)."""
     factor = np.reshape(factor, (-1, 1, 1))
     more = {name: getattr(db, name) * factor for name in ("fine", "coarse_paper", "coarse_live")}
     return replace(db, force=db.force * factor[:, 0], **more)
@@ -116,18 +117,18 @@ def methods(db: Database, train: np.ndarray, settings: FitOptions = SETTINGS) ->
 
 
 def blends(db: Database, train: np.ndarray, sigma: float | dict[str, float], settings: FitOptions = SETTINGS) -> dict:
-    """Fit the regressors BLENDS with a width of ``sigma`` median distances between features, or in [m] by name."""
+    """Fit BLENDS to samples with a width of ``sigma`` median distances between features, or widths [m] by name."""
     fold = np.zeros(len(train), dtype=int)  # the width is given, so that no fold is needed and one sample is enough
     learnt = db.take(train)
     training = Training(learnt.coarse_live, learnt.fine, learnt.contact, learnt.force, learnt.peaks, fold)
-    found = {}
+    fitted = {}
     for name, features in kinds(db, settings.neighbours).items():
         described = DescribedSamples(features, training, settings)
         for kind in WEIGHTS:
             blend = f"{name}_{kind}"
             width = sigma[blend] if isinstance(sigma, dict) else sigma * described.scale
-            found[blend] = Blend(described, kind, width)
-    return found
+            fitted[blend] = Blend(described, kind, width)
+    return fitted
 
 
 @cache
@@ -136,14 +137,14 @@ def _fitted() -> dict:
 
 
 def _noise() -> np.ndarray:
-    """Return a random coarse displacement (1, N, 3) [m], unlike any sample, of at most 1 m in each component."""
+    """Return a random coarse displacement (1, N, 3) [m] of at most 1 m in each component, unlike that of any sample."""
     return np.random.default_rng(0).uniform(-1.0, 1.0, (1, *pressed()[1].coarse_live[0].shape))
 
 
 def _answers(method: Any, coarse: np.ndarray, samples: np.ndarray, newtons: float = 1.0) -> np.ndarray:
-    """Return the answers (q, n, 3) [m] to coarse displacements (q, N, 3) [m] at contacts of the ``samples`` (q,).
+    """Return the answers (q, n, 3) [m] of a method to coarse displacements (q, N, 3) [m].
 
-    newtons : factor of these samples' forces
+    Contacts and forces are those of ``samples`` (q,), the forces times ``newtons``.
     """
     db = pressed()[1]
     return np.array(
@@ -151,75 +152,73 @@ def _answers(method: Any, coarse: np.ndarray, samples: np.ndarray, newtons: floa
     )
 
 
-def _told(found: np.ndarray, expected: np.ndarray) -> Answer:
-    """Judge answers (q, n, 3) by what is expected; frozen is the first of them for every query."""
-    finite(expected)
+def _compared(answers: np.ndarray, expected: np.ndarray) -> Answer:
+    """Return the answers (q, n, 3) [m] to some queries; the error is the largest difference from the ``expected`` ones.
+
+    It is over the peak of each expected answer. A frozen method gives the first of the answers to every query.
+    """
+    check_finite(expected)
     peaks = np.abs(expected).max(axis=(1, 2))
     peaks = np.where(peaks > 0.0, peaks, peaks.max())
 
     def error(a: np.ndarray) -> float:
         return float((np.abs(a - expected).max(axis=(1, 2)) / peaks).max())
 
-    zero = np.zeros_like(found)
-    return Answer(found, np.broadcast_to(found[0], found.shape), error, zero=zero, origin=zero)
-
-
-def _refused(db: Database, train: np.ndarray) -> Answer:
-    """Fit all methods, which share what refuses these samples."""
-    methods(db, train)
-    raise AssertionError("the samples were not refused")
+    zero = np.zeros_like(answers)
+    return Answer(answers, np.broadcast_to(answers[0], answers.shape), error, zero=zero, origin=zero)
 
 
 @cache
-def _twice() -> dict:
+def _fitted_to_duplicates() -> dict:
     return methods(pressed()[1].take(np.repeat(ALL, 2)), np.arange(2 * TRAIN))
 
 
 def _duplicates(model: str) -> Answer:
+    """Compare a method that is fitted to every sample twice with one that is fitted to each once."""
     coarse = pressed()[1].coarse_live[ASKED]
-    return _told(*(_answers(found()[model], coarse, ASKED) for found in (_twice, _fitted)))
+    return _compared(*(_answers(fit()[model], coarse, ASKED) for fit in (_fitted_to_duplicates, _fitted)))
 
 
-def _one(model: str) -> Answer:
-    """Ask for the same noise what was fitted to one sample and to another."""
+def _one_sample(model: str) -> Answer:
+    """Compare blends that are each fitted to a single sample with that sample, for a query of noise."""
     db, samples = pressed()[1], (0, 5)
     fitted = [blends(db, ALL[i : i + 1], 1.0)[model] for i in samples]
-    found = [_answers(method, 100.0 * _noise(), np.array([i]))[0] for method, i in zip(fitted, samples, strict=True)]
-    return _told(np.array(found), db.fine[list(samples)])
+    answers = [_answers(method, 100.0 * _noise(), np.array([i]))[0] for method, i in zip(fitted, samples, strict=True)]
+    return _compared(np.array(answers), db.fine[list(samples)])
 
 
-def _nearest(model: str) -> Answer:
-    """Compare the answers to queries close to two samples with those samples."""
+def _zero_width(model: str) -> Answer:
+    """Compare the answers of a blend without width to queries close to two samples with those samples."""
     db, samples = pressed()[1], np.array([0, 5])
-    found = _answers(blends(db, ALL, 1e-300)[model], 1.001 * db.coarse_live[samples], samples)
-    return _told(found, db.fine[samples])
+    answers = _answers(blends(db, ALL, 1e-300)[model], 1.001 * db.coarse_live[samples], samples)
+    return _compared(answers, db.fine[samples])
 
 
-def _flat(model: str) -> Answer:
-    """Ask what was fitted to one half of the samples and to the other, with two widths that are both infinite."""
+def _infinite_width(model: str) -> Answer:
+    """Compare blends with a huge width with those of an even larger one, fitted to either half of the samples."""
     db, of = pressed()[1], ASKED[:1]
     wide, wider = (
         np.array([_answers(blends(db, half, width)[model], db.coarse_live[of], of)[0] for half in (ALL[:6], ALL[6:])])
         for width in (1e9, 1e200)
     )
-    return _told(wider, wide)
+    return _compared(wider, wide)
 
 
 def _extreme(model: str, metres: float, kind: str) -> Answer:
-    """Join the answers to a usual query and to an extreme one, the second expected from that to a less extreme one."""
+    """Compare the answer to noise of the size ``metres`` with that to the size REFERENCE, in proportion if linear."""
     method, of, reference = _fitted()[model], ASKED[2:3], REFERENCE[kind]
     linear = model in (NEAR_LINEAR if kind == "tiny" else FAR_LINEAR)
     usual = _answers(method, pressed()[1].coarse_live[ASKED[:1]], ASKED[:1])
     extreme, less = (_answers(method, size * _noise(), of) for size in (metres, reference))
-    finite(extreme)
+    check_finite(extreme)
     if linear:  # divided by the size, so that the error of what is proportional can be computed
         extreme, less = extreme / metres, less / reference
-    return _told(np.concatenate([usual, extreme]), np.concatenate([usual, less]))
+    return _compared(np.concatenate([usual, extreme]), np.concatenate([usual, less]))
 
 
 @cache
 def _line() -> tuple:
-    """Make samples that are multiples of one linear response, and fit the methods to them."""
+    """Make samples that are multiples of one linear response, and fit all methods to the first TRAIN of them."""
     _, db, compliance = pressed()
     row, force = compliance.row(int(db.contact[0])), db.force[0]
     coarse, fine = (np.tensordot(force, part[row], 1) for part in (compliance.coarse, compliance.fine))
@@ -234,50 +233,53 @@ def _line() -> tuple:
 
 
 def _collinear(model: str) -> Answer:
-    db, found = _line()
-    method = found[model]
+    """Compare the answers of a method that is fitted to ``_line`` with two samples of the line that it has not seen."""
+    db, fitted = _line()
+    method = fitted[model]
     answers = [method.predict(db.coarse_live[i], int(db.contact[i]), db.force[i]) for i in (TRAIN, TRAIN + 1)]
-    return _told(np.array(answers), db.fine[-2:])
+    return _compared(np.array(answers), db.fine[-2:])
 
 
 @cache
-def _few() -> dict:
+def _of_one_neighbour() -> dict:
     return blends(pressed()[1], ALL, 0.1, SETTINGS.but(neighbours=1))
 
 
-def _narrow(model: str) -> Answer:
+def _few_features(model: str) -> Answer:
+    """Compare blends with features of a single coarse node with the training samples."""
     db, samples = pressed()[1], np.array([0, 5])
-    return _told(_answers(_few()[model], db.coarse_live[samples], samples), db.fine[samples])
+    return _compared(_answers(_of_one_neighbour()[model], db.coarse_live[samples], samples), db.fine[samples])
 
 
 @cache
 def _wide(half: tuple[int, int], again: bool) -> dict:
-    """Fit blends with a wide kernel to one half of the samples, ``again`` with the first of them almost repeated."""
+    """Fit blends with a wide kernel to one half of the samples, ``again`` with a near copy of the first of them."""
     db = pressed()[1]
     rows = ALL[slice(*half)]
     db = db.take(np.append(rows, rows[0]) if again else rows)
     if again:
         db.coarse_live[-1] *= 1.0 + 1e-12
     width = {name: blend.sigma_m for name, blend in _wide(half, False).items()} if again else 100.0
-    found = blends(db, np.arange(len(db.contact)), width)
+    fitted = blends(db, np.arange(len(db.contact)), width)
     coarse = db.coarse_live[:, db.coarse_surface].reshape(len(db.contact), -1)
-    phi = gaussian(squared_distances(coarse, coarse), found["unordered_signed"].sigma_m)
+    phi = gaussian(squared_distances(coarse, coarse), fitted["unordered_signed"].sigma_m)
     if again and not np.linalg.cond(phi) > 1e16:
         raise AssertionError("the kernel matrix is not as ill-conditioned as this case requires")
-    return found
+    return fitted
 
 
 def _singular(model: str) -> Answer:
-    """Join the answers of what was fitted to one half of the samples and to the other."""
+    """Compare blends fitted with a nearly repeated sample with those without it, for either half of the samples."""
     coarse, of, halves = pressed()[1].coarse_live[ASKED[:1]], ASKED[:1], ((0, 6), (6, TRAIN))
-    found, expected = (
+    answers, expected = (
         np.concatenate([_answers(_wide(half, again)[model], coarse, of) for half in halves]) for again in (True, False)
     )
-    return _told(found, expected)
+    return _compared(answers, expected)
 
 
-def _rest(model: str) -> Answer:
+def _at_rest(model: str) -> Answer:
+    """Ask a method for no press at all, and for a millionth of one, which is compared with a thousandth of one."""
     method, coarse, of = _fitted()[model], pressed()[1].coarse_live[ASKED[:1]], ASKED[:1]
-    small, less = (_answers(method, share * coarse, of, share) / share for share in (1e-6, 1e-3))
+    small, less = (_answers(method, factor * coarse, of, factor) / factor for factor in (1e-6, 1e-3))
     nothing = _answers(method, 0.0 * coarse, of, 0.0)
-    return _told(np.concatenate([nothing, small]), np.concatenate([0.0 * nothing, less]))
+    return _compared(np.concatenate([nothing, small]), np.concatenate([0.0 * nothing, less]))

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import cache, partial
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -23,12 +23,12 @@ NEWTONS = 0.018
 
 
 def reduced_contacts() -> list[Case]:
-    told = ("stable", "not_converged")
-    outcomes = {"the answer": told[:1], "the answer, or it is told": told, "it is told": told[1:]}
+    either = ("stable", "not_converged")
+    outcomes = {"the answer": either[:1], "the answer, or it is told": either, "it is told": either[1:]}
 
     def case(name, scene, direction, expected="the answer, or it is told", **body):
-        declared, run = {"contact_modes": outcomes[expected]}, partial(_pressed, direction, body)
-        return Case(f"press_{name}", scene, expected, MEASURE, 0.02, run, ["contact_modes"], declared)
+        run = partial(_pressed, direction, body)
+        return Case(f"press_{name}", scene, expected, MEASURE, 0.02, run, ["contact_modes"], outcomes[expected])
 
     return [
         case("twofold", "a bar's end is pressed twice as hard as it is made for", [0.0, 0.0, -2.0]),
@@ -48,37 +48,30 @@ def bar(poisson: float = 0.3, degrees: float = 0.0) -> Body:
 
 
 def _pressed(direction: list[float], changed: dict[str, float], model: str) -> Answer:
+    """Press a bar's top near its free end by ``direction`` (3,) times NEWTONS, and judge contact modes."""
     body = bar(**changed)
-    load, case = pressing(body, direction), case_of(body)
-    found = displacement_of(kinds.ContactModes().prepare(case).respond(load))
-    return _beside(found, displacement_of(_elements(case, 2).respond(load)))
+    case = ModelCase.untrained(body, "hard", RADIUS_M, FIT.seed, 1e-8)
+    node = int(np.argmin(np.linalg.norm(body.coarse.nodes - TOP[-1], axis=1)))
+    load = Load.at(node, NEWTONS * np.array(direction))
+    answer = displacement_of(kinds.ContactModes().prepare(case).respond(load))
+    return _compared(answer, displacement_of(_elements(case).respond(load)))
 
 
-def _beside(found: np.ndarray, expected: np.ndarray) -> Answer:
-    return Answer(found, np.zeros_like(found), lambda answer: errors(answer, expected).rmse_of_peak)
+def _compared(answer: np.ndarray, expected: np.ndarray) -> Answer:
+    """Return a displacement (n, 3) [m] as an answer; its error is the RMSE from ``expected`` over the peak of that."""
+    return Answer(answer, np.zeros_like(answer), lambda a: errors(a, expected).rmse_of_peak)
 
 
-def pressing(body: Body, direction: list[float]) -> Load:
-    """Return a press of the middle of the top near the free end, by a multiple of NEWTONS."""
-    far = np.linalg.norm(body.coarse.nodes - [0.175, 0.025, 0.05], axis=1)
-    return Load.at(int(np.argmin(far)), NEWTONS * np.array(direction))
-
-
-def case_of(body: Body) -> ModelCase:
-    """Return what models of ``body`` see: no samples."""
-    return ModelCase.untrained(body, "hard", RADIUS_M, FIT.seed, 1e-8)
-
-
-def _elements(case: ModelCase, order: Literal[1, 2]) -> Solver:
-    """Return the elements, solved by Newton's method, that answers are compared with."""
-    return kinds.FEM(order=order, level=0, tolerance=1e-8).prepare(case)
+def _elements(case: ModelCase) -> Solver:
+    """Prepare quadratic elements, solved by Newton's method, whose answers are the reference."""
+    return kinds.FEM(order=2, level=0, tolerance=1e-8).prepare(case)
 
 
 MODELS = ("pod_galerkin", "pod_gaussian", "pod_network")
 TOP = [[x, 0.025, 0.05] for x in (0.1, 0.125, 0.15, 0.175)]
-"""Places of the samples; the last one is asked."""
-WAYS = [[0.0, 0.0, -1.0], [0.5, 0.0, -0.8], [0.0, 0.5, -0.8], [-0.3, -0.3, -0.6], [0.0, 0.0, -0.5]]
-"""Forces of the samples of each place, over NEWTONS; the first one is asked, times a factor."""
+"""Places [m] on the bar's top that are pressed; those of cases are the last one, those of samples all."""
+FORCES = [[0.0, 0.0, -1.0], [0.5, 0.0, -0.8], [0.0, 0.5, -0.8], [-0.3, -0.3, -0.6], [0.0, 0.0, -0.5]]
+"""Forces of the samples at each place, over NEWTONS; models are asked for a multiple of the first."""
 LEARNING = {
     "pod_galerkin": kinds.PODGalerkin(modes=20, thinned=0.01),
     "pod_gaussian": kinds.PODOfLoads(modes=12),
@@ -87,40 +80,39 @@ LEARNING = {
 
 
 def learnt() -> list[Case]:
-    told = {model: ("stable", "not_converged") for model in MODELS}
-
-    def case(name, scene, times=1.0, models=MODELS, declared=None, **samples):
-        expected, run = "the answer, or it is told" if declared else "the answer", partial(_asked, times, samples)
-        return Case(f"learnt_{name}", scene, expected, MEASURE, 0.015, run, models, declared or {})
+    def case(name, scene, times=1.0, models=MODELS, may_fail=False, **samples):
+        expected = "the answer, or it is told" if may_fail else "the answer"
+        declared, run = ("stable", "not_converged") if may_fail else ("stable",), partial(_asked, times, samples)
+        return Case(f"learnt_{name}", scene, expected, MEASURE, 0.015, run, models, declared)
 
     return [
         case("as_sampled", "a bar's end is pressed as a sample has pressed it"),
-        case("twofold", "the same twice as hard as any sample", 2.0, declared=told),
-        case("threefold", "the same three times as hard", 3.0, declared=told),
+        case("twofold", "the same twice as hard as any sample", 2.0, may_fail=True),
+        case("threefold", "the same three times as hard", 3.0, may_fail=True),
         case("slivers", "a layer of elements with dihedral angles of 0.1°", degrees=0.1),
-        case("at_0.49", "ν = 0.49, where quadratic elements resist volume on average", declared=told, poisson=0.49),
+        case("at_0.49", "ν = 0.49, where quadratic elements resist volume on average", may_fail=True, poisson=0.49),
         case("one_answer", "all samples are the same press", models=MODELS[:1], alike=True),
     ]
 
 
 def _asked(times: float, samples: dict[str, Any], model: str) -> Answer:
-    """Ask for a press that is ``times`` as hard as a sample, and compare with quadratic elements."""
+    """Ask a learnt model for a press ``times`` as hard as a sample, and compare with quadratic elements."""
     case, elements = _learnable(**samples)
-    load = Load.at(int(case.database.contact[-1]), times * NEWTONS * np.array(WAYS[0]))
+    load = Load.at(int(case.database.contact[-1]), times * NEWTONS * np.array(FORCES[0]))
     expected = displacement_of(elements.respond(load))
-    return _beside(displacement_of(LEARNING[model].prepare(case).respond(load)), expected)
+    return _compared(displacement_of(LEARNING[model].prepare(case).respond(load)), expected)
 
 
 @cache
 def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) -> tuple[ModelCase, Solver]:
-    """Return a bar with its samples, all of which are the same if ``alike``, and the elements that simulate them."""
+    """Return a bar with its samples, two equal ones if ``alike``, and the quadratic elements that simulated them."""
     body = bar(poisson, degrees)
-    at = [int(np.argmin(np.linalg.norm(body.coarse.nodes - place, axis=1))) for place in TOP]
-    contacts, forces = np.repeat(at, len(WAYS)), NEWTONS * np.tile(WAYS, (len(TOP), 1))
+    nodes = [int(np.argmin(np.linalg.norm(body.coarse.nodes - place, axis=1))) for place in TOP]
+    contacts, forces = np.repeat(nodes, len(FORCES)), NEWTONS * np.tile(FORCES, (len(TOP), 1))
     if alike:
-        contacts, forces = contacts[-2:], np.tile(NEWTONS * np.array(WAYS[0]), (2, 1))
+        contacts, forces = contacts[-2:], np.tile(NEWTONS * np.array(FORCES[0]), (2, 1))
     none = np.zeros((len(contacts), *body.coarse.nodes.shape))
     case = ModelCase(body, "hard", RADIUS_M, database_of(body, contacts, forces, none, none), None, FIT, 1e-8)
-    elements = _elements(case, 2)
+    elements = _elements(case)
     fine = np.array([displacement_of(elements.respond(load)) for load in loads_of(contacts, forces)])
     return replace(case, database=replace(case.database, fine=fine)), elements

@@ -31,18 +31,7 @@ from palpate.solvers.pushed_discs import push
 from palpate.studies.hard_cases import fem_cases, stage
 from palpate.studies.hard_cases.fem_cases import SOLVERS
 from palpate.studies.hard_cases.model_cases import MEASURE
-from palpate.studies.hard_cases.stage import (
-    EXPLICIT,
-    FEM,
-    MASS_DAMPING,
-    RESIDUAL,
-    SHAPES,
-    SOFT,
-    SPRINGS,
-    Answer,
-    Case,
-    bar_body,
-)
+from palpate.studies.hard_cases.stage import EXPLICIT, FEM, RESIDUAL, SHAPES, SOFT, SPRINGS, Answer, Case
 
 
 def laws() -> list[Case]:
@@ -63,15 +52,16 @@ def laws() -> list[Case]:
 
 
 def _load(body: Body, moduli: list[float]) -> np.ndarray:
-    """Return a traction on the end, given in Young's moduli, as nodal forces (n, 3) [N]."""
+    """Return the nodal forces (n, 3) [N] of a traction on the bar's end, (3,) over Young's modulus."""
     return np.outer(stage.end_face(body.fine), np.array(moduli) * body.material.young_pa * 0.05**2)
 
 
 def _residual(moduli: list[float], law: str, mirrored: bool = False) -> Answer:
+    """Load a bar of a ``law`` by the traction of ``_load``, from rest or ``mirrored``, and judge the residual force."""
     body = stage.bar_body(1, replace(SOFT, law=law))
     load, rest = _load(body, moduli), body.fine.nodes
     start = rest * [-1.0, 1.0, 1.0] if mirrored else None
-    error = stage.residual(LinearElements(body.fine, body.tissue(1)), load, body.anchors[1])
+    error = stage.residual_error(LinearElements(body.fine, body.tissue(1)), load, body.anchors[1])
     return Answer(Equilibrium(body, 1).solve(load, 1e-8, start).x, rest if start is None else start, error, zero=rest)
 
 
@@ -80,19 +70,19 @@ def _pulled(law: str) -> Answer:
     body, b = stage.bar_body(1, replace(SOFT, poisson=0.0, law=law)), stiffening_of(law) or 0.0
     end, times = stage.end_face(body.fine), 10.0
     expected = brentq(lambda s: 0.5 * np.exp(b * (s * s - 1.0 - 2.0 * np.log(s))) * (s - 1.0 / s) - times, 1.0, 3.0)
-    found = Equilibrium(body, 1).solve(_load(body, [times, 0.0, 0.0]), 1e-9).x - body.fine.nodes
-    stretched = 0.2 * (expected - 1.0)
-    return Answer(found, np.zeros_like(found), lambda moved: abs(float(end @ moved[:, 0]) / stretched - 1.0))
+    moved = Equilibrium(body, 1).solve(_load(body, [times, 0.0, 0.0]), 1e-9).x - body.fine.nodes
+    elongation = 0.2 * (expected - 1.0)
+    return Answer(moved, np.zeros_like(moved), lambda a: abs(float(end @ a[:, 0]) / elongation - 1.0))
 
 
 def _bent(law: str) -> Answer:
-    """Compare the deflection of quadratic elements under a small load with that of another library."""
+    """Compare the deflection of quadratic elements under a small load at the end with ``reference_deflection``."""
     body = stage.bar_body(1, replace(SOFT, poisson=fem_cases.POISSON, law=law))
     problem, load = Equilibrium(body, 0, 2), _load(body, [0.0, 0.0, -1e-4])
-    way = load / np.abs(load).sum()
-    expected = float(np.abs(load).sum()) * fem_cases.reference()
-    found = problem.solve(load, 1e-6).x - problem.mesh.nodes
-    return Answer(found, np.zeros_like(found), lambda moved: abs(float(np.vdot(way, moved)) / expected - 1.0))
+    newtons = float(np.abs(load).sum())
+    unit_load, expected = load / newtons, newtons * fem_cases.reference_deflection()
+    moved = problem.solve(load, 1e-6).x - problem.mesh.nodes
+    return Answer(moved, np.zeros_like(moved), lambda a: abs(float(np.vdot(unit_load, a)) / expected - 1.0))
 
 
 SOURCES = {
@@ -114,14 +104,14 @@ def starts() -> list[Case]:
     return [
         *(
             Case(f"start_{kind}", f"a free body starts {kind} and drifts", "its rest shape, where the drift takes it",
-                 "largest relative error of edges or of the centre's way after 20 s", 0.01, partial(_back, kind),
+                 "largest relative error of edges or of the centre's way after 20 s", 0.01, partial(_recover, kind),
                  (*FEM, *SHAPES), source=source)
             for kind, source in SOURCES.items()
         ),
         *(
             Case(f"settles_from_{kind}", f"a held body starts exactly {kind}, under a weight",
                  "an equilibrium, without gain of energy",
-                 "residual force / the weight; more than 1 if energy was gained", 0.2, partial(_settles, kind),
+                 "residual force / the weight; more than 1 if energy was gained", 0.2, partial(_settle, kind),
                  (*FEM, *SPRINGS, *(EXPLICIT if kind == "random" else ())),
                  # a spring of zero length has no direction, and rounding says whether one of them stays so
                  {"springs_implicit": ("stable", "not_converged")} if kind in ("line", "point") else {}, source=source)
@@ -130,27 +120,33 @@ def starts() -> list[Case]:
     ]  # fmt: skip
 
 
-def _back(kind: str, model: str) -> Answer:
-    particles = stage.bar(held=False)
+def _recover(kind: str, model: str) -> Answer:
+    """Release a free bar from initial positions of a ``kind``, perturbed by BREATH."""
+    particles = stage.bar_particles(held=False)
     x = initial_positions(particles, np.ones(len(particles.nodes), dtype=bool), kind, seed=1)
     x = x + BREATH * particles.size * np.random.default_rng(2).normal(size=x.shape)
-    return stage.returns(model, particles, x)
+    return stage.recovery(model, particles, x)
 
 
-def _settles(kind: str, model: str) -> Answer:
-    """Simulate how a held body comes to rest, judged by the balance of forces."""
-    particles = stage.bar()
+def _settle(kind: str, model: str) -> Answer:
+    """Release a held bar from initial positions of a ``kind`` under a small weight, and judge where it comes to rest.
+
+    The error is the residual force over the weight, or 1 and more if the energy rose by more than GAIN.
+    """
+    particles = stage.bar_particles()
     start = initial_positions(particles, ~np.isin(np.arange(len(particles.nodes)), particles.held), kind, seed=1)
-    stepper = stage.Stepper(model, particles, {"held": True} | WEIGHT | (MASS_DAMPING if model in EXPLICIT else {}))
-    x, v, gained = start, np.zeros_like(start), 0.0
-    first = stepper.total(x, v)
+    stepper = stage.Stepper(
+        model, particles, {"held": True} | WEIGHT | (stage.MASS_DAMPING if model in EXPLICIT else {})
+    )
+    x, v, gain = start, np.zeros_like(start), 0.0
+    first = stepper.total_energy(x, v)
     # the last steps are so long that they damp the slowest mode to nothing
     for step_s, steps in [(5e-4, 10_000)] if model in EXPLICIT else [(0.05, 100), (1.0, 30)]:
-        x, v = stepper.go(x, v, step_s, steps)
-        gained = max(gained, stepper.gained / abs(first))
+        x, v = stepper.advance(x, v, step_s, steps)
+        gain = max(gain, stepper.energy_gain / abs(first))
 
     def error(a: np.ndarray) -> float:
-        return stage.unbalanced(stepper.system, a) if gained <= GAIN else 1.0 + gained
+        return stage.residual_of_weight(stepper.system, a) if gain <= GAIN else 1.0 + gain
 
     return Answer(x, start, error, zero=particles.nodes)
 
@@ -160,7 +156,7 @@ SETTINGS: dict[str, kinds.XPBD | kinds.VertexBlockDescent | kinds.ProjectiveDyna
     "vertex_block_descent": kinds.VertexBlockDescent(sweeps=1500, radius=0.9999),
     "projective_dynamics": kinds.ProjectiveDynamics(iterations=400, memory=5),
 }
-"""Long enough that what is left is what the method itself does."""
+"""Settings with so many iterations that the remaining error is that of the method, not of its convergence."""
 LOAD = 0.01
 """Traction on the end of the bar, over Young's modulus, that bends it by a tenth of its length."""
 ERROR = "RMS distance from the equilibrium that Newton's method finds / RMS displacement"
@@ -183,9 +179,9 @@ def relaxations() -> list[Case]:
 def _relaxed(
     method: str, times: float = 1.0, poisson: float = 0.3, mirrored: bool = False, thin: bool = False
 ) -> Answer:
-    """Relax a bar under a load on its end, and compare it with the converged equilibrium."""
+    """Relax a bar under ``times`` LOAD by a local method, and compare with the equilibrium of Newton's method."""
     mesh = stage.bar_mesh()
-    if thin:  # the second layer is as thin as the elements' angles are to be
+    if thin:
         nodes = mesh.nodes.copy()
         between = nodes[:, 0] > 0.03
         nodes[between, 0] = np.maximum(0.025 * (1.0 + np.tan(np.radians(1.0))), nodes[between, 0] - 0.0246)
@@ -195,13 +191,13 @@ def _relaxed(
     load = np.outer(stage.end_face(mesh), [0.0, 0.0, times * LOAD * body.material.young_pa * 0.05**2])
     with locking_is_measured():
         moved = Equilibrium(body, 0).solve(load, 1e-10).x - mesh.nodes
-    begin = mesh.nodes * [-1.0, 1.0, 1.0] if mirrored else mesh.nodes
-    found = relaxed(method, body, 0, held, SETTINGS[method]).relax(begin, load)[0]
+    start = mesh.nodes * [-1.0, 1.0, 1.0] if mirrored else mesh.nodes
+    x = relaxed(method, body, 0, held, SETTINGS[method]).relax(start, load)[0]
 
-    def error(x: np.ndarray) -> float:
-        return float(np.linalg.norm(x - mesh.nodes - moved) / np.linalg.norm(moved))
+    def error(a: np.ndarray) -> float:
+        return float(np.linalg.norm(a - mesh.nodes - moved) / np.linalg.norm(moved))
 
-    return Answer(found, begin, error, zero=mesh.nodes, origin=mesh.nodes)
+    return Answer(x, start, error, zero=mesh.nodes, origin=mesh.nodes)
 
 
 REDUCED, STORED = ("contact_modes",), ("linear_fem", "warped_compliance")
@@ -235,15 +231,13 @@ BOXES = {
 
 
 def stability() -> list[Case]:
-    told = ("stable", "not_converged")
     measure = f"{RESIDUAL}; more than 1 if the stiffness there is not positive"
 
-    def found(name, scene, body, times):
+    def solved(name, scene, body, times):
         return Case(name, scene, "a stable equilibrium", measure, 1e-6, partial(_solved, body, times), SOLVERS)
 
     def asked(name, scene, body, times, models=REDUCED, tilt=0.0):
-        declared = dict.fromkeys(models, told)
-        run = partial(_asked, body, times, tilt)
+        run, declared = partial(_asked, body, times, tilt), ("stable", "not_converged")
         return Case(name, scene, "the answer, or it is told", MEASURE, 0.02, run, models, declared)
 
     return [
@@ -253,7 +247,7 @@ def stability() -> list[Case]:
             case(f"column_at_{times:g}_{what}", f"a bar is pressed along its axis by {times:g} of Euler's load",
                  "column", times)
             for times in (0.9, 1.0, 1.4)
-            for case, what in ((found, "solved"), (asked, "asked"))
+            for case, what in ((solved, "solved"), (asked, "asked"))
         ),
         *(
             Case(f"post_pushed_to_{times:g}_solved",
@@ -268,9 +262,9 @@ def stability() -> list[Case]:
         ),
         asked("column_off_its_axis", "a bar is pressed by half of Euler's load, 5° off its axis", "column", 0.5,
               STORED, 5.0),
-        found("lobe_on_edge_solved", "a thin plate is pressed on its free edge until it buckles", "lobe", 2.0),
+        solved("lobe_on_edge_solved", "a thin plate is pressed on its free edge until it buckles", "lobe", 2.0),
         asked("lobe_on_edge_asked", "the same", "lobe", 2.0),
-        found("arch_snaps_solved", "a shallow arch is pressed at its crown until it snaps", "arch", 1.5),
+        solved("arch_snaps_solved", "a shallow arch is pressed at its crown until it snaps", "arch", 1.5),
         asked("arch_snaps_asked", "the same", "arch", 1.5),
         asked("arch_before_it_snaps_asked", "the same, by half of that load", "arch", 0.75),
     ]  # fmt: skip
@@ -278,9 +272,9 @@ def stability() -> list[Case]:
 
 @cache
 def body_of(name: str) -> Body:
-    """Make the body of one of PRESSES, of two levels, held at its end or, the arch, at both."""
+    """Make the body of one of PRESSES, of two levels, held at one end; the arch is held at both."""
     if name == "column":
-        return bar_body(1)
+        return stage.bar_body(1)
     mesh = box(*BOXES[name])
     x, ends = mesh.nodes[:, 0], [0.0]
     if name == "arch":
@@ -290,17 +284,17 @@ def body_of(name: str) -> Body:
 
 
 def press_of(name: str, times: float, tilt: float = 0.0) -> tuple[int, np.ndarray]:
-    """Return the node that is pressed, and the force (3,) [N] or the post's way [m], by ``tilt`` [degrees] off axis."""
+    """Return the node of one of PRESSES, and ``times`` its force [N] or displacement [m] with a ``tilt`` in degrees."""
     place, force = PRESSES[name]
     body = body_of(name)
     surface = body.coarse.surface
     node = int(surface[np.argmin(np.linalg.norm(body.coarse.nodes[surface] - place, axis=1))])
-    turn = np.tan(np.radians(tilt)) * np.linalg.norm(force)
-    return node, times * np.add(force, [0.0, turn, 0.0])
+    sideways = np.tan(np.radians(tilt)) * np.linalg.norm(force)
+    return node, times * np.add(force, [0.0, sideways, 0.0])
 
 
 def _solved(name: str, times: float, model: str) -> Answer:
-    """Find an equilibrium, which is judged by the forces left and by all eigenvalues of its stiffness."""
+    """Solve for equilibrium; the error is the residual over the load, plus 1 if the stiffness is indefinite."""
     body, (node, force) = body_of(name), press_of(name, times)
     solver, load = SOLVERS[model](body, 0, 2), nodal_load(body, 0, node, force, RADIUS_M, order=2)
     x, rest = solver.solve(load, 1e-8).x, solver.mesh.nodes
@@ -310,20 +304,24 @@ def _solved(name: str, times: float, model: str) -> Answer:
     stable = np.linalg.eigvalsh(multiply(columns).reshape(3 * len(x), -1))[0] > 0.0
 
     def error(a: np.ndarray) -> float:
-        left = float(np.linalg.norm(solver.force(a)) / np.linalg.norm(load))
-        return left if stable else 1.0 + left
+        residual = float(np.linalg.norm(solver.force(a)) / np.linalg.norm(load))
+        return residual if stable else 1.0 + residual
 
     return Answer(x, rest, error)
 
 
 def _pushed(times: float, model: str) -> Answer:
-    """Push the post, and judge by the forces left, by the way, and all eigenvalues of the stiffness, its end held."""
-    body, (node, way) = body_of("post"), press_of("post", times)
+    """Push the disc at the end of the post along the post.
+
+    The error is the larger of the relative residual force, of what leaves the disc in place, and of the relative error
+    of the disc's displacement, plus 1 if the stiffness with the disc held has an eigenvalue that is not positive.
+    """
+    body, (node, wanted) = body_of("post"), press_of("post", times)
     solver = SOLVERS[model](body, 0, 2)
     rest = solver.mesh.nodes
-    nodes, shares = patch_shares(body.coarse, patch_at(body, node, RADIUS_M), 2)
-    weights = sparse.csr_array((shares, (np.zeros_like(nodes), nodes)), (1, len(rest)))
-    x = push(solver, np.zeros_like(rest), weights, way[None], 1e-8)[0].x
+    nodes, on_disc = patch_shares(body.coarse, patch_at(body, node, RADIUS_M), 2)
+    weights = sparse.csr_array((on_disc, (np.zeros_like(nodes), nodes)), (1, len(rest)))
+    x = push(solver, np.zeros_like(rest), weights, wanted[None], 1e-8)[0].x
     free = np.linalg.qr(np.kron(weights.toarray(), np.eye(3)).T, "complete")[0][:, 3:]  # what leaves the disc in place
     multiply, _ = solver.linearise(x)
     tangent = free.T @ multiply(free.reshape(len(x), 3, -1)).reshape(len(free), -1)
@@ -331,32 +329,33 @@ def _pushed(times: float, model: str) -> Answer:
 
     def error(a: np.ndarray) -> float:
         forces = solver.force(a).ravel()
-        left = float(np.linalg.norm(free.T @ forces) / np.linalg.norm(forces))
-        missed = float(np.linalg.norm((weights @ (a - rest))[0] - way) / np.linalg.norm(way))
-        return max(left, missed) if stable else 1.0 + left
+        residual = float(np.linalg.norm(free.T @ forces) / np.linalg.norm(forces))
+        missed = float(np.linalg.norm((weights @ (a - rest))[0] - wanted) / np.linalg.norm(wanted))
+        return max(residual, missed) if stable else 1.0 + residual
 
     return Answer(x, rest, error)
 
 
 def _asked(name: str, times: float, tilt: float, model: str) -> Answer:
-    """Ask a model, and compare with stable elements, which may have gone to the other side."""
+    """Ask a model for a press, and compare with quadratic elements, which may have buckled to either side."""
     body = body_of(name)
     node, force = press_of(name, times, tilt)
     case, load = _case(name), Load((Press(node, moved=force),)) if name == "post" else Load.at(node, force)
-    found = displacement_of(ANSWERING[model].prepare(case).respond(load))
+    answer = displacement_of(ANSWERING[model].prepare(case).respond(load))
     expected = displacement_of(kinds.FEM(order=2, level=0, tolerance=1e-6).prepare(case).respond(load))
     surface = body.fine.surface
     opposite = body.fine.nodes[surface] * [1.0, -1.0, 1.0] + [0.0, np.ptp(body.fine.nodes[:, 1]), 0.0]
     distance = np.linalg.norm(body.fine.nodes[surface][None] - opposite[:, None], axis=2)
     mirrored = expected[distance.argmin(axis=1)] * [1.0, -1.0, 1.0]
 
-    def error(answer: np.ndarray) -> float:
-        return min(errors(answer, each).rmse_of_peak for each in (expected, mirrored))
+    def error(a: np.ndarray) -> float:
+        return min(errors(a, each).rmse_of_peak for each in (expected, mirrored))
 
-    return Answer(found, np.zeros_like(found), error)
+    return Answer(answer, np.zeros_like(answer), error)
 
 
 def _case(name: str) -> ModelCase:
+    """Return what models of one of PRESSES are prepared from: its body and the response to unit forces at its node."""
     body, (node, _) = body_of(name), press_of(name, 1.0)
     case = ModelCase.untrained(body, "hard", RADIUS_M, 0, 1e-8)
     return replace(case, response=compute_compliance(body, RADIUS_M, contacts=np.array([node]), order=2))

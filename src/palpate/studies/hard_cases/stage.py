@@ -1,4 +1,4 @@
-"""A hard case and the judgement of its outcomes; small bodies, and the models and runs that cases share."""
+"""The record of a hard case, how its outcomes are judged, and the bodies, models and runs that cases share."""
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -10,6 +10,7 @@ import numpy as np
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.bodies.organs import liver
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.bodies.simple_shapes import box
 from palpate.effects.effect import Weight
@@ -26,41 +27,45 @@ OUTCOMES = ("stable", "refused", "not_converged", "wrong", "nan")
 ``wrong`` may be declared for a model whose fault is known, as that of elements that lock; it counts as wrong.
 """
 WRONG = ("frozen", "zero", "tenth")
-"""Wrong answers that the bound of a case must fail, as in ``Answer``."""
+"""Deliberately wrong answers (``Answer.wrong_errors``) whose errors must exceed the bound of a case."""
 NEARLY = "twentieth"
-"""The wrong answer that bounds fail, too, except those of models that are ``blunt``."""
-SHARES = {"tenth": 0.1, NEARLY: 0.05}
-"""Shares of the way from an answer's origin by which two wrong answers go too far, or not far enough."""
+"""A wrong answer whose error must exceed the bound, too, except for the models that a case lists as ``blunt``."""
+SCALED = {"tenth": 0.1, NEARLY: 0.05}
+"""By how much, relatively, two wrong answers are too far from the origin of an answer, or too near to it."""
 UNMEASURABLE = 1e9
-"""Number at which the error of a wrong answer is cut, and that of one that cannot be measured at all."""
+"""Largest error that is tabulated for a wrong answer; also the error of one that raises or is not finite."""
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """The answer of a model in a case, and the measure of its error, which can be taken of any other answer, too.
+    """The answer of a model to a case, and the function that measures the error of this or any other answer.
 
-    found : the answer, an array of any shape; frozen : that of a solver which returns what it was given; zero : that of
-        no displacement, by default the same; both of a shape that fits ``found``
-    error : computes the number that the case bounds
-    origin : from which SHARES more and less are reckoned, by default ``frozen``
+    values : the answer, an array of any shape
+    frozen : the answer of a solver that returns its input unchanged, broadcast to the shape of ``values``
+    error : function from an answer to the number that the case bounds
+    zero : the answer of no displacement, by default ``frozen``
+    origin : the point from which the answers of SCALED are scaled, by default ``frozen``
     """
 
-    found: np.ndarray
+    values: np.ndarray
     frozen: np.ndarray
     error: Callable[[np.ndarray], float]
     zero: np.ndarray | None = None
     origin: np.ndarray | None = None
 
-    def wrong(self) -> dict[str, float]:
-        """Return the errors of the answers WRONG and NEARLY: of a share too much and too little, the smaller error."""
-        way = self.found - (self.frozen if self.origin is None else self.origin)
-        made = {"frozen": [self.frozen], "zero": [self.frozen if self.zero is None else self.zero]}
-        made |= {name: [self.found - share * way, self.found + share * way] for name, share in SHARES.items()}
-        shape = self.found.shape
-        return {name: min(self._error(np.broadcast_to(one, shape)) for one in some) for name, some in made.items()}
+    def wrong_errors(self) -> dict[str, float]:
+        """Compute the error of each deliberately wrong answer by its name: those of WRONG, and NEARLY.
+
+        Of an answer that is scaled, once up and once down, the smaller error counts.
+        """
+        offset = self.values - (self.frozen if self.origin is None else self.origin)
+        wrong = {"frozen": [self.frozen], "zero": [self.frozen if self.zero is None else self.zero]}
+        for name, factor in SCALED.items():
+            wrong[name] = [self.values - factor * offset, self.values + factor * offset]
+        shape = self.values.shape
+        return {name: min(self._error(np.broadcast_to(each, shape)) for each in some) for name, some in wrong.items()}
 
     def _error(self, answer: np.ndarray) -> float:
-        """Return the error of a wrong answer, UNMEASURABLE if it cannot be measured."""
         try:
             with np.errstate(all="ignore"):
                 value = float(self.error(answer))
@@ -71,14 +76,15 @@ class Answer:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One situation in which numerics may fail, with the result that was expected beforehand.
+    """A situation in which numerics may fail, with the outcome that was declared before any model was tried.
 
-    scene : the situation; expected : the behaviour of a good model; source : author of the idea; all in words
-    measure : meaning of the error of the answer that ``run`` returns for each of ``models``; it must not exceed
-        ``bound``, and the errors of WRONG answers must
-    declared : acceptable outcomes by model; ``stable`` for models that are not named
-    bounds : tighter bounds by model
-    blunt : models whose own error lets no bound fail NEARLY
+    scene, expected, measure : the situation, the behaviour of a good model and the meaning of the error, in words
+    run : function from the name of one of ``models`` to its ``Answer``
+    bound : largest error of a stable answer; the errors of WRONG answers must exceed it
+    declared : acceptable outcomes of all models, or by model; models that are not named must be stable
+    source : who thought of the case
+    bounds : bounds of single models, in place of ``bound``
+    blunt : models with so large an own error that the bound cannot exclude the answer NEARLY
     """
 
     name: str
@@ -88,38 +94,47 @@ class Case:
     bound: float
     run: Callable[[str], Answer]
     models: Collection[str]
-    declared: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    declared: tuple[str, ...] | Mapping[str, tuple[str, ...]] = ("stable",)
     source: str = "palpate"
     bounds: Mapping[str, float] = field(default_factory=dict)
     blunt: Collection[str] = ()
 
     def acceptable(self, model: str) -> tuple[str, ...]:
-        """Return the outcomes declared for a model."""
-        return self.declared.get(model, ("stable",))
+        """Return the outcomes that are declared acceptable for a model."""
+        return self.declared if isinstance(self.declared, tuple) else self.declared.get(model, ("stable",))
 
 
-def finite(*arrays: np.ndarray) -> None:
-    """Raise FloatingPointError, which is judged ``nan``, if a value is not finite."""
+def refuses(action: Callable[[], object]) -> Callable[[str], Answer]:
+    """Return the ``run`` of a case in which ``action`` has to raise InputError, whatever the model."""
+
+    def run(model: str) -> Answer:
+        action()
+        raise AssertionError("not refused")
+
+    return run
+
+
+def check_finite(*arrays: np.ndarray) -> None:
+    """Raise FloatingPointError, which ``judge`` calls the outcome ``nan``, if a value of ``arrays`` is not finite."""
     for array in arrays:
         if not np.isfinite(array).all():
             raise FloatingPointError("a value that was returned is not finite")
 
 
 def judge(case: Case, model: str) -> dict:
-    """Return the row of one model in one case: the outcome, and whether it was declared.
+    """Run one model in one case, and return its row of hard_cases.csv, without the column ``family``.
 
-    Every exception except InputError and NotConverged is judged ``wrong``, since a crash does not count as a refusal;
-    FloatingPointError is judged ``nan``. ``message`` : the text of the exception; ``frozen``, ``zero``, ``tenth`` and
-    ``twentieth`` : the errors of these answers, empty without one; ``sharp`` : whether those of WRONG are beyond the
-    bound, empty unless stable
+    InputError is the outcome ``refused``, NotConverged ``not_converged``, FloatingPointError ``nan``, and any other
+    exception ``wrong``, since a crash is no refusal; ``message`` is its text. Errors of wrong answers are NaN where the
+    model gave no answer. ``sharp`` says whether all of WRONG exceed the bound; it is empty unless the answer is stable.
     """
     value, message, wrong = math.nan, "", dict.fromkeys((*WRONG, NEARLY), math.nan)
     bound = case.bounds.get(model, case.bound)
     try:
         answer = case.run(model)
-        finite(answer.found)
-        value = float(answer.error(answer.found))
-        wrong = answer.wrong()
+        check_finite(answer.values)
+        value = float(answer.error(answer.values))
+        wrong = answer.wrong_errors()
     except InputError as error:
         outcome, message = "refused", str(error)
     except NotConverged as error:
@@ -155,7 +170,7 @@ MASS_DAMPING = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
 """Damping of bodies that come to rest in explicit steps."""
 
 Described = tuple[str, dict[str, Any]]
-"""Name of an integrator, and the blocks of a scene."""
+"""Name of an integrator, and the blocks of effects that go with it."""
 
 
 def _shapes(mode: str) -> Described:
@@ -177,28 +192,28 @@ EXPLICIT: dict[str, Described] = {
 SHAPES = {f"shapes_{mode}": _shapes(mode) for mode in ("rigid", "linear", "quadratic")}
 SHEETS: dict[str, Described] = {"sheet_implicit": ("backward_euler", _SHEET)}
 MODELS = FEM | SECOND | SPRINGS | EXPLICIT | SHAPES | SHEETS
-"""Integrator and blocks of each model."""
+"""Integrator and blocks of effects of each moving model."""
 
 
 def bar_mesh(degrees: float = 0.0) -> TetMesh:
-    """Make a bar of 0.2 m × 0.05 m × 0.05 m in 192 tetrahedra; if given, with a layer more of so small angles."""
-    places = np.linspace(0.0, 0.2, 9)
+    """Mesh a bar of 0.2 m × 0.05 m × 0.05 m by 192 tetrahedra; if given, with one more layer of such small angles."""
+    planes = np.linspace(0.0, 0.2, 9)
     if degrees:
-        places = np.insert(places, 4, 0.075 + 0.025 * np.tan(np.radians(degrees)))
-    mesh = box([len(places) - 1.0, 0.05, 0.05], [len(places) - 1, 2, 2])
-    along = np.interp(mesh.nodes[:, 0], np.arange(len(places)), places)
-    return TetMesh(np.column_stack([along, mesh.nodes[:, 1:]]), mesh.tetrahedra)
+        planes = np.insert(planes, 4, 0.075 + 0.025 * np.tan(np.radians(degrees)))
+    mesh = box([len(planes) - 1.0, 0.05, 0.05], [len(planes) - 1, 2, 2])
+    x = np.interp(mesh.nodes[:, 0], np.arange(len(planes)), planes)
+    return TetMesh(np.column_stack([x, mesh.nodes[:, 1:]]), mesh.tetrahedra)
 
 
 def bar_body(refined: int, material: Material = SOFT, degrees: float = 0.0, held: bool = True) -> Body:
-    """Make ``bar_mesh`` a body that is ``refined`` so many times, with its end at x = 0 ``held`` or free."""
+    """Make a body of ``bar_mesh``, refined ``refined`` times, whose end at x = 0 is ``held`` or free."""
     mesh = bar_mesh(degrees)
     return nest("bar", mesh, refined, _end(mesh) if held else _end(mesh)[:0], material)
 
 
-def bar(held: bool = True, material: Material = SOFT, degrees: float = 0.0) -> Particles:
-    """Make ``bar_mesh`` particles, with its end at x = 0 ``held`` or free."""
-    mesh = bar_mesh(degrees)
+def bar_particles(held: bool = True, material: Material = SOFT) -> Particles:
+    """Make the particles of ``bar_mesh``, whose end at x = 0 is ``held`` or free."""
+    mesh = bar_mesh()
     return solid_particles(mesh, _end(mesh) if held else _end(mesh)[:0], material, "bar")
 
 
@@ -206,14 +221,21 @@ def _end(mesh: TetMesh) -> np.ndarray:
     return np.flatnonzero(mesh.nodes[:, 0] == 0.0)
 
 
-def points(name: str, nodes: np.ndarray, held: Sequence[int] = ()) -> Particles:
+def shipped_liver(material: Material = SOFT) -> Body:
+    """Make the coarse mesh of the liver of the shipped config, held at its back."""
+    mesh = liver(0.2)
+    held = np.flatnonzero(np.linalg.norm(mesh.nodes - [-0.03, 0.05, 0.03], axis=1) <= 0.04)
+    return nest("liver", mesh, 0, held, material)
+
+
+def point_masses(name: str, nodes: np.ndarray, held: Sequence[int] = ()) -> Particles:
     """Make particles of 1 kg at ``nodes`` (n, 3) [m], without a surface and without elements."""
     none = np.empty((0, 3), dtype=int), np.empty((0, 4), dtype=int)
     return Particles(name, nodes, np.ones(len(nodes)), np.array(held, dtype=int), *none, SOFT)
 
 
-def scene(model: str, step_s: float, duration_s: float, more: dict[str, Any] | None = None, **rest: Any) -> Scene:
-    """Make a scene of one of MODELS, with ``more`` blocks; nothing holds the body unless these say so."""
+def scene_of(model: str, step_s: float, duration_s: float, more: dict[str, Any] | None = None, **rest: Any) -> Scene:
+    """Describe a scene of one of MODELS with ``more`` effects; nothing holds the body unless one of these does."""
     integrator, blocks = MODELS[model]
     stepping = {"integrator": integrator, "step_s": step_s, "duration_s": duration_s}
     named = {"name": "hard_case", "body": "body", "held": False}
@@ -221,48 +243,48 @@ def scene(model: str, step_s: float, duration_s: float, more: dict[str, Any] | N
 
 
 def one_cluster(model: str) -> dict[str, Any]:
-    """Return the block of one of SHAPES, with one cluster instead of several."""
+    """Return the block ``shape_matching`` of one of SHAPES, with a single cluster in place of several."""
     return {"shape_matching": MODELS[model][1]["shape_matching"] | {"clusters": {"kind": "one"}}}
 
 
 class Stepper:
-    """Time steps of one of MODELS, with ``more`` effects, from any state."""
+    """Time integration of one of MODELS, with ``more`` effects, from any state."""
 
     def __init__(self, model: str, particles: Particles, more: dict[str, Any] | None = None, tolerance: float = 1e-8):
-        self._scene = scene(model, 1.0, 1.0, more, tolerance=tolerance)
-        self.system = compose(self._scene, particles)
-        self.integrator = effect_registry.integrator(self._scene.integrator).make(self.system, self._scene)
+        scene = scene_of(model, 1.0, 1.0, more, tolerance=tolerance)
+        self.system = compose(scene, particles)
+        self.integrator = effect_registry.integrator(scene.integrator).make(self.system, scene)
 
-    def go(self, x: np.ndarray, v: np.ndarray, step_s: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
-        """Compute positions (n, 3) [m] and velocities [m/s] after some steps.
+    def advance(self, x: np.ndarray, v: np.ndarray, step_s: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+        """Compute the positions (n, 3) [m] and velocities (n, 3) [m/s] after ``steps`` steps from the state x, v.
 
-        ``gained`` [J] becomes the largest excess of the energy over its value at the start and the work of loads
-        since, for models with an energy.
+        Sets ``energy_gain`` [J]: the most that the total energy less the work of loads rose above its first value; 0
+        for shape matching, which has no energy.
         """
-        counts = self.system.effects.keys().isdisjoint({"shape_matching"})
-        first = self.total(x, v) - self.system.work_j if counts else 0.0
-        self.gained = 0.0
+        has_energy = "shape_matching" not in self.system.effects
+        first = self.total_energy(x, v) - self.system.work_j if has_energy else 0.0
+        self.energy_gain = 0.0
         for number in range(steps):
             self.system.at((number + 1) * step_s)
             x, v = self.integrator.step(x, v, step_s)
-            finite(x, v)
+            check_finite(x, v)
             self.system.relax(x, step_s)
-            if counts:
-                self.gained = max(self.gained, self.total(x, v) - self.system.work_j - first)
+            if has_energy:
+                self.energy_gain = max(self.energy_gain, self.total_energy(x, v) - self.system.work_j - first)
         return x, v
 
-    def total(self, x: np.ndarray, v: np.ndarray) -> float:
+    def total_energy(self, x: np.ndarray, v: np.ndarray) -> float:
         """Return the sum of kinetic and potential energy [J]."""
         return 0.5 * float(np.vdot(self.system.masses[:, None] * v, v)) + self.system.energy(x)
 
 
-class Pull:
-    """A force of 1 N along x, or ``newtons`` (3,), distributed over nodes by ``shares`` (n,)."""
+class NodalForce:
+    """A constant force of 1 N along x, or ``newtons`` (3,), distributed over nodes by ``weights`` (n,)."""
 
     outer = True
 
-    def __init__(self, shares: np.ndarray, newtons: Sequence[float] = (1.0, 0.0, 0.0)):
-        self._force = np.outer(shares, newtons)
+    def __init__(self, weights: np.ndarray, newtons: Sequence[float] = (1.0, 0.0, 0.0)):
+        self._force = np.outer(weights, newtons)
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
         force += self._force
@@ -271,10 +293,10 @@ class Pull:
 RESIDUAL = "residual force at free nodes / the load"
 
 
-def residual(elements: Elements, load: np.ndarray, held: np.ndarray) -> Callable[[np.ndarray], float]:
-    """Measure positions (n, 3) [m] by the residual force at nodes that are not ``held``, relative to ``load`` [N].
+def residual_error(elements: Elements, load: np.ndarray, held: np.ndarray) -> Callable[[np.ndarray], float]:
+    """Return the function from positions (n, 3) [m] to the norm of the residual force over that of ``load`` (n, 3) [N].
 
-    It is computed apart from the solver that found them.
+    The residual is that of nodes that are not ``held``, computed from ``elements`` and not by the solver under test.
     """
 
     def error(x: np.ndarray) -> float:
@@ -285,8 +307,8 @@ def residual(elements: Elements, load: np.ndarray, held: np.ndarray) -> Callable
     return error
 
 
-def unbalanced(system: System, x: np.ndarray) -> float:
-    """Return the residual of the equilibrium at ``x`` (n, 3) [m], relative to the weight of free nodes."""
+def residual_of_weight(system: System, x: np.ndarray) -> float:
+    """Return the norm of the residual force at ``x`` (n, 3) [m], over that of the weight of free nodes."""
     return float(np.linalg.norm(system.potential_force(x)) / np.linalg.norm(weight(system)))
 
 
@@ -296,71 +318,72 @@ def weight(system: System) -> np.ndarray:
     return np.outer(np.where(system.free, system.masses, 0.0), gravity.acceleration)
 
 
-def keeps_momentum(model: str, particles: Particles, v: np.ndarray, tolerance: float) -> Answer:
-    """Step a free body 20 times from rest and velocities ``v`` (n, 3) [m/s].
+def free_flight(model: str, particles: Particles, v: np.ndarray, tolerance: float) -> Answer:
+    """Simulate a free body over 20 steps from its rest shape and velocities ``v`` (n, 3) [m/s], judged by its momentum.
 
-    The error is the larger of the change of momentum and of the deviation of the centre of mass from uniform motion,
-    times mass and over time, relative to the sum of the nodes' momenta at the start.
+    The error is the larger of two changes over the sum of the magnitudes of the nodes' momenta at the start: that of
+    the total momentum, and that of the momentum which follows from the displacement of the centre of mass.
     """
     x, masses = particles.nodes, particles.masses[:, None]
-    found = np.array(Stepper(model, particles, tolerance=tolerance).go(x, v, 0.01, 20))
+    found = np.array(Stepper(model, particles, tolerance=tolerance).advance(x, v, 0.01, 20))
     momentum, scale = (masses * v).sum(axis=0), float(np.linalg.norm(masses * v, axis=1).sum())
 
     def error(state: np.ndarray) -> float:
         change = (masses * state[1]).sum(axis=0) - momentum
-        strayed = (masses * (state[0] - x)).sum(axis=0) / 0.2 - momentum
-        return float(max(np.linalg.norm(change), np.linalg.norm(strayed)) / scale)
+        of_centre = (masses * (state[0] - x)).sum(axis=0) / 0.2 - momentum
+        return float(max(np.linalg.norm(change), np.linalg.norm(of_centre)) / scale)
 
     return Answer(found, np.array([x, v]), error, zero=np.array([x, 0.0 * v]))
 
 
 def edge_error(particles: Particles, x: np.ndarray) -> float:
     """Return the largest relative change of length of the tetrahedra's edges at ``x`` (n, 3) [m]."""
-    finite(x)
+    check_finite(x)
     pairs = TetMesh(particles.nodes, particles.tetrahedra).edges
     now, rest = (np.linalg.norm(p[pairs[:, 1]] - p[pairs[:, 0]], axis=1) for p in (x, particles.nodes))
     return float(np.abs(now / rest - 1.0).max())
 
 
 def end_face(mesh: Mesh) -> np.ndarray:
-    """Return each node's share, (n,), of a uniform traction on the face of largest x."""
+    """Return the weights (n,), of sum 1, by which a uniform traction on the face of largest x acts on nodes."""
     end = mesh.nodes[:, 0].max()
     corners = mesh.triangles[np.isclose(mesh.nodes[mesh.triangles][:, :, 0], end).all(axis=1)]
     a, b, c = (mesh.nodes[corners[:, i]] for i in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    shares = np.bincount(corners.ravel(), np.repeat(areas, 3), minlength=len(mesh.nodes))
-    return shares / shares.sum()
+    weights = np.bincount(corners.ravel(), np.repeat(areas, 3), minlength=len(mesh.nodes))
+    return weights / weights.sum()
 
 
-TRAVEL_M = np.array([0.1, 0.0, 0.0])
-"""Distance over which a free body drifts."""
-RETURN_STEPS = (0.01, 2000), (0.05, 400)
-"""Step [s] and number of steps of shape matching and of the other models: 20 s."""
+DRIFT_M = np.array([0.1, 0.0, 0.0])
+"""Displacement of the centre of a free body in ``recovery``."""
+RECOVERY_STEPS = (0.01, 2000), (0.05, 400)
+"""Step [s] and number of steps of ``recovery``, of shape matching and of the other models: 20 s."""
 
 
-def returns(
+def recovery(
     model: str, particles: Particles, x: np.ndarray, more: dict[str, Any] | None = None, measure: Callable | None = None
 ) -> Answer:
-    """Simulate a free body from ``x`` (n, 3) [m] for 20 s, with a drift over TRAVEL_M.
+    """Simulate for 20 s how a free body that is deformed to ``x`` (n, 3) [m] recovers its rest shape, while it drifts.
 
-    The error is the larger one of ``measure`` at the end, by default that of the edges, and of the centre's place,
-    relative to the way that it had to go.
+    Its initial velocity is such that its centre moves by DRIFT_M.
+    The error is the larger of that of the final shape, by ``measure`` or ``edge_error``, and that of the final centre,
+    over the length of DRIFT_M.
     """
-    step_s, steps = RETURN_STEPS[model not in SHAPES]
-    travel = travel_s(model, step_s, steps)
-    found, _ = Stepper(model, particles, more).go(x, np.tile(TRAVEL_M / travel, (len(x), 1)), step_s, steps)
-    centre = _centre(particles, x) + TRAVEL_M
-    shape = measure or (lambda a: edge_error(particles, a))
+    step_s, steps = RECOVERY_STEPS[model not in SHAPES]
+    v = np.tile(DRIFT_M / coasting_distance(model, step_s, steps), (len(x), 1))
+    found, _ = Stepper(model, particles, more).advance(x, v, step_s, steps)
+    centre = _centre(particles, x) + DRIFT_M
+    shape_error = measure or (lambda a: edge_error(particles, a))
 
     def error(a: np.ndarray) -> float:
-        strayed = np.linalg.norm(_centre(particles, a) - centre) / np.linalg.norm(TRAVEL_M)
-        return max(shape(a), float(strayed))
+        of_centre = np.linalg.norm(_centre(particles, a) - centre) / np.linalg.norm(DRIFT_M)
+        return max(shape_error(a), float(of_centre))
 
     return Answer(found, x, error, zero=particles.nodes)
 
 
-def travel_s(model: str, step_s: float, steps: int) -> float:
-    """Return the way [m] of a body that is thrown at 1 m/s, under the model's damping of velocities."""
+def coasting_distance(model: str, step_s: float, steps: int) -> float:
+    """Return how far [m] a body thrown at 1 m/s moves in ``steps`` steps under the velocity damping of a model."""
     decay = float(np.exp(-MODELS[model][1].get("velocity_damping", {}).get("rate_1_s", 0.0) * step_s))
     return step_s * float(np.sum(decay ** np.arange(steps)))
 

@@ -30,21 +30,21 @@ from palpate.table_declaration import Table
 OWN, LAW, POISSON, REGIONS = "nothing", "law", "poisson", "regions"
 """What differs from the body as it is described."""
 MESHES = ("linear", "quadratic", "finest")
-"""Whose errors are measured: linear elements on the finest level, quadratic ones with the same nodes, and on it."""
+"""Meshes whose errors are measured: linear elements on the finest level, quadratic ones of the same nodes and on it."""
 
 
 class Variant(NamedTuple):
-    """A body, and what has been ``changed`` in it."""
+    """A body, and which of its properties is ``changed``: one of OWN, LAW, POISSON and REGIONS."""
 
     changed: str
     body: Body
 
 
 def variants(body: Body, laws: Sequence[str], poissons: Sequence[float]) -> list[Variant]:
-    """Return the body as it is described, then each with one thing changed.
+    """Return the body as it is described, and variants of it with one property changed.
 
-    laws, poissons : those to try; where they are the body's own already, nothing is changed and there is no variant
-    A body with regions is also tried without them, of its own material alone.
+    laws, poissons : values that are tried; those that the body has already give no variant
+    A body with regions also has a variant without them, of its own material alone.
     """
     found = [Variant(OWN, body)]
     found += [Variant(LAW, _changed(body, law=law)) for law in laws if law != body.material.law]
@@ -58,7 +58,7 @@ def variants(body: Body, laws: Sequence[str], poissons: Sequence[float]) -> list
 
 
 def _changed(body: Body, **change: Any) -> Body:
-    """Return ``body`` with a field of every material changed; Young's moduli and densities stay."""
+    """Return ``body`` with fields ``change`` of every material replaced."""
     regions = body.regions
     if regions is not None:
         regions = Tissue([replace(each, **change) for each in regions.materials], regions.region)
@@ -94,11 +94,11 @@ def compare_laws(
     progress: Callable = iter,
     tolerance: float = TOLERANCE,
 ) -> pd.DataFrame:
-    """Press ``body``, and each of its ``variants`` with ``laws`` and ``poissons``, by every row of ``loads``.
+    """Press each of the ``variants`` of ``body`` by every row of ``loads``, and tabulate LAW_TABLE.
 
-    loads : as ``choose_presses`` gives them; progress : wraps the sequence of variants, as ``tqdm`` does
-    Returns a row for each variant and load, with the columns of LAW_TABLE; errors of the MESHES are against the
-    variant's own limit. A press without an answer under a law has no numbers of its own, and says ``why``.
+    loads : as of ``choose_presses``; progress : wraps the list of variants, as ``tqdm`` does
+    Errors of the MESHES are against the variant's own limit. A press without an answer under a law has no numbers, and
+    the column ``why`` says the reason.
     """
     rows: list[dict] = []
     samples, own = samples_in(loads), None
@@ -134,7 +134,7 @@ def _linear(body: Body, samples: Sequence[Sample], tolerance: float) -> list[np.
 
 
 def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i: int, sample: Sample) -> dict:
-    """Measure press ``i`` of a changed ``body``; ``own`` is the truth of the body as it is described."""
+    """Return the numbers of LAW_TABLE of press ``i`` of a variant; ``own`` : truth of the body as it is described."""
     levels, before = _answered(truth, i), _answered(own, i)
     row = {"why": truth.rejected[i], "believed": bool(truth.believed[i])}
     if before:
@@ -160,7 +160,7 @@ def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i:
 
 
 def _answered(truth: Truth, i: int) -> list[np.ndarray]:
-    """Return the answers (n, 3) [m] of the levels of press ``i``, coarse first; none if one of them failed."""
+    """Return the answers (n, 3) [m] of press ``i`` on all levels, coarse first; empty if there is no limit."""
     if not np.isfinite(truth.displacement[i]).all():
         return []
     return [level for level in truth.levels[i] if np.isfinite(level).all()]
@@ -173,12 +173,12 @@ def _peak(displacement: np.ndarray) -> float:
 def growing_presses(
     body: Body, contacts: int, depths: Sequence[float], radius_m: float, progress: Callable = iter
 ) -> pd.DataFrame:
-    """Choose a press along the inward normal for each of ``depths``, at each of ``contacts`` contacts.
+    """Choose presses along the inward normal to each of ``depths``, at each of ``contacts`` contacts.
 
-    A body with regions is also pressed above them, at the contact nearest to one; ``contacts`` may then be 0.
-    depths : largest displacements, as shares of the body's size; radius_m : of the disc that is pressed [m]
-    Returns the table of ``choose_presses``. Where the peak pressure that the trade-off allows ends the depth of a
-    contact, its deepest press is the one with that pressure. Warns of these, and raises, as ``choose_presses`` does.
+    A body with regions is also pressed at the contact nearest to one of them; ``contacts`` may then be 0.
+    depths : largest displacements over the body's size; radius_m : of the disc that is pressed [m]
+    Returns the table of ``choose_presses``, and warns and raises as it does. Where the trade-off's limit of pressure
+    allows no deeper press of a contact, its deepest press has that pressure.
     """
     most = max(depths)
     above = [] if body.regions is None else contacts_near_regions(body, 1)[0][:1].tolist()
@@ -191,12 +191,11 @@ VARIANT = ["body", "changed", "law", "poisson"]
 
 
 def from_depths(table: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate, from law.csv, the depth from which on each change matters more than each mesh.
+    """Tabulate, from law.csv, the depth from which on a variant changes the answer by more than the error of each mesh.
 
-    Returns a row for each VARIANT, ``contact`` and ``mesh``: ``from_depth`` as a share of the body's size, 0 where the
-    change is larger at every depth that was pressed, infinite where it is not even at the largest. The mesh's error is
-    that of the changed body against its own truth, and counts where that is believed; the mesh "own" is that truth, and
-    its own error.
+    Returns a row for each VARIANT, ``contact`` and ``mesh``; ``from_depth`` is over the body's size, 0 if the change is
+    larger at all depths, infinite if it is not at the largest. The mesh's error is that of the variant against its own
+    truth, where that is believed; for the mesh "own" it is that of the truth itself.
     """
     rows = []
     changed = table[(table["changed"] != OWN) & table["change_rmse_of_peak"].notna() & table["believed"].astype(bool)]
@@ -204,25 +203,25 @@ def from_depths(table: pd.DataFrame) -> pd.DataFrame:
         for mesh in (*MESHES, "own"):
             known = curve[curve[f"{mesh}_rmse_of_peak"].notna()].sort_values("depth_of_size")
             if len(known):
-                share = known["change_rmse_of_peak"] / known[f"{mesh}_rmse_of_peak"]
-                depth = crossing(known["depth_of_size"].to_numpy(), share.to_numpy())
+                ratio = known["change_rmse_of_peak"] / known[f"{mesh}_rmse_of_peak"]
+                depth = crossing(known["depth_of_size"].to_numpy(), ratio.to_numpy())
                 rows.append([*variant, contact, mesh, depth])
     return pd.DataFrame(rows, columns=[*VARIANT, "contact", "mesh", "from_depth"])
 
 
-def crossing(depth: np.ndarray, share: np.ndarray) -> float:
-    """Return the depth from which on ``share`` (k,) stays above 1, over increasing ``depth`` (k,).
+def crossing(depth: np.ndarray, ratio: np.ndarray) -> float:
+    """Return the depth from which on ``ratio`` (k,) stays above 1, over increasing ``depth`` (k,).
 
-    Between two depths it is taken as a power of the depth. Returns 0 where it is above 1 at all depths, and infinity
-    where it is not at the last one.
+    Between two depths it is interpolated as a power of the depth. Returns 0 if it is above 1 at all depths, and
+    infinity if it is not at the last one.
     """
-    below = np.flatnonzero(~(share > 1.0))
+    below = np.flatnonzero(~(ratio > 1.0))
     if not len(below):
         return 0.0
     i = int(below[-1])
     if i == len(depth) - 1:
         return float("inf")
-    x, y = np.log(depth[i : i + 2]), np.log(np.maximum(share[i : i + 2], np.finfo(float).tiny))
+    x, y = np.log(depth[i : i + 2]), np.log(np.maximum(ratio[i : i + 2], np.finfo(float).tiny))
     return float(np.exp(x[0] - y[0] * (x[1] - x[0]) / (y[1] - y[0])))
 
 
@@ -237,7 +236,7 @@ def press_under_laws(
 ) -> dict[str, pd.DataFrame]:
     """Compare the laws of one body, for the rule compare_laws."""
     body = body_file.load(input.body)
-    found = steps(say, f"{body.name}: forces of growing presses at contact")
-    loads = growing_presses(body, contacts, depths, radius_m, found)
-    pressed = steps(say, f"{body.name}: presses under each law, variant")
-    return {"table": compare_laws(body, loads, laws, poissons, pressed)}
+    choosing = steps(say, f"{body.name}: forces of growing presses at contact")
+    loads = growing_presses(body, contacts, depths, radius_m, choosing)
+    pressing = steps(say, f"{body.name}: presses under each law, variant")
+    return {"table": compare_laws(body, loads, laws, poissons, pressing)}

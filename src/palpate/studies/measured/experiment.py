@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from palpate.studies.measured.settings import ExperimentSettings, Load
 
 GIVEN = "no"
-"""The word for a modulus that is fitted to no case."""
+"""Value of the column ``calibrated`` where Young's modulus is that of the settings and fitted to no case."""
 
 
 @dataclass(frozen=True, eq=False)
 class Marker:
-    """A marker and its place ``at_m`` (3,) [m] at rest; a ``fixed`` one is not on what moves."""
+    """A marker and its position ``at_m`` (3,) [m] at rest; a ``fixed`` one is beside the body and does not move."""
 
     name: str
     at_m: np.ndarray
@@ -43,7 +43,10 @@ class Weight:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Loads beside gravity, and the files of its repeats, if there are any; ``swings``: whether a frequency is seen."""
+    """The loads on a body beside gravity, and the files of the repeated measurements, if there are any.
+
+    swings : whether the body oscillates after the release, so that frequency and damping are compared
+    """
 
     name: str
     weights: tuple[Weight, ...]
@@ -53,10 +56,11 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """A body let go from rest under gravity and loads, and what its markers did.
+    """A body that is released from its held state under gravity and loads, in several cases.
 
-    down : (3,) direction of gravity in the frame of the files; calibrate_on : the case that E is fitted to
-    held_s, settled_s : the first and the last part of each record, before the release and at rest again [s]
+    down : (3,) direction of gravity in the frame of the files
+    calibrate_on : name of the case that Young's modulus is fitted to, empty for none
+    held_s, settled_s : duration [s] of the first part of each record, before the release, and of the last, at rest
     """
 
     name: str
@@ -84,7 +88,7 @@ class Experiment:
 
 
 def experiment_of(name: str, entry: "ExperimentSettings") -> Experiment:
-    """Make an experiment of its settings, whose files can be opened as they are named.
+    """Make the experiment ``name`` from its settings.
 
     Raises InputError for what a schema cannot see: no marker that moves, ``down`` without a direction, a case to
     calibrate on that is unknown or has no files, a load without a size or a place.
@@ -124,25 +128,26 @@ def _vector(values: list) -> np.ndarray:
 
 
 ON, NEAR_SURFACE, WIDE, SHORT = 0.01, 0.2, 0.5, 0.01
-"""Shares of the body's size: how far a load may be from the surface and a marker may stand off it, how wide a disc may
-be, and how long a line is at least."""
+"""Limits over the body's size: the distance of a load and of a marker from the surface, the radius of a disc, and the
+least length of a line."""
 POINTS = 21
-"""Points of a line that are looked at."""
+"""Points of a line whose distance from the surface is checked."""
 
-Away = Callable[[np.ndarray], np.ndarray]
-"""The distances (k,) [m] of points (k, 3) [m] from a body's surface."""
+SurfaceDistance = Callable[[np.ndarray], np.ndarray]
+"""Function from points (k, 3) [m] to their distances (k,) [m] from a body's surface."""
 
 
 def off_box(sizes_m: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Compute how far ``points`` (k, 3) [m] are, (k,) [m], from the surface of the box from 0 to ``sizes_m`` (3,)."""
+    """Compute the distances (k,) [m] of ``points`` (k, 3) [m] from the surface of a box from 0 to ``sizes_m`` (3,)."""
     beyond = np.maximum(-points, points - sizes_m)
     return np.where((beyond > 0.0).any(axis=1), np.linalg.norm(np.maximum(beyond, 0.0), axis=1), -beyond.max(axis=1))
 
 
-def check_places(experiment: Experiment, body: Body, away: Away) -> None:
-    """Raise InputError for loads off the surface of ``body`` or on what is held, and for markers far from it.
+def check_places(experiment: Experiment, body: Body, away: SurfaceDistance) -> None:
+    """Raise InputError for loads off the surface of ``body`` or on held nodes, and for markers far from the surface.
 
-    Discs wider than half of the body and lines of no length are refused, too; the message names the body's box.
+    Discs wider than half of the body and lines of no length are refused, too.
+    away : distance from the surface of ``body``
     """
     place, nodes = f"measured.experiments.{experiment.name}", body.fine.nodes
     box = f"{body.name}, which reaches from {_words(nodes.min(axis=0))} to {_words(nodes.max(axis=0))} m"
@@ -158,7 +163,8 @@ def check_places(experiment: Experiment, body: Body, away: Away) -> None:
             _check_load(f"{place}.cases.{case.name}.loads[{number}]", weight, body, away, box)
 
 
-def _check_load(place: str, weight: Weight, body: Body, away: Away, box: str) -> None:
+def _check_load(place: str, weight: Weight, body: Body, away: SurfaceDistance, box: str) -> None:
+    """Raise InputError, naming ``place``, for a load that is off the surface, too wide or short, or on held nodes."""
     size, points = body.fine.size, _points(weight)
     key = "at_m" if weight.line_m is None else "line_m"
     if len(points) > 1 and not np.linalg.norm(points[-1] - points[0]) > SHORT * size:

@@ -1,4 +1,4 @@
-"""Put every model beside one experiment: the rows of measured.csv."""
+"""Compare every model with one experiment: the rows of measured.csv."""
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -23,28 +23,29 @@ from palpate.table_declaration import Table
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A model of ``body`` with a setting: ``make`` builds its specimen.
+    """A model of ``body`` with a setting, whose specimen ``make`` builds.
 
-    asked_more : whether it also says what follows from creep, and from kinds of damping
+    extended : whether it also predicts what follows from creep and from kinds of damping
     """
 
     model: str
     setting: str
     body: Body
     make: Callable[[], Specimen]
-    asked_more: bool = False
+    extended: bool = False
 
 
 def candidates(body: Body, settings: Models) -> Iterator[Candidate]:
-    """Yield linear and quadratic elements on their levels, these with other ν and laws on the coarsest, and springs.
+    """Yield the models of ``body``: linear and quadratic elements on several levels, and springs.
 
-    settings : ``measured.models`` of the config; levels that are null are all that the body has
+    Quadratic elements on the coarsest level are also tried with other Poisson's ratios and laws.
+    settings : ``measured.models`` of the config; where levels are null, all that the body has are taken
     """
     for order, model, levels in ((1, "fem_p1", settings.fem_p1.levels), (2, "fem_p2", settings.fem_p2.levels)):
         last = len(body.levels) - order
         for number, level in enumerate(range(last + 1) if levels is None else levels):
             made = partial(FemSpecimen, body, level, order)
-            yield Candidate(model, f"level={level}", body, made, asked_more=order == 2 and number == 0)
+            yield Candidate(model, f"level={level}", body, made, extended=order == 2 and number == 0)
     if len(body.levels) > 1:
         for poisson in settings.fem_p2.poissons:
             other = replace(body, material=replace(body.material, poisson=poisson))
@@ -57,7 +58,7 @@ def candidates(body: Body, settings: Models) -> Iterator[Candidate]:
 
 
 FITS, LARGE = 0.03, 0.5
-"""Shares of the body's size above which there is a warning: of the misfit of the markers, and of how far they sink."""
+"""Misfit of the markers, and how far they sink, over the body's size, above which there is a warning."""
 
 MEASURED = Table(
     "measured",
@@ -84,10 +85,10 @@ MEASURED = Table(
 def measure(experiment: Experiment, body: Body, settings: Models, progress: Callable = iter) -> pd.DataFrame:
     """Tabulate measured.csv for one experiment: a row a case, model, setting, calibration, quantity and marker.
 
-    settings : ``measured.models`` of the config; ``progress`` wraps the models, as ``tqdm`` does
-    Raises InputError for files that do not fit the entry and for loads and markers that are not where the body is; a
-    model that does not converge has rows with a message and no prediction. Warns
-    of forces on a point, markers that fit badly, and predictions that are too large to be meant.
+    settings : ``measured.models`` of the config; progress : wraps the list of models, as ``tqdm`` does
+    Raises InputError for files that do not fit the entry, and for loads and markers away from the body. A model that
+    does not converge has rows with a message and without predictions. Warns of forces on a point, markers that fit
+    badly, and predictions so large that the settings may be wrong.
     """
     check_places(experiment, body, partial(off_surface, body.fine))
     rows: list[Row] = []
@@ -101,35 +102,35 @@ def measure(experiment: Experiment, body: Body, settings: Models, progress: Call
     table["message"] = table["message"].fillna("")
     table["misfit_m"] = table["case"].map({name: seen.misfit_m for name, seen in observed.items()}).astype(float)
     table["uncertainty"] = uncertainties(table, experiment, observed)
-    for doubt in _doubts(experiment, table, body.fine.size):
+    for doubt in _suspicions(experiment, table, body.fine.size):
         warnings.warn(doubt, stacklevel=2)
     return table[MEASURED.columns]
 
 
 POWERS_OF_SOFTNESS = {"sink_m": 1.0, "move_m": 1.0, "frequency_hz": -0.5}
-"""Powers of the softness that predictions of small deflections are proportional to; large ones change less."""
+"""Exponent of the softness that a prediction of small deflections is proportional to; large ones change less."""
 
 
 def uncertainties(table: pd.DataFrame, experiment: Experiment, observed: Mapping[str, Observed]) -> pd.Series:
-    """Return the standard uncertainty of each ``error``; NaN where a value is fitted or no such power is known.
+    """Return the standard uncertainty of each ``error``; NaN where a value is fitted or its exponent is not known.
 
-    Places are as uncertain as the held state, frequencies as half of the range of repeats. A fitted softness is as
-    uncertain as the way that it was fitted to, and with it what is predicted of other cases; the two are independent,
-    as a body is held anew in each case.
+    A displacement is as uncertain as the held state, a frequency as half of the range of the repeats. A fitted softness
+    is as uncertain as the displacement that it was fitted to, and so are predictions from it. Both parts are
+    independent, as the body is held anew in each case.
     """
     power = table["quantity"].map(POWERS_OF_SOFTNESS).where(~table["fitted"])
     held = table["case"].map({name: seen.uncertainty_m for name, seen in observed.items()}).astype(float)
     own = held.where(table["quantity"].isin(["sink_m", "move_m"]), 0.5 * table["repeat"].fillna(0.0).astype(float))
-    share, fitted = 0.0, experiment.fitted
+    of_softness, fitted = 0.0, experiment.fitted
     if fitted is not None:
-        share = observed[fitted.name].uncertainty_m / abs(observed[fitted.name].sink_m)
-    passed_on = power.abs() * table["predicted"].astype(float).abs() * share
+        of_softness = observed[fitted.name].uncertainty_m / abs(observed[fitted.name].sink_m)
+    passed_on = power.abs() * table["predicted"].astype(float).abs() * of_softness
     passed_on = passed_on.where(table["calibrated"].ne(GIVEN) & power.notna(), 0.0)
     return np.hypot(own, passed_on).where(power.notna()) / table["measured"].astype(float).abs()
 
 
 def _rows(candidate: Candidate, experiment: Experiment, observed: dict[str, Observed]) -> Iterator[Row]:
-    """Yield the rows of one model, with E as given and fitted, and of one also of creep and of kinds of damping."""
+    """Yield the rows of one model, with Young's modulus as given and as fitted, and its extended predictions."""
     predictor, own = Predictor(experiment, observed, candidate.make()), candidate.body.material
     about: Row = {"model": candidate.model, "setting": candidate.setting, "nodes": len(predictor.specimen.rest)}
     about |= {"young_pa": own.young_pa, "poisson": own.poisson, "law": own.law, "softness": 1.0}
@@ -140,7 +141,7 @@ def _rows(candidate: Candidate, experiment: Experiment, observed: dict[str, Obse
         return
     found = [about | row for row in predictor.rows(fitted.name)]
     yield from found
-    if not candidate.asked_more:
+    if not candidate.extended:
         return
     for row in creep_rows(predictor, fitted):
         yield about | {"setting": f"{candidate.setting} creep"} | row
@@ -150,8 +151,8 @@ def _rows(candidate: Candidate, experiment: Experiment, observed: dict[str, Obse
         yield known | {"setting": f"{candidate.setting} damping={kind}"} | row
 
 
-def _doubts(experiment: Experiment, table: pd.DataFrame, size_m: float) -> Iterator[str]:
-    """Yield what can be computed and is hardly meant, for a body of this size."""
+def _suspicions(experiment: Experiment, table: pd.DataFrame, size_m: float) -> Iterator[str]:
+    """Yield warnings of settings that can be computed but are probably wrong, for a body of ``size_m`` [m]."""
     sunk = table[table["quantity"].eq("sink_m") & table["marker"].eq(ALL)]
     for case in experiment.cases:
         place, rows = f"measured.experiments.{experiment.name}.cases.{case.name}", sunk[sunk["case"].eq(case.name)]
@@ -173,7 +174,7 @@ def _doubts(experiment: Experiment, table: pd.DataFrame, size_m: float) -> Itera
 def measure_experiment(
     input: Any, wildcards: Any, say: Callable, entry: ExperimentSettings, models: Models
 ) -> dict[str, pd.DataFrame]:
-    """Put the models beside one experiment, for the rule of that name."""
+    """Compare the models with one experiment, for the rule of this name."""
     experiment = experiment_of(wildcards.experiment, entry)
     progress = steps(say, f"{experiment.name}: model")
     return {"table": measure(experiment, body_file.load(input.body), models, progress)}

@@ -1,4 +1,4 @@
-"""Predict every case of an experiment with one model, with E as given and fitted to one case, and compare."""
+"""Predict all cases of an experiment with one model, with Young's modulus as given and fitted to one of them."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -20,26 +20,26 @@ Row = dict[str, Any]
 
 
 def compare_moves(experiment: Experiment, seen: Observed, moves: np.ndarray | None) -> Iterator[Row]:
-    """Yield how far markers sink, each and on average, and how far they move as vectors (RMS over markers).
+    """Yield rows that compare the displacements ``moves`` (m, 3) [m] of markers, None without a prediction.
 
-    moves : (m, 3) [m] as predicted, or None if there is no prediction. Of vectors the error is that of their
-    difference, and cannot be negative.
+    sink_m is the displacement downwards, of each marker and on average; move_m the length of the displacement (RMS over
+    markers), whose error is the RMS length of the difference and never negative.
     """
-    names, found = [marker.name for marker in experiment.compared], [repeat.moves for repeat in seen.repeats]
-    sinks = [each @ seen.axis for each in found]
+    names, measured_moves = [marker.name for marker in experiment.compared], [repeat.moves for repeat in seen.repeats]
+    sinks = [each @ seen.axis for each in measured_moves]
     sunk = None if moves is None else moves @ seen.axis
     yield _row("sink_m", ALL, [float(s.mean()) for s in sinks], None if sunk is None else float(sunk.mean()))
     for i, name in enumerate(names):
         yield _row("sink_m", name, [float(s[i]) for s in sinks], None if sunk is None else float(sunk[i]))
     measured = None if seen.moves is None else _rms(seen.moves)
-    repeat = max((_rms(a - b) for a, b in combinations(found, 2)), default=None)
+    repeat = max((_rms(a - b) for a, b in combinations(measured_moves, 2)), default=None)
     wrong = None if measured is None or moves is None else _rms(moves - seen.moves) / measured
     predicted = None if moves is None else _rms(moves)
     yield dict(quantity="move_m", marker=ALL, measured=measured, repeat=repeat, predicted=predicted, error=wrong)
 
 
 def compare_swing(seen: Observed, swing: dict[str, float | None]) -> Iterator[Row]:
-    """Yield rows of the quantities of an Oscillation that ``swing`` predicts, by their names; None if it failed."""
+    """Yield a row for each predicted quantity of ``swing``, fields of ``Oscillation`` by name; None if that failed."""
     for quantity, predicted in swing.items():
         yield _row(quantity, ALL, [float(getattr(each, quantity)) for each in seen.swings], predicted)
 
@@ -56,30 +56,29 @@ def _rms(vectors: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.sum(vectors**2, axis=-1))))
 
 
-MOST_SECANT_STEPS, WAY_TOLERANCE = 12, 1e-4
-"""Most equilibria, and the relative error of the way that ends the search."""
+MOST_SECANT_STEPS, SINK_TOLERANCE = 12, 1e-4
+"""Most equilibria, and the relative error of the markers' displacement that ends the search."""
 
 
 def calibrate(sink: Callable[[float], float], wanted: float) -> float:
-    """Find the softness s with ``sink(s)`` = ``wanted`` [m]: how many times softer than assumed the body is.
+    """Find the softness s with ``sink(s)`` = ``wanted`` [m] by the secant method; NotConverged if there is none.
 
-    sink : the way [m] of the markers under the case's loads, for a body s times softer; it increases with s
-    The secant method on way over softness, which bends little; NotConverged if the way is not met.
+    sink : mean displacement [m] of the markers of a body that is s times softer than assumed; it increases with s
     """
     softness, history = [1.0], []
-    ways = [sink(1.0)]
+    sunk = [sink(1.0)]
     for _ in range(MOST_SECANT_STEPS):
-        history.append(abs(ways[-1] / wanted - 1.0))
-        if history[-1] <= WAY_TOLERANCE:
+        history.append(abs(sunk[-1] / wanted - 1.0))
+        if history[-1] <= SINK_TOLERANCE:
             return softness[-1]
-        if len(ways) == 1:
-            following = wanted / ways[-1]
+        if len(sunk) == 1:
+            following = wanted / sunk[-1]
         else:
-            slope = (ways[-1] - ways[-2]) / (softness[-1] - softness[-2])
-            following = softness[-1] + (wanted - ways[-1]) / slope
+            slope = (sunk[-1] - sunk[-2]) / (softness[-1] - softness[-2])
+            following = softness[-1] + (wanted - sunk[-1]) / slope
         # never more than four times softer or stiffer at once: a beam that curls up has no slope left
         softness.append(min(max(following, softness[-1] / 4), 4 * softness[-1]))
-        ways.append(sink(softness[-1]))
+        sunk.append(sink(softness[-1]))
     raise NotConverged(f"no modulus lets the markers sink by {wanted:.3g} m; see loads, density and down", history)
 
 
@@ -90,13 +89,13 @@ MOST_INVERSE_ITERATIONS, EIGENVALUE_TOLERANCE, SOLVED = 60, 1e-4, 0.03
 def natural_frequency(
     specimen: Specimen, x: np.ndarray, masses: sparse.csr_array, stiffer: float = 1.0
 ) -> tuple[float, np.ndarray]:
-    """Return the frequency [Hz] of small oscillations around the equilibrium ``x`` (n, 3) [m], and their shape (n, 3).
+    """Return the lowest frequency [Hz] of small oscillations around the equilibrium ``x`` (n, 3) [m], and its mode.
 
-    The smallest eigenvalue ω² of ``stiffer`` K v = ω² M v by inverse iteration, with Rayleigh's quotient and inexact
-    solves, from the way that the release goes: it begins near the mode that the release excites, and keeps the
-    symmetry of that, though a beam as wide as high has another mode of the same frequency across. With the residual
-    r = ω² M v − K v, the relative error of ω² is about r·K⁻¹r / v·K v, which ends the steps.
-
+    masses : (n, n) [kg]; stiffer : factor of the stiffness
+    Inverse iteration for the smallest eigenvalue ω² of ``stiffer`` K v = ω² M v, with Rayleigh's quotient and inexact
+    solves. It begins with the displacement from rest, near the mode that the release excites, whose symmetry it keeps:
+    a beam as wide as high has another mode of the same frequency. The relative error of ω² is about r·K⁻¹r / v·K v with
+    the residual r = ω² M v − K v; it ends the iteration.
     Raises NotConverged if it does not become small, and if the stiffness is not positive definite.
     """
     multiply, precondition = specimen.linearise(x)
@@ -107,13 +106,13 @@ def natural_frequency(
         shape = shape / np.sqrt(np.vdot(shape, masses @ shape))
         pull = multiply(shape)
         squared = float(np.vdot(shape, pull))
-        left = squared * (masses @ shape) - pull
-        left[specimen.held] = 0.0
-        change, _, positive = conjugate_gradients(multiply, precondition, left, SOLVED, 1000)
+        residual = squared * (masses @ shape) - pull
+        residual[specimen.held] = 0.0
+        change, _, positive = conjugate_gradients(multiply, precondition, residual, SOLVED, 1000)
         if not positive:
             unstable = "a body that has come to rest has a way to give in; its equilibrium is not stable"
             raise NotConverged(unstable, history)
-        history.append(float(np.vdot(left, change)) / squared)
+        history.append(float(np.vdot(residual, change)) / squared)
         if history[-1] <= EIGENVALUE_TOLERANCE:
             return float(np.sqrt(stiffer * squared)) / (2 * np.pi), shape
         shape = shape + change
@@ -123,10 +122,10 @@ def natural_frequency(
 
 @dataclass(eq=False)
 class Predictor:
-    """One specimen, and the equilibria that it has found so far, from which the next search begins.
+    """Predictions of one specimen, each of whose equilibria starts the search for the next.
 
-    An equilibrium depends on the ratio of load and modulus alone: a body s times softer than the specimen, of softness
-    s, is where the specimen is under s times the load.
+    An equilibrium depends on the ratio of load and modulus alone: a body of softness s, s times softer than the
+    specimen, is in equilibrium where the specimen is under s times the load.
     """
 
     experiment: Experiment
@@ -145,7 +144,7 @@ class Predictor:
         return self._reached[case.name]
 
     def softness(self, case: Case, less_m: float = 0.0) -> float:
-        """Fit the softness to how far the markers of a case sank, less ``less_m`` [m]; errors as ``calibrate``."""
+        """Fit the softness to the mean displacement of a case's markers, less ``less_m`` [m]; see ``calibrate``."""
         seen = self.observed[case.name]
 
         def sink(softness: float) -> float:
@@ -158,7 +157,7 @@ class Predictor:
         return natural_frequency(self.specimen, x, self.bench.masses(case.weights), 1.0 / softness)[0]
 
     def rows(self, calibrated: str) -> Iterator[Row]:
-        """Yield what is predicted of all cases with E as given or ``calibrated`` on a case; errors are messages."""
+        """Yield the predictions of all cases, with Young's modulus as given or fitted to the case ``calibrated``."""
         known, softness, message = {case.name: case for case in self.experiment.cases}, 1.0, ""
         if calibrated != GIVEN:
             try:
@@ -169,6 +168,7 @@ class Predictor:
             yield from self._case(case, calibrated, softness, message)
 
     def _case(self, case: Case, calibrated: str, softness: float, message: str) -> Iterator[Row]:
+        """Yield the rows of one case for a body of ``softness``; with a ``message`` there is no prediction."""
         moves, hz = None, None
         if not message:
             try:
@@ -187,40 +187,41 @@ class Predictor:
 
 
 def creep_rows(predictor: Predictor, fitted: Case) -> Iterator[Row]:
-    """Yield frequency and creep of all cases, from two moduli that are fitted to one case.
+    """Yield the predicted frequency and creep of all cases, from two moduli that are fitted to one case.
 
-    The relaxed modulus lets the markers settle where they did, the instantaneous one where they would be without what
-    the record still creeps. As the material keeps its volume, creep is one factor on the whole stiffness, that of a
-    generalised Maxwell body whose times are longer than a swing; what a case creeps is the difference of two
-    equilibria. Nothing is yielded without creep in the records, and if a modulus is not found.
+    The relaxed modulus is fitted to where the markers settle, the instantaneous one to where they would settle without
+    the creep of the record. As the material keeps its volume, creep is one factor of the whole stiffness, that of a
+    generalised Maxwell body whose times are longer than an oscillation; the creep of a case is the difference of two
+    equilibria. Nothing is yielded without creep in the records, or if a modulus is not found.
     """
     crept = predictor.observed[fitted.name].creep_m
     if not crept > 0.0:
         return
     try:
-        relaxed, sudden = predictor.softness(fitted), predictor.softness(fitted, less_m=crept)
+        relaxed, instantaneous = predictor.softness(fitted), predictor.softness(fitted, less_m=crept)
     except NotConverged:
         return
     for case in predictor.experiment.swinging:
-        seen, found = predictor.observed[case.name], dict.fromkeys(("frequency_hz", "creep_m"))
-        about: Row = {"case": case.name, "calibrated": fitted.name, "softness": sudden, "message": ""}
+        seen, predicted = predictor.observed[case.name], dict.fromkeys(("frequency_hz", "creep_m"))
+        about: Row = {"case": case.name, "calibrated": fitted.name, "softness": instantaneous, "message": ""}
         try:
-            far = predictor.bench.moves(predictor.settle(case, relaxed))
-            x = predictor.settle(case, sudden)
-            creep_m = float(((far - predictor.bench.moves(x)) @ seen.axis).mean())
-            found = {"frequency_hz": predictor.frequency(case, x, sudden), "creep_m": creep_m}
+            settled = predictor.bench.moves(predictor.settle(case, relaxed))
+            x = predictor.settle(case, instantaneous)
+            creep_m = float(((settled - predictor.bench.moves(x)) @ seen.axis).mean())
+            predicted = {"frequency_hz": predictor.frequency(case, x, instantaneous), "creep_m": creep_m}
         except NotConverged as failure:
             about["message"] = str(failure)
-        for row in compare_swing(seen, found):
+        for row in compare_swing(seen, predicted):
             yield about | row | {"fitted": case is fitted and row["quantity"] == "creep_m"}
 
 
 def damping_rows(
     experiment: Experiment, observed: Mapping[str, Observed], frequencies: Mapping[str, float | None], fitted: str
 ) -> Iterator[tuple[str, Row]]:
-    """Yield each kind of damping with its rows, from predicted ``frequencies`` [Hz] of cases.
+    """Yield the kind of Rayleigh damping and a row for each prediction of a damping ratio.
 
-    A mode of ω is damped by α/2ω with Rayleigh's damping matrix α M, and by β ω/2 with β K.
+    frequencies : predicted ones [Hz] by case; fitted : name of the case whose mean damping ratio α or β is fitted to
+    A mode of frequency ω is damped by the ratio α/2ω with the damping matrix α M, and by β ω/2 with β K.
     """
     swings, own = observed[fitted].swings, frequencies.get(fitted)
     if not swings or own is None:

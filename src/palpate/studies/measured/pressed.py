@@ -1,4 +1,4 @@
-"""What presses of one entry determine, and whether it predicts presses that were left out: tables of ``identify``."""
+"""Identify tissue from the presses of one entry of the config, and test it on presses that were left out."""
 
 import os
 import warnings
@@ -61,7 +61,7 @@ ELASTIC, RELAXATION = "elastic", "relaxation"
 
 
 def records_of(entry: Presses) -> PressRecords:
-    """Read the presses of an entry, whose files can be opened as they are named; InputError as read_presses."""
+    """Read all presses of an entry from its files; raises InputError as ``read_presses``."""
     instrument = Instrument(**dict(entry.instrument)) if entry.instrument else None
     size = entry.thickness_m[1] if entry.thickness_m else None
     asked = entry.columns, entry.names, entry.leave_out
@@ -71,7 +71,7 @@ def records_of(entry: Presses) -> PressRecords:
 def identify_presses(
     input: Any, output: Any, wildcards: Any, say: Callable, entry: Presses, seed: int
 ) -> dict[str, pd.DataFrame]:
-    """Identify what an entry asks for, for the rule of that name."""
+    """Identify elasticity and relaxation, as an entry asks for them, for the rule of this name."""
     from palpate.bodies.body_file import load
     from palpate.identification.relaxation import without_time
     from palpate.run.job import steps
@@ -82,7 +82,7 @@ def identify_presses(
         warnings.warn(f"measured.presses.{name}: {doubt}", stacklevel=2)
     tables = {table.name: table.frame([]) for table in (PRESSES, PRESS_PREDICTIONS, PRESS_CURVES, *relaxed.TABLES)}
     if RELAXATION in entry.ask:
-        found, kernel = relaxed.relax(name, records, entry, seed, steps(say, f"{name}: left out"))
+        found, kernel = relaxed.identify_relaxation(name, records, entry, seed, steps(say, f"{name}: left out"))
         tables |= found
         records = without_time(records, kernel)
     if ELASTIC in entry.ask:
@@ -94,7 +94,7 @@ def identify_presses(
 def _elastic(
     name: str, records: PressRecords, entry: Presses, body: "Body | None", seed: int, folder: Path, say: Callable
 ) -> dict:
-    """Return the tables of what the forces over depth determine, of each part whose sessions agree."""
+    """Return the tables of the elasticity that forces over depth determine, for each part whose sessions agree."""
     from palpate.identification.asked import Asked, forwards_for, table_rows
     from palpate.identification.fit import Options
     from palpate.identification.identify import identify
@@ -119,8 +119,8 @@ def _elastic(
             forwards = forwards_for(consistent, asked, folder / "curves", follow)
             found = identify(consistent, forwards, options, pool.map, follow)
             rows += [[name, *row] for row in table_rows(found, part)]
-            told = predict(found.models, found.best, options, entry.held_out, pool.map, follow)
-            predicted.append(told.assign(entry=name, part=part))
+            errors = predict(found.models, found.best, options, entry.held_out, pool.map, follow)
+            predicted.append(errors.assign(entry=name, part=part))
             curves.append(_curves(found).assign(entry=name, part=part))
     return {
         PRESSES.name: PRESSES.frame(rows),
@@ -130,7 +130,7 @@ def _elastic(
 
 
 NINE_TENTHS = 1.645
-"""Standard deviations."""
+"""Half width of an interval that holds 90 % of a normal distribution, in standard deviations."""
 
 
 def _words(records: PressRecords) -> str:
@@ -140,9 +140,10 @@ def _words(records: PressRecords) -> str:
 
 
 def _curves(found: "Identified") -> pd.DataFrame:
+    """Tabulate the measured and the fitted force over depth of each press, with the interval of single points."""
     presses = {press.name: press for press in found.records.presses}
-    seen = _seen([press.at_m for press in found.records.presses], [press.direction for press in found.records.presses])
-    places = dict(zip(presses, seen, strict=True))
+    flat = _in_plane([press.at_m for press in presses.values()], [press.direction for press in presses.values()])
+    places = dict(zip(presses, flat, strict=True))
     parts = []
     for curve in found.curves:
         band = NINE_TENTHS * np.hypot(found.scatter["noise_share"] * curve.predicted_n, found.scatter["noise_n"])
@@ -153,14 +154,14 @@ def _curves(found: "Identified") -> pd.DataFrame:
     return pd.concat(parts)
 
 
-def _seen(places: Sequence[np.ndarray | None], directions: Sequence[np.ndarray | None]) -> np.ndarray:
-    """Return places (n, 2) [m] in the plane across the mean direction; NaN without places."""
+def _in_plane(places: Sequence[np.ndarray | None], directions: Sequence[np.ndarray | None]) -> np.ndarray:
+    """Project places onto the plane across the mean direction of presses: (n, 2) [m]; NaN if a place is unknown."""
     if any(place is None for place in places):
         return np.full((len(places), 2), np.nan)
     at = np.array(places)
-    if any(way is None for way in directions):
+    if any(direction is None for direction in directions):
         return at[:, :2]
-    down = np.mean([way for way in directions if way is not None], axis=0)
+    down = np.mean([direction for direction in directions if direction is not None], axis=0)
     down /= np.linalg.norm(down)
     along = np.eye(3)[np.abs(down).argmin()]
     along = along - (along @ down) * down

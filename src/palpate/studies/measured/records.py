@@ -1,4 +1,4 @@
-"""Evidence of an experiment: records of markers, their registration, and how they moved and swung."""
+"""Measurements of an experiment: records of markers, their registration, displacements and oscillations."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -7,11 +7,12 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import least_squares
 
+from palpate.bodies.mesh import unit
 from palpate.errors import InputError
 from palpate.studies.measured.experiment import Case, Experiment
 
 GAPS = 0.1
-"""Share of the times at which a marker may be hidden: its places there are interpolated."""
+"""Largest fraction of the times at which a marker may be hidden; its places are interpolated there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,7 @@ def read_record(path: str | Path, markers: list[str]) -> Record:
 
 
 MISFIT = 0.2
-"""Misfit, as a share of the spread of the markers, above which they are taken for others."""
+"""Misfit over the mean distance of the markers from their middle above which they are not those of the entry."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +104,7 @@ def register(seen: np.ndarray, rest: np.ndarray, place: str) -> Registration:
 
 
 CREEP_S = 0.5
-"""Where the search for the creep's time constant begins, in seconds or, if less, a quarter of the record."""
+"""Start [s] of the search for the time constant of creep, or a quarter of the record if that is less."""
 
 
 @dataclass(frozen=True)
@@ -111,9 +112,9 @@ class Oscillation:
     """y = rest + creep e^(−t/τ) + A e^(−ζωt) cos(ω √(1 − ζ²) t + φ).
 
     frequency_hz : ω / 2π, of the same body without damping [Hz]; damping_ratio : ζ
-    amplitude_m : A at the first time [m]; creep_m : what it creeps from half a swing before, where it was let go, to
-    its rest [m], over the time constant τ = ``creep_s`` [s]
-    misfit : RMS that is left, as a share of the amplitude
+    amplitude_m : A at the first time [m]
+    creep_m : creep [m] from the release, half a period before the first time, to rest; creep_s : its time constant τ
+    misfit : RMS of the residual over the amplitude
     """
 
     frequency_hz: float
@@ -125,7 +126,7 @@ class Oscillation:
 
 
 def swing_of(times: np.ndarray, along: np.ndarray, place: str, creeps: bool = True) -> Oscillation:
-    """Fit the mean way ``along`` (n,) [m] of the markers from the far end of their first swing; ``fit_oscillation``."""
+    """Fit an oscillation to the mean displacement ``along`` (n,) [m] of markers, from its largest value on."""
     first = int(np.argmax(along))
     return fit_oscillation(times[first:], along[first:], place, creeps)
 
@@ -133,7 +134,8 @@ def swing_of(times: np.ndarray, along: np.ndarray, place: str, creeps: bool = Tr
 def fit_oscillation(times: np.ndarray, y: np.ndarray, place: str, creeps: bool = True) -> Oscillation:
     """Fit a damped oscillation to ``y`` (n,) [m] at ``times`` (n,) [s], by least squares.
 
-    What is linear is eliminated (Golub and Pereyra 1973); the frequency that begins the search is the best of many.
+    Unknowns that enter linearly are eliminated (Golub and Pereyra 1973); the search starts from the best of many
+    frequencies. creeps : whether the term of creep is fitted
     Raises InputError, naming ``place``, for too few times and where no oscillation is seen.
     """
     t, duration = times - times[0], float(times[-1] - times[0])
@@ -141,17 +143,17 @@ def fit_oscillation(times: np.ndarray, y: np.ndarray, place: str, creeps: bool =
         raise InputError(f"{place} has {len(t)} rows after the release, too few for a frequency; set swings: false.")
     creep = min(CREEP_S, duration / 4)
 
-    def left(unknowns: np.ndarray) -> np.ndarray:
+    def residual(unknowns: np.ndarray) -> np.ndarray:
         basis = _basis(t, unknowns, creeps)
         return basis @ np.linalg.lstsq(basis, y, rcond=None)[0] - y
 
     # from one swing in the record, up to a quarter of the sampling rate
     most = 0.25 / float(np.median(np.diff(t)))
     tries = [np.array([f, 0.03, creep]) for f in np.arange(1.0, most * duration, 0.25) / duration]
-    start = min(tries, key=lambda unknowns: float(np.sum(left(unknowns) ** 2)))
+    start = min(tries, key=lambda unknowns: float(np.sum(residual(unknowns) ** 2)))
     low, high = [0.5 * start[0], 0.0, creep / 4], [2.0 * start[0], 0.9, 4 * creep]
     scale = [0.1 * start[0], 0.01, 0.3 * creep]
-    found = least_squares(left, start, bounds=(low, high), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    found = least_squares(residual, start, bounds=(low, high), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12)
     basis = _basis(t, found.x, creeps)
     amounts = np.linalg.lstsq(basis, y, rcond=None)[0]
     amplitude = float(np.hypot(*amounts[1:3]))
@@ -164,7 +166,7 @@ def fit_oscillation(times: np.ndarray, y: np.ndarray, place: str, creeps: bool =
 
 
 def _basis(t: np.ndarray, unknowns: np.ndarray, creeps: bool) -> np.ndarray:
-    """Return the columns (n, 3 or 4) whose sum y is: rest, both phases of the oscillation, and creep.
+    """Return the terms (n, 3 or 4) that y is a linear combination of: rest, both phases of the oscillation, and creep.
 
     unknowns : frequency [Hz], damping ratio, time constant of the creep [s]
     """
@@ -176,17 +178,16 @@ def _basis(t: np.ndarray, unknowns: np.ndarray, creeps: bool) -> np.ndarray:
 
 
 STILL = 0.2
-"""Share of the whole way by which markers may move before they are let go."""
+"""Range of the markers' displacement before the release over the whole displacement, above which they are not held."""
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """One repeat, in the body's frame.
+    """What one repeat of a case measured, in the body's frame.
 
-    along : (n,) [m] the mean way of the markers at ``times`` (n,) [s], in the direction in which they settle
-    moves : (m, 3) [m] of the markers that are compared, from the held state to the settled one, less the mean move of
-    the fixed ones; down : (3,) the direction of gravity; misfit_m : of the registration [m]; swing : None if it was
-    not looked for
+    along : (n,) [m] mean displacement of the markers at ``times`` (n,) [s], in the direction in which they settle
+    moves : (m, 3) [m] displacements of the compared markers from the held state to rest, less the mean one of the fixed
+    down : (3,) direction of gravity; misfit_m : of the registration [m]; swing : None if none was fitted
     """
 
     times: np.ndarray
@@ -199,7 +200,7 @@ class Seen:
 
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """All repeats of a case; without files none, and ``down`` is that of the other cases."""
+    """All repeats of a case, and the direction of gravity ``down`` (3,), without repeats that of the other cases."""
 
     repeats: list[Seen]
     down: np.ndarray
@@ -211,7 +212,7 @@ class Observed:
 
     @property
     def axis(self) -> np.ndarray:
-        """The axis (3,) of the body that is nearest to ``down``: along it markers sink."""
+        """The coordinate axis (3,) of the body nearest to ``down``, along which markers sink."""
         axis, nearest = np.zeros(3), np.argmax(np.abs(self.down))
         axis[nearest] = np.sign(self.down[nearest])
         return axis
@@ -236,8 +237,8 @@ class Observed:
     def uncertainty_m(self) -> float:
         """The standard uncertainty [m] of how far markers sink: the misfit in one direction.
 
-        The model begins straight, and markers of the held body are off their places then by the misfit. All markers of
-        all repeats share how the body was held, so that means over them are as uncertain.
+        The model starts from the shape at rest, and markers of the held body are off their places by the misfit. It is
+        the same for all markers and repeats, as the body was held once, so that means over them are as uncertain.
         """
         return (self.misfit_m or 0.0) / np.sqrt(3.0)
 
@@ -249,20 +250,26 @@ class Observed:
 
 def observe_all(experiment: Experiment) -> dict[str, Observed]:
     """Read and evaluate the files of all cases, by name; InputError as ``follow`` and ``fit_oscillation``."""
-    seen = {case.name: [_seen(file, experiment, case.swings) for file in case.files] for case in experiment.cases}
+    seen: dict[str, list[Seen]] = {}
+    for case in experiment.cases:
+        repeats = [follow(file, experiment) for file in case.files]
+        if case.swings:
+            fits = [swing_of(each.times, each.along, file) for each, file in zip(repeats, case.files, strict=True)]
+            repeats = [replace(each, swing=swing) for each, swing in zip(repeats, fits, strict=True)]
+        seen[case.name] = repeats
     downs = [repeat.down for repeats in seen.values() for repeat in repeats]
-    common = _unit(np.mean(downs, axis=0)) if downs else _unit(experiment.down)
+    common = unit(np.mean(downs, axis=0)) if downs else unit(experiment.down)
     return {
-        name: Observed(repeats, _unit(np.mean([r.down for r in repeats], axis=0)) if repeats else common)
+        name: Observed(repeats, unit(np.mean([r.down for r in repeats], axis=0)) if repeats else common)
         for name, repeats in seen.items()
     }
 
 
 def follow(file: str, experiment: Experiment) -> Seen:
-    """Read a file, register it by all markers of its held state, and follow those that are compared.
+    """Read a file, register it by all markers of its held state, and compute the motion of the compared markers.
 
-    A clamp gives way: the mean move of the fixed markers is subtracted. Their turn, which three markers side by side
-    hardly show, is not.
+    The mean displacement of the fixed markers is subtracted, as a clamp gives way; its rotation, which three markers
+    side by side hardly show, is not.
     Raises InputError if the file is no record of the markers, if these do not fit their places at rest, and if they
     move before the release.
     """
@@ -276,31 +283,22 @@ def follow(file: str, experiment: Experiment) -> Seen:
     before = frame.apply(held[~fixed])
     every = frame.apply(record.mean(end - experiment.settled_s, end)) - frame.apply(held)
     moves = every[~fixed] - (every[fixed].mean(axis=0) if fixed.any() else 0.0)
-    way = moves.mean(axis=0)
-    along = (frame.apply(record.places[:, ~fixed]) - before).mean(axis=1) @ _unit(way)
-    whole, restless = float(np.linalg.norm(way)), float(np.ptp(along[record.times <= begin + experiment.held_s + 1e-9]))
-    if not restless <= STILL * whole:
+    mean_move = moves.mean(axis=0)
+    along = (frame.apply(record.places[:, ~fixed]) - before).mean(axis=1) @ unit(mean_move)
+    whole, while_held = np.linalg.norm(mean_move), np.ptp(along[record.times <= begin + experiment.held_s + 1e-9])
+    if not while_held <= STILL * whole:
         raise InputError(
-            f"{file}: markers move by {restless:.3g} m within held_s, of {whole:.3g} m in all; "
+            f"{file}: markers move by {while_held:.3g} m within held_s, of {whole:.3g} m in all; "
             "shorten held_s to the time before the release."
         )
-    return Seen(record.times, along, moves, frame.rotation @ _unit(experiment.down), frame.misfit_m)
+    return Seen(record.times, along, moves, frame.rotation @ unit(experiment.down), frame.misfit_m)
 
 
 def check_down(found: Seen, case: Case, experiment: Experiment, file: str) -> None:
     """Raise InputError if the markers rise against ``down`` in a case without a force that might lift them."""
-    way = float(found.moves.mean(axis=0) @ found.down)
-    if way < 0.0 and all(weight.force_n is None for weight in case.weights):
+    sunk = float(found.moves.mean(axis=0) @ found.down)
+    if sunk < 0.0 and all(weight.force_n is None for weight in case.weights):
         raise InputError(
-            f"{file}: the markers rise by {-way:.3g} m against down, {experiment.down.tolist()}, of "
+            f"{file}: the markers rise by {-sunk:.3g} m against down, {experiment.down.tolist()}, of "
             f"measured.experiments.{experiment.name}; give the direction of gravity in the frame of the files."
         )
-
-
-def _seen(file: str, experiment: Experiment, swings: bool) -> Seen:
-    found = follow(file, experiment)
-    return replace(found, swing=swing_of(found.times, found.along, file)) if swings else found
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    return np.asarray(vector, dtype=float) / np.linalg.norm(vector)

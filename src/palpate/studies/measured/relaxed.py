@@ -1,4 +1,4 @@
-"""How tissue relaxes while its depth is held: branches with intervals, and whether they predict presses left out."""
+"""Relaxation of tissue while a press is held: branches with intervals, and how they predict presses left out."""
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -9,18 +9,10 @@ import pandas as pd
 from scipy.stats import pearsonr
 
 from palpate.errors import InputError
+from palpate.identification import relaxation
 from palpate.identification.hereditary import Branches, Kernel
 from palpate.identification.presses import Press, PressRecords
-from palpate.identification.relaxation import (
-    Draws,
-    Hold,
-    draw_branches,
-    fit_branches,
-    fit_fading,
-    holds_of,
-    information,
-    weight_of,
-)  # fmt: skip
+from palpate.identification.relaxation import Draws, Hold, draw_branches, fit_branches, fit_fading
 from palpate.studies.measured.settings import Presses
 from palpate.table_declaration import Table
 
@@ -86,34 +78,34 @@ RELAXATION_TRENDS = Table(
 TABLES = (RELAXATION, RELAXATION_CURVES, RELAXATION_ERRORS, RELAXATION_PRESSES, RELAXATION_TRENDS)
 
 EARLY_S = 0.5
-"""A time that a loading of seconds leaves visible [s]."""
+"""Time after a sudden strain [s] at which the modulus still follows from a loading that takes seconds."""
 SPECIMEN, SESSION, DEPTH, NOTHING = "specimen", "session", "depth", "nothing"
 HELD, POWER, MEAN, SIBLINGS, OWN = "no relaxation", "power of time", "mean curve", "siblings", "own"
 DRAWN_TRENDS, TIMES, SHOWN = 1000, 60, 24
-"""Drawings for the slopes, times of the modulus, and of each press that are tabulated."""
+"""Number of resamples for slopes, of times of the modulus, and of times of each press in the tables."""
 
 
 class Group(NamedTuple):
-    """A part of the presses that is left out: of a kind, its name, and which."""
+    """A part of the presses that is left out of a fit: its kind, its name, and the mask ``out`` of its presses."""
 
     kind: str
     name: str
     out: np.ndarray
 
 
-def relax(
+def identify_relaxation(
     entry: str, records: PressRecords, settings: Presses, seed: int, progress: Callable = iter
 ) -> tuple[dict[str, pd.DataFrame], Branches]:
-    """Return TABLES, by name, of the presses of ``records`` that were held, and the branches that are chosen.
+    """Fit branches of relaxation to the presses that were held; return TABLES by name, and the branches chosen.
 
-    InputError if none was held. Warns of those that were not.
-
-    settings : ``branches``, the numbers that are tried, ``held_out`` and ``draws``; ``progress`` wraps what is left out
+    settings : ``branches``, the numbers that are tried, ``held_out`` and ``draws``
+    progress : wraps the list of groups of presses that are left out in turn
+    Raises InputError if no press was held, and warns of those that were not.
     """
     holds = _holds(records)
     counts, rng = settings.branches, np.random.default_rng(seed)
     whole = {count: fit_branches(holds, count) for count in counts}
-    weights = {count: weight_of(kernel, holds) for count, kernel in whole.items()}
+    weights = {count: relaxation.weight_of(kernel, holds) for count, kernel in whole.items()}
     own = [{count: fit_branches([hold], count, weight=1.0) for count in counts} for hold in holds]
     apart = [(group, _without(holds, group, whole, weights)) for group in progress(_groups(holds, settings.held_out))]
     judged = pd.DataFrame(
@@ -122,7 +114,8 @@ def relax(
         columns=RELAXATION_ERRORS.columns[1:],
     )
     best = [
-        min(counts, key=lambda count: information(hold, fits[count])) for hold, fits in zip(holds, own, strict=True)
+        min(counts, key=lambda count: relaxation.information(hold, fits[count]))
+        for hold, fits in zip(holds, own, strict=True)
     ]
     chosen = _choose(judged, counts) or int(np.median(best))
     draws = draw_branches(holds, whole[chosen], settings.draws, rng)
@@ -137,7 +130,7 @@ def relax(
             "loading_s": [hold.loading_s for hold in holds],
             "held_s": [hold.held_s[-1] for hold in holds],
             "left": [hold.held_force[-1] for hold in holds],
-            "late_over_early": [_late(fits[max(counts)], span) for fits in own],
+            "late_over_early": [_late_over_early(fits[max(counts)], span) for fits in own],
             "branches": best,
         }
     )
@@ -158,7 +151,8 @@ def relax(
 
 
 def _holds(records: PressRecords) -> list[Hold]:
-    found, refused = holds_of(records)
+    """Return the presses that were held; raises InputError if there is none, and warns of the others."""
+    found, refused = relaxation.holds_of(records)
     if not found:
         raise InputError(f"{records.source} has no press that relaxation follows from: {refused[0]}")
     if refused:
@@ -168,29 +162,29 @@ def _holds(records: PressRecords) -> list[Hold]:
 
 
 def _groups(holds: Sequence[Hold], kinds: Sequence[str]) -> list[Group]:
-    """Return what is left out in turn; of a kind that all presses share, nothing."""
-    found = []
+    """Return the groups of presses that are left out in turn; a kind with one group only has none."""
+    groups = []
     for kind in kinds:
         if kind == DEPTH:
             depths = np.array([_strain(hold.press) for hold in holds])
             deep = depths > np.median(depths)
-            found += [Group(kind, "deeper half", deep)] if 0 < deep.sum() < len(deep) else []
+            groups += [Group(kind, "deeper half", deep)] if 0 < deep.sum() < len(deep) else []
         elif kind in (SPECIMEN, SESSION):
             names = np.array([getattr(hold.press, kind) for hold in holds])
             each = list(dict.fromkeys(names.tolist()))
-            found += [Group(kind, name, names == name) for name in each] if len(each) > 1 else []
-    return found
+            groups += [Group(kind, name, names == name) for name in each] if len(each) > 1 else []
+    return groups
 
 
 def _strain(press: Press) -> float:
-    """Return the held depth over the thickness, or without that the depth [m]."""
+    """Return the held depth over the thickness, or the depth [m] if no thickness is known."""
     return float(press.depth_m[-1] / (press.thickness_m or 1.0))
 
 
 def _without(
     holds: Sequence[Hold], group: Group, whole: Mapping[int, Branches], weights: Mapping[int, float]
 ) -> dict[int, Branches]:
-    """Return the branches, by their number, that are fitted to the presses that are not left out."""
+    """Return the branches that are fitted without a group, by their number; whole : those fitted to all presses."""
     seen = [hold for hold, out in zip(holds, group.out, strict=True) if not out]
     return {count: fit_branches(seen, count, kernel.series, weights[count]) for count, kernel in whole.items()}
 
@@ -198,7 +192,7 @@ def _without(
 def _left_out(
     holds: Sequence[Hold], group: Group, fits: Mapping[int, Branches], weights: Mapping[int, float]
 ) -> Iterator[tuple]:
-    """Yield the errors of all models of the presses that are left out; fits : branches ``_without`` them."""
+    """Yield a row of RELAXATION_ERRORS for each model and press of a group; fits : branches fitted ``_without`` it."""
     seen = [hold for hold, out in zip(holds, group.out, strict=True) if not out]
     unseen = [hold for hold, out in zip(holds, group.out, strict=True) if out]
     kernels: dict[str, Kernel] = {_words(count): kernel for count, kernel in fits.items()}
@@ -220,7 +214,7 @@ def _related(one: Press, other: Press) -> bool:
 
 
 def _mean_curve(holds: Sequence[Hold], time_s: np.ndarray) -> np.ndarray:
-    """Return the mean of forces at ``time_s`` (k,) [s] over those when the depth is first held."""
+    """Return the mean over presses of the force at ``time_s`` (k,) [s] relative to that when the hold begins."""
     curves = []
     for hold in holds:
         times, forces = np.append(0.0, hold.held_s), hold.force[hold.held :]
@@ -229,6 +223,7 @@ def _mean_curve(holds: Sequence[Hold], time_s: np.ndarray) -> np.ndarray:
 
 
 def _own(hold: Hold, fits: Mapping[int, Branches]) -> Iterator[tuple]:
+    """Yield the rows of RELAXATION_ERRORS of branches that are fitted to the press itself."""
     group = Group(NOTHING, "", np.zeros(0))
     for count, kernel in fits.items():
         yield _error(group, hold, f"{OWN}: {_words(count)}", hold.residuals(kernel, 1.0)[hold.held + 1 :])
@@ -260,6 +255,7 @@ def _choose(judged: pd.DataFrame, counts: Sequence[int]) -> int | None:
 
 
 def _rows(kernel: Branches, holds: Sequence[Hold], chosen: bool, draws: Draws) -> Iterator[tuple]:
+    """Yield a row of RELAXATION for each branch of ``kernel``, with intervals from ``draws`` if it is ``chosen``."""
     series = kernel.series
     misfit = float(np.median([np.sqrt(np.mean(hold.error(kernel) ** 2)) for hold in holds]))
     count = len(series.shares)
@@ -267,17 +263,18 @@ def _rows(kernel: Branches, holds: Sequence[Hold], chosen: bool, draws: Draws) -
     shares = draws.interval(lambda one: np.array(one.series.shares)) if chosen else empty
     times = draws.interval(lambda one: np.array(one.series.times_s)) if chosen else empty
     for i in range(count):
-        told = series.shares[i], *shares[:, i], series.times_s[i], *times[:, i]
-        yield count, i + 1, chosen, *told, draws.drawn if chosen else "", misfit
+        values = series.shares[i], *shares[:, i], series.times_s[i], *times[:, i]
+        yield count, i + 1, chosen, *values, draws.drawn if chosen else "", misfit
 
 
-def _late(kernel: Branches, span: float) -> float:
+def _late_over_early(kernel: Branches, span: float) -> float:
+    """Return the modulus at ``span`` [s] after a sudden strain over that at EARLY_S."""
     early, late = kernel.modulus(np.array([EARLY_S, span]))
     return float(late / early)
 
 
 def _modulus(kernel: Branches, draws: Draws, span: float) -> Iterator[tuple]:
-    """Yield the modulus over time, relative to that at EARLY_S."""
+    """Yield the rows of RELAXATION_CURVES of the modulus over time, relative to that at EARLY_S."""
     times = np.geomspace(0.05, 3.0 * span, TIMES)
 
     def relative(one: Branches) -> np.ndarray:
@@ -291,7 +288,7 @@ def _modulus(kernel: Branches, draws: Draws, span: float) -> Iterator[tuple]:
 def _curves(
     holds: Sequence[Hold], chosen: int, whole: Branches, apart: Sequence[tuple[Group, Mapping[int, Branches]]]
 ) -> Iterator[tuple]:
-    """Yield the held force of each press, measured and predicted by branches of the other specimens."""
+    """Yield the rows of RELAXATION_CURVES of each held press, predicted by branches of the other specimens."""
     kernels = [whole] * len(holds)
     for group, fits in apart:
         if group.kind == SPECIMEN:
@@ -306,7 +303,7 @@ def _curves(
 
 
 def _trends(presses: pd.DataFrame, rng: np.random.Generator) -> Iterator[tuple]:
-    """Yield lines of late_over_early over what it should not depend on."""
+    """Yield a row of RELAXATION_TRENDS for each quantity that late_over_early should not depend on."""
     known = presses.assign(strain=presses["depth_m"] / presses["thickness_m"].astype(float))
     for over in ("depth_m", "strain", "thickness_m", "loading_s"):
         rows = known[[over, "late_over_early"]].astype(float).dropna()
@@ -318,5 +315,5 @@ def _trends(presses: pd.DataFrame, rng: np.random.Generator) -> Iterator[tuple]:
         slopes = [span * np.polyfit(x[pick], y[pick], 1)[0] for pick in picks if np.ptp(x[pick]) > 0.0]
         correlation = pearsonr(x, y)
         ends = np.quantile(slopes, [0.05, 0.95])
-        told = span * np.polyfit(x, y, 1)[0], *ends, correlation.statistic, correlation.pvalue
-        yield over, len(x), *map(float, told)
+        values = span * np.polyfit(x, y, 1)[0], *ends, correlation.statistic, correlation.pvalue
+        yield over, len(x), *map(float, values)

@@ -1,4 +1,4 @@
-"""A release as a scene computes it in time, with linear elements and backward Euler, and its rows of measured.csv."""
+"""The motion after a release, by linear elements and backward Euler in time, and its rows of measured.csv."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -32,9 +32,9 @@ CREEP_STEP_S = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Release:
-    """A body that is let go from rest at once, and how that is computed.
+    """How the motion is computed of a body that is released at once from its shape at rest.
 
-    bench : linear elements on a ``level`` of ``body``, for the markers; softness : how many times softer it is
+    bench : linear elements on a ``level`` of ``body`` with the markers; softness : how many times softer the body is
     prony : settings of the effect of that name, or None
     """
 
@@ -47,29 +47,29 @@ class Release:
     prony: Prony | None = None
 
     def swing(self, weights: Sequence[Weight], gravity: np.ndarray) -> Oscillation:
-        """Compute the release under ``gravity`` (3,) [m/s²] and ``weights``, and fit the mean way of the markers.
+        """Compute the motion under ``gravity`` (3,) [m/s²] and ``weights``, and fit the markers' mean displacement.
 
-        Raises NotConverged as ``BackwardEuler``, InputError if nothing swings.
+        Raises NotConverged as ``BackwardEuler``, InputError if there is no oscillation.
         """
         system = self._system(weights, gravity)
         integrator = make(system, Stepping(step_s=self.step_s, duration_s=self.duration_s, tolerance=TOLERANCE))
         x = self.bench.specimen.rest.copy()
-        v, way = np.zeros_like(x), [self.bench.moves(x).mean(axis=0)]
+        v, moves = np.zeros_like(x), [self.bench.moves(x).mean(axis=0)]
         steps = int(np.ceil(self.duration_s / self.step_s))
         for step in range(steps):
             system.at((step + 1) * self.step_s)
             x, v = integrator.step(x, v, self.step_s)
             system.relax(x, self.step_s)
-            way.append(self.bench.moves(x).mean(axis=0))
-        along = np.array(way) @ (way[-1] / np.linalg.norm(way[-1]))
+            moves.append(self.bench.moves(x).mean(axis=0))
+        along = np.array(moves) @ (moves[-1] / np.linalg.norm(moves[-1]))
         place = f"{self.body.name}: a release in steps of {self.step_s:g} s"
         return swing_of(self.step_s * np.arange(steps + 1), along, place, creeps=self.prony is not None)
 
     def _system(self, weights: Sequence[Weight], gravity: np.ndarray) -> System:
-        """Compose elements, masses and loads.
+        """Compose elements, masses and loads of the body.
 
-        What hangs on the body adds to the masses of nodes, and so to their weight. In place of softer elements, which
-        regions of a body would need one by one, masses and loads are larger: the motion is the same.
+        What hangs on the body adds to the masses of nodes, and so to their weight. A softer body is modelled by larger
+        masses and loads, which give the same motion, as its regions would have to be softened one by one.
         """
         particles, mesh = particles_of(self.body, self.level, surface=False), self.body.levels[self.level]
         size = float(np.linalg.norm(gravity))
@@ -105,10 +105,11 @@ class DeadLoad(Energy):
 def release_rows(
     experiment: Experiment, observed: Mapping[str, Observed], body: Body, settings: Releases
 ) -> Iterator[Row]:
-    """Yield rows of linear elements whose modulus is fitted to one case, if any, for each of the steps.
+    """Yield the rows of releases by linear elements, with each of the time steps, whose modulus is fitted to one case.
 
     settings : ``measured.models.releases``; with ``creep``, also a release with one Prony branch that is fitted to the
-        creep of that case. A release that is not computed has a message.
+        creep of that case
+    A release that fails has rows with a message.
     """
     level, steps, creep = settings.level, settings.steps_s, settings.creep
     fitted, own, seen = experiment.fitted, body.material, None
@@ -129,33 +130,33 @@ def release_rows(
         release = Release(body, level, predictor.bench, softness, step_s, settings.duration_s)
         yield from _rows(release, experiment, observed, about | {"setting": f"level={level} step_s={step_s:g}"})
     if seen and creep:
-        prony = _series(seen, own.poisson)
+        prony = _fitted_branch(seen, own.poisson)
         release = Release(body, level, predictor.bench, softness, CREEP_STEP_S, creep.duration_s, prony)
         about |= {"setting": f"level={level} prony step_s={CREEP_STEP_S:g}"}
         yield from _rows(release, experiment, observed, about)
 
 
 def _rows(release: Release, experiment: Experiment, observed: Mapping[str, Observed], about: Row) -> Iterator[Row]:
-    """Compare damping without the Prony effect, and creep with it."""
+    """Yield the rows of one release: frequency and damping, or with the Prony effect creep, of each case."""
     names = ("frequency_hz", "damping_ratio") if release.prony is None else ("creep_m", "creep_s")
     for case in experiment.swinging:
-        found, message = dict.fromkeys(names), ""
+        predicted, message = dict.fromkeys(names), ""
         try:
             swing = release.swing(case.weights, GRAVITY_M_S2 * observed[case.name].down)
-            found = {name: getattr(swing, name) for name in names}
+            predicted = {name: getattr(swing, name) for name in names}
         except (NotConverged, InputError) as failure:
             message = str(failure)
-        for row in compare_swing(observed[case.name], found):
+        for row in compare_swing(observed[case.name], predicted):
             fitted = release.prony is not None and case is experiment.fitted
             yield about | {"case": case.name, "message": message, "fitted": fitted} | row
 
 
-def _series(seen: Observed, poisson: float) -> Prony:
-    """Return the branch with which a beam creeps as far and in the time as it was seen to.
+def _fitted_branch(seen: Observed, poisson: float) -> Prony:
+    """Return the Prony branch of relative modulus g and time τ with which a beam creeps as it was observed to.
 
-    In bending and in tension the modulus falls by the share c = 2 (1 + ν) g / 3, as the bulk modulus stays, and a held
-    load creeps by c of the whole way in the time τ / (1 − g).
+    In bending and tension the modulus falls by the fraction c = 2 (1 + ν) g / 3, as the bulk modulus stays, and under a
+    constant load c of the whole displacement creeps with the time constant τ / (1 − g).
     """
-    share = 3.0 * seen.creep_m / seen.sink_m / (2.0 * (1.0 + poisson))
-    time = float(np.mean([swing.creep_s for swing in seen.swings]))
-    return Prony(shares=[share], times_s=[time * (1.0 - share)])
+    g = 3.0 * seen.creep_m / seen.sink_m / (2.0 * (1.0 + poisson))
+    creep_s = float(np.mean([swing.creep_s for swing in seen.swings]))
+    return Prony(shares=[g], times_s=[creep_s * (1.0 - g)])

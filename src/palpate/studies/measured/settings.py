@@ -141,9 +141,9 @@ class Settings(Block):
 
 
 def check(config: Any, file: Path) -> None:
-    """Raise InputError, before anything runs, for a body, level, law, place or file that there is not or does not fit.
+    """Raise InputError for bodies, levels, laws, places and files that are missing or do not fit, before anything runs.
 
-    Places are looked at here on a box; on other bodies, which take longer to make, when models are put beside them.
+    Places are checked here on a box only, and on other bodies, which take longer to make, by the job itself.
     """
     bodies, models = config.bodies, config.measured.models
     for name, entry in config.measured.presses.items():
@@ -183,6 +183,7 @@ def _body(bodies: Mapping[str, Body], place: str, name: str) -> Any:
 
 
 def _check_presses(bodies: Mapping[str, Body], file: Path, place: str, entry: Presses) -> None:
+    """Raise InputError for an entry of ``measured.presses`` with ranges, bodies or files that do not fit."""
     from palpate.studies.measured.pressed import records_of  # which takes blocks of this module
 
     for path in entry.files:

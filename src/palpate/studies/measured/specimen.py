@@ -1,15 +1,14 @@
-"""Models of the body that was measured: surfaces, loads, masses, markers, and the equilibrium under any load."""
+"""Models of a measured body: loads on its surface, masses, markers, and equilibria of elements and of springs."""
 
 from collections.abc import Sequence
-from math import factorial
+from typing import cast
 
 import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import EDGES, Mesh
+from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import particles_of
-from palpate.bodies.refinement import ten_nodes
 from palpate.bodies.surface_quadrature import ball_points, surface_interpolation
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
 from palpate.effects.elements import locking_is_measured
@@ -19,17 +18,18 @@ from palpate.linalg.minimiser import Product, minimise_by_newton
 from palpate.linalg.multigrid import Factor
 from palpate.linalg.polar import rotations
 from palpate.models.springs.mass_spring import LoadedSprings
+from palpate.solvers import quadratic_motion
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.measured.experiment import Marker, Weight
 
 
 def rest_of(mesh: Mesh, order: int) -> np.ndarray:
-    """Return the places (n, 3) [m] of the nodes and, for order 2, of the middles of edges, as ``ten_nodes`` counts."""
+    """Return the positions (n, 3) [m] of the nodes of elements of ``order``: corners, and for 2 middles of edges."""
     return mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
 
 
 def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_array:
-    """Return the map (k, n) from positions of nodes, and for order 2 of edges, to the surface nearest to ``points``.
+    """Return the interpolation (k, n) from nodes of elements of ``order`` to the surface points nearest to ``points``.
 
     points : (k, 3) [m], at rest
     """
@@ -39,21 +39,20 @@ def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_arr
     chosen, weights = np.empty(len(points), dtype=np.int64), np.empty((len(points), 3))
     for i, point in enumerate(points):
         away = np.linalg.norm(middles - point, axis=1)
-        near = np.flatnonzero(away - reach <= (away + reach).min())
+        near = np.flatnonzero(away - reach <= (away + reach).min())  # no other triangle can be the nearest
         x = np.vstack([point, corners[near].reshape(-1, 3)])
         stencils = np.column_stack([np.zeros(len(near), dtype=np.int64), 1 + np.arange(3 * len(near)).reshape(-1, 3)])
-        distance, found, _ = closest_points(np.full(len(near), POINT_TRIANGLE), stencils, x)
+        distance, coordinates, _ = closest_points(np.full(len(near), POINT_TRIANGLE), stencils, x)
         best = int(np.argmin(distance))
-        chosen[i], weights[i] = near[best], -found[best, 1:]
+        chosen[i], weights[i] = near[best], -coordinates[best, 1:]
     return surface_interpolation(mesh, chosen, weights, order)
 
 
 def disc_points(mesh: Mesh, center: np.ndarray, radius: float, order: int) -> tuple[sparse.csr_array, np.ndarray]:
-    """Return quadrature on the surface in the ball of ``radius`` [m] around ``center``: interpolation and weights (k,).
+    """Return a quadrature of the surface within ``radius`` [m] of ``center``: interpolation (k, n), weights (k,) [m²].
 
-    The interpolation is (k, n), from the n nodes to the points.
-
-    The weights [m²] integrate polynomials of degree 4 over that part of the surface; single ones may be negative.
+    The interpolation is from the n nodes to the k points. The weights integrate polynomials of degree 4 exactly over
+    that part of the surface; single ones may be negative.
     """
     corners = mesh.nodes[mesh.triangles]
     middles = corners.mean(axis=1)
@@ -69,47 +68,27 @@ def off_surface(mesh: Mesh, points: np.ndarray) -> np.ndarray:
     return np.linalg.norm(nearest_points(mesh, points, 1) @ mesh.nodes - points, axis=1)
 
 
-def mass_matrix(mesh: Mesh, density_kg_m3: np.ndarray, order: int) -> sparse.csr_array:
-    """Compute ∫ ρ Nᵢ Nⱼ, (n, n) [kg], of elements on ``mesh`` with densities (n_elements,) [kg/m³]."""
-    elements = mesh.tetrahedra if order == 1 else ten_nodes(mesh)
-    count = len(rest_of(mesh, order))
-    corners = mesh.nodes[mesh.tetrahedra]
-    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6.0
-    values = (density_kg_m3 * volumes)[:, None, None] * _unit_masses(order)
-    rows = np.repeat(elements, elements.shape[1], axis=1).ravel()
-    columns = np.tile(elements, elements.shape[1]).ravel()
-    return sparse.coo_array((values.ravel(), (rows, columns)), shape=(count, count)).tocsr()
-
-
-def _unit_masses(order: int) -> np.ndarray:
-    """Compute the mean of Nᵢ Nⱼ over a tetrahedron; that of L₁ᵃ L₂ᵇ L₃ᶜ L₄ᵈ is 6 a! b! c! d! / (a + b + c + d + 3)!."""
-    if order == 1:
-        return (np.ones((4, 4)) + np.eye(4)) / 20.0
-    # each function is Σ f_jk L_j L_k, as 1 is the sum of the coordinates
-    forms = np.zeros((10, 4, 4))
-    for corner in range(4):
-        forms[corner, corner] -= 1.0
-        forms[corner, corner, corner] += 2.0
-    for edge, (a, b) in enumerate(EDGES, start=4):
-        forms[edge, a, b] = 4.0
-    means = np.empty((4, 4, 4, 4))
-    for place in np.ndindex(4, 4, 4, 4):
-        powers = np.bincount(place, minlength=4)
-        means[place] = 6.0 * np.prod([factorial(power) for power in powers]) / factorial(7)
-    return np.einsum("aij,bkl,ijkl->ab", forms, forms, means)
+def mass_matrix(mesh: TetMesh, density_kg_m3: np.ndarray, order: int) -> sparse.csr_array:
+    """Compute the consistent masses (n, n) [kg] of elements of ``order`` with densities (n_elements,) [kg/m³]."""
+    element_masses = density_kg_m3 * mesh.volumes
+    if order == 2:
+        return quadratic_motion.mass_matrix(mesh, element_masses)
+    values = np.outer(element_masses, (np.ones((4, 4)) + np.eye(4)) / 20.0)
+    rows, columns = np.repeat(mesh.tetrahedra, 4, axis=1).ravel(), np.tile(mesh.tetrahedra, (1, 4)).ravel()
+    return sparse.coo_array((values.ravel(), (rows, columns)), shape=2 * (len(mesh.nodes),)).tocsr()
 
 
 POINTS = 240
-"""Points of a line over which a force is spread evenly; a multiple of the divisions of most meshes."""
+"""Points of a line over which a force is distributed evenly; a multiple of the divisions of most meshes."""
 
 
 def nodal_loads(mesh: Mesh, weights: Sequence[Weight], down: np.ndarray, order: int) -> np.ndarray:
-    """Spread the forces of ``weights`` over nodes, (n, 3) [N]; what hangs pulls along ``down`` (3,)."""
+    """Return the forces (n, 3) [N] of ``weights`` on nodes of elements of ``order``; gravity is along ``down`` (3,)."""
     total = np.zeros_like(rest_of(mesh, order))
     for weight in weights:
-        up, shares = _places(mesh, weight, order)
+        interpolation, parts = _load_points(mesh, weight, order)
         force = weight.weight_n * down if weight.force_n is None else weight.force_n
-        total += np.outer(up.T @ shares, force)
+        total += np.outer(interpolation.T @ parts, force)
     return total
 
 
@@ -117,18 +96,18 @@ GRAVITY_M_S2 = 9.81
 
 
 def hung_masses(mesh: Mesh, weights: Sequence[Weight], gravity_m_s2: float, order: int) -> sparse.csr_array:
-    """Return ∫ Nᵢ Nⱼ dm, (n, n) [kg], of the masses that hang on the surface and move along; those of forces are 0."""
+    """Return the consistent masses (n, n) [kg] of what hangs on the surface and moves with it; forces have no mass."""
     count = len(rest_of(mesh, order))
     total = sparse.csr_array((count, count))
     for weight in weights:
         if weight.force_n is None:
-            up, shares = _places(mesh, weight, order)
-            total = total + up.T @ sparse.diags_array(weight.weight_n / gravity_m_s2 * shares) @ up
+            at_points, parts = _load_points(mesh, weight, order)
+            total = total + at_points.T @ sparse.diags_array(weight.weight_n / gravity_m_s2 * parts) @ at_points
     return total.tocsr()
 
 
-def _places(mesh: Mesh, weight: Weight, order: int) -> tuple[sparse.csr_array, np.ndarray]:
-    """Return the map (k, n) to the points that carry a load, and the share (k,) of each."""
+def _load_points(mesh: Mesh, weight: Weight, order: int) -> tuple[sparse.csr_array, np.ndarray]:
+    """Return the interpolation (k, n) from nodes to points that carry a load, and the fraction (k,) of it at each."""
     if weight.line_m is not None:
         along = (np.arange(POINTS)[:, None] + 0.5) / POINTS
         points = weight.line_m[0] + along * (weight.line_m[1] - weight.line_m[0])
@@ -137,20 +116,20 @@ def _places(mesh: Mesh, weight: Weight, order: int) -> tuple[sparse.csr_array, n
     center = nearest_points(mesh, weight.at_m[None], order)
     if weight.radius_m == 0.0:
         return center, np.ones(1)
-    up, areas = disc_points(mesh, (center @ rest_of(mesh, order))[0], weight.radius_m, order)
-    return up, areas / areas.sum()
+    interpolation, areas = disc_points(mesh, (center @ rest_of(mesh, order))[0], weight.radius_m, order)
+    return interpolation, areas / areas.sum()
 
 
 LEAST_RADIUS = 0.02
-"""Least radius of a marker's patch, as a share of the body's size: for markers that are on the surface itself."""
+"""Least radius of the surface patch that carries a marker, over the body's size: for markers on the surface itself."""
 
 
 class Carried:
-    """Markers at ``places`` (m, 3) [m] at rest, on linear or, of ``order`` 2, quadratic elements on ``mesh``.
+    """Markers at ``places`` (m, 3) [m] at rest that move with the surface of elements of ``order`` on ``mesh``.
 
-    Each is carried by the rigid motion that fits the deformed patch best: the surface as far around the point nearest
-    to the marker as the marker stands off. Trap: carried by the displacement of the nearest point alone, a marker that
-    stands 6 mm off a bending beam of 100 mm misses a third of its motion along the beam.
+    A marker moves by the rigid motion that fits best to the surface patch around its nearest point; the radius of the
+    patch is the marker's distance from the surface. Trap: with the displacement of the nearest point alone, a marker
+    6 mm off a bending beam of 100 mm misses a third of its motion along the beam.
     """
 
     def __init__(self, mesh: Mesh, places: np.ndarray, order: int):
@@ -160,23 +139,23 @@ class Carried:
 
     @staticmethod
     def _patch(mesh: Mesh, rest: np.ndarray, place: np.ndarray, order: int) -> tuple:
-        """Return the map to the patch's points, their shares (k,), places (k, 3) seen from their mean, and that."""
+        """Return the points of a patch: interpolation (k, n), weights (k,), offsets (k, 3) from the mean, and this."""
         foot = (nearest_points(mesh, place[None], order) @ rest)[0]
         radius = max(float(np.linalg.norm(place - foot)), LEAST_RADIUS * mesh.size)
-        up, weights = disc_points(mesh, foot, radius, order)
-        shares, points = weights / weights.sum(), up @ rest
-        middle = shares @ points
-        return up, shares, points - middle, middle
+        interpolation, areas = disc_points(mesh, foot, radius, order)
+        weights, points = areas / areas.sum(), interpolation @ rest
+        mean = weights @ points
+        return interpolation, weights, points - mean, mean
 
     def of(self, x: np.ndarray) -> np.ndarray:
-        """Return the markers' places (m, 3) [m] where the nodes are at ``x`` (n, 3) [m]."""
-        found = np.empty_like(self._places)
-        for i, (up, shares, away, middle) in enumerate(self._patches):
-            points = up @ x
-            now = shares @ points
-            turn = rotations(((points - now).T @ (shares[:, None] * away))[None])[0]
-            found[i] = now + turn @ (self._places[i] - middle)
-        return found
+        """Return the positions (m, 3) [m] of the markers where the nodes are at ``x`` (n, 3) [m]."""
+        positions = np.empty_like(self._places)
+        for i, (interpolation, weights, offsets, mean) in enumerate(self._patches):
+            points = interpolation @ x
+            mean_now = weights @ points
+            rotation = rotations(((points - mean_now).T @ (weights[:, None] * offsets))[None])[0]
+            positions[i] = mean_now + rotation @ (self._places[i] - mean)
+        return positions
 
 
 TOLERANCE = 1e-5
@@ -184,7 +163,7 @@ TOLERANCE = 1e-5
 
 
 class FemSpecimen:
-    """Finite elements of ``order`` on a level of ``body``.
+    """A body as finite elements of ``order`` on one of its levels.
 
     rest : (n, 3) [m]; held : (k,) nodes; masses : (n, n) [kg]; mesh : that of the level, without middles of edges
     """
@@ -193,7 +172,7 @@ class FemSpecimen:
         with locking_is_measured():
             self._equilibrium = Equilibrium(body, level, order)
         self.rest, self.held = self._equilibrium.mesh.nodes, body.anchors[level + order - 1]
-        self.mesh: Mesh = body.levels[level]
+        self.mesh = cast(TetMesh, body.levels[level])
         self.order = order
         self.masses = mass_matrix(self.mesh, body.tissue(level).density_kg_m3, order)
 
@@ -207,7 +186,7 @@ class FemSpecimen:
 
 
 class SpringSpecimen(LoadedSprings):
-    """Springs on the edges of a level's tetrahedra, of the body's modulus (paper 2, eq. 5), and lumped masses."""
+    """A body as springs on the edges of a level's tetrahedra, of its modulus (paper 2, eq. 5), and lumped masses."""
 
     def __init__(self, body: Body, level: int):
         super().__init__(particles_of(body, level, surface=False))

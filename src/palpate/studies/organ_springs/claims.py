@@ -11,11 +11,12 @@ from palpate.report.words import spaced
 HOLDS = 1.5
 """Springs hold at other contacts if their error is less than so many times that at the fitted ones."""
 MATTERS = 0.01
-"""Masses from a CT matter if uniform ones of the same total change motion by more than this share of the peak."""
+"""Masses from a CT matter if uniform ones of the same total change the motion by more than this part of its peak."""
 
 
 @claims("organ_springs", "organ_history", "mass_motion")
 def chain(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
+    """Yield the claims on the springs of each organ, and on the masses of those from a CT."""
     for body, rows in tables["organ_springs"].groupby("body", sort=False):
         fitted, tested = (where(rows, used_in_fit=used) for used in (True, False))
         contacts = f"fitted at {fitted['contact'].nunique()} contacts, tested at {tested['contact'].nunique()} others"
@@ -32,16 +33,16 @@ def chain(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _of_seeds(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean error over contacts without volume force, by seed and model; that of the model's best step."""
+    """Return the error without volume force, mean over contacts, by seed (rows) and model, at the model's best step."""
     means = where(rows, volume_force=False).groupby(["model", "step_s", "seed"])["rmse_of_peak"].mean()
     return means.groupby(["model", "seed"]).min().unstack("model")
 
 
 def _over_seeds(means: pd.DataFrame, model: str) -> str:
     """Write the median error of a model and, if it has several seeds, their range."""
-    found = 100 * means[model].dropna()
-    span = f" ({found.min():.2g} to {found.max():.2g} %)" if len(found) > 1 else ""
-    return f"{found.median():.2g} %{span}"
+    errors = 100 * means[model].dropna()
+    span = f" ({errors.min():.2g} to {errors.max():.2g} %)" if len(errors) > 1 else ""
+    return f"{errors.median():.2g} %{span}"
 
 
 def _holds(fitted: pd.DataFrame, tested: pd.DataFrame, premise: str) -> Claim:
@@ -53,19 +54,21 @@ def _holds(fitted: pd.DataFrame, tested: pd.DataFrame, premise: str) -> Claim:
 
 
 def _search(rows: pd.DataFrame, premise: str) -> Claim:
+    """Judge the genetic algorithm against models that need no search, at contacts that it was not fitted to."""
     means = _of_seeds(rows)
     tested = means.median()
     names = {"genetic": "genetic algorithm", "uniform": "one modulus", "van_gelder": "Van Gelder"}
     ours = ", ".join(f"{words} {_over_seeds(means, name)}" for name, words in names.items())
     claim = "the genetic algorithm is the way to an organ's springs"
     rival, seeds = tested[["uniform", "van_gelder"]].min(), means["genetic"].dropna()
-    found = verdict(bool(tested["genetic"] < rival))
+    judged = verdict(bool(tested["genetic"] < rival))
     if seeds.min() < rival <= seeds.max():
-        found = not_testable("some seeds are better than what needs no search, others are not")
-    return Claim(2, "3", claim, f"{premise}; at the others", "it is proposed for them", ours, found)
+        judged = not_testable("some seeds are better than what needs no search, others are not")
+    return Claim(2, "3", claim, f"{premise}; at the others", "it is proposed for them", ours, judged)
 
 
 def _masses(rows: pd.DataFrame, body: str) -> Claim:
+    """Judge whether masses from the voxels change the motion by more than MATTERS."""
     change, total = rows.loc["mean", "change_of_motion"], rows.loc["uniform", "change_of_motion"]
     ours = (
         f"masses of density_kg_m3 everywhere change motion by {100 * total:.2g} % of the peak, and spread evenly with "

@@ -1,4 +1,4 @@
-"""An organ that is pressed at some contacts, and how it moves: as elements, as springs, and with other masses."""
+"""An organ that is pressed at some contacts: references of its motion, settings of its springs, and other masses."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -23,10 +23,10 @@ from palpate.table_declaration import Table
 
 
 class Reference(NamedTuple):
-    """The motion that models are compared with: the limit of ever smaller steps, extrapolated from two.
+    """The motion that models are compared with: the limit of short steps, extrapolated from two lengths of steps.
 
     positions [m], velocities [m/s] : of all key points at the end of each frame, both (frames, p, 3)
-    error : the largest that the shorter of both steps has, over the peak; what is left of it is smaller
+    error : RMSE of the shorter steps over the peak, which the limit's own error is below
     """
 
     positions: np.ndarray
@@ -40,15 +40,15 @@ spring, relative to critical damping of its two nodes."""
 YOUNG_OF_BODY = 0.3, 3
 """Least and largest modulus of a node in searches, over the body's."""
 OF_LIMIT = 0.8
-"""Share of the longest stable step that springs take."""
+"""Time step of springs over the longest stable one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Organ:
-    """A body, pressed at ``contacts`` one after the other, of which springs are fitted to the first ``fitted``.
+    """A body and its presses, one at each of ``contacts``; springs are fitted to the first ``fitted`` of them.
 
     body : of two levels: springs are on the coarse one, the reference is on the other
-    model : the springs; keys : the nodes of the coarse surface that are free; looked : (k,), which of them fits look at
+    model : the springs; keys : the free nodes of the coarse surface; looked : (k,) numbers of those that fits compare
     forces : (contacts, 3) [N]; limits : of the moduli; settings : the config's block organ_springs
     """
 
@@ -63,31 +63,31 @@ class Organ:
     settings: OrganSettings
 
     def particles(self, level: int) -> Particles:
-        """Return the masses of a level, which are those of the CT if the body has them."""
+        """Return the particles of a level; their masses are those of the CT if the body has one."""
         return particles_of(self.body, level, surface=False)
 
     def press(self, number: int, level: int) -> Press:
-        """Return the press at a contact, a pressure over a disc, on the nodes of a level."""
+        """Return the press at a contact, given by its number, as forces on the nodes of a level."""
         contact = int(self.contacts[number])
         load = nodal_load(self.body, level, contact, self.forces[number], RADIUS_M)
         nodes = np.flatnonzero(load.any(axis=1))
         return Press(f"at node {contact} of {self.body.name}", nodes, load[nodes], self.settings.rise_s)
 
     def in_steps(self, steps: int, volume_n_m: float = 0.0) -> Settings:
-        """Return the settings of a motion of so many steps in each frame."""
+        """Return the settings of a motion with ``steps`` steps a frame; volume_n_m : stiffness of the volume force."""
         frames, keys = self.settings.frames, self.keys
         step = self.settings.duration_s / (frames * steps)
         return Settings(step, frames * steps, DAMPING_RATIO, keys, volume_n_m, every=steps)
 
     def spring_settings(self, volume_force: bool) -> Settings:
-        """Return the settings of springs, in steps that are stable for the stiffest; with or without volume force."""
+        """Return the settings of springs, with or without volume force, in steps that are stable for the stiffest."""
         volume = volume_stiffness(self.model, self.particles(0).material) if volume_force else 0.0
         once = self.in_steps(1, volume)
         limit = OF_LIMIT * step_limit(self.particles(0), self.model, once, self.limits.high_pa)
         return self.in_steps(int(np.ceil(once.step_s / limit)), volume)
 
     def fitnesses(self, settings: Settings, references: list[Reference]) -> list[Fitness]:
-        """Return the fitness functions of the fitted presses, which see the key points ``looked`` only."""
+        """Return the fitness functions of the fitted presses, which compare the key points ``looked`` only."""
         seen = replace(settings, keys=KeyPoints(self.keys.corners[self.looked], self.keys.shares[self.looked]))
         return [
             Fitness(self.model, self.press(i, 0), seen, x[:, self.looked], v[:, self.looked])
@@ -96,9 +96,9 @@ class Organ:
 
 
 def organ(body: Body, settings: OrganSettings) -> Organ:
-    """Choose contacts, forces and key points; InputError if ``body`` cannot be pressed at so many, or has a bed.
+    """Choose contacts, forces and key points of a body; InputError if it has too few contacts or no anchors.
 
-    A force is what moves the coarse body by PEAK_OF_SIZE of its size, linearly. The fitted contacts are the first
+    Each force moves the coarse body by PEAK_OF_SIZE of its size in linear elasticity. The fitted contacts are the first
     of those that lie farthest from each other, so that no tested one is beside all of them.
     """
     body = body.up_to(1) if len(body.levels) > 1 else finer(body)
@@ -125,6 +125,7 @@ def organ(body: Body, settings: OrganSettings) -> Organ:
 
 
 def _forces(body: Body, contacts: np.ndarray) -> np.ndarray:
+    """Return the inward force (contacts, 3) [N] at each contact whose linear displacement is PEAK_OF_SIZE."""
     respond, peak = Equilibrium(body, 0).linear_solver(), PEAK_OF_SIZE * body.fine.size
     forces = []
     for contact in contacts:
@@ -135,9 +136,9 @@ def _forces(body: Body, contacts: np.ndarray) -> np.ndarray:
 
 
 def references(found: Organ) -> list[Reference]:
-    """Simulate the motion of linear elements on the finer level under each press; NotConverged as the integrator.
+    """Simulate the motion of linear elements on the finer level under each press, extrapolated to short steps.
 
-    Backward Euler's error is of first order, so twice the motion of the half step less that of the step is the limit's.
+    Backward Euler is of first order: the limit is twice the motion in half steps less that in whole steps.
     """
     particles, settings = found.particles(1), found.in_steps(1)
     rest, substeps = found.keys.of(found.body.coarse.nodes), found.settings.reference_steps

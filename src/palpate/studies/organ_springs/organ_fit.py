@@ -1,4 +1,4 @@
-"""Springs of an organ, fitted in every way to some presses and tested at other contacts, and their rivals."""
+"""Fit the springs of an organ to some presses by every method, and test them and their rivals at other contacts."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,7 +27,7 @@ from palpate.studies.organ_springs.settings import Settings as OrganSettings
 from palpate.table_declaration import Table
 
 METHODS = (*CLOSED, "uniform", "genetic", "cma_es", "gradient")
-"""Ways to find moduli, in the order of tables."""
+"""Methods that determine moduli, in the order of tables."""
 Report = Callable[[int, float], None]
 
 ORGAN_HISTORY = Table(
@@ -43,10 +43,9 @@ ORGAN_HISTORY = Table(
 def measure(
     found: Organ, references: list[Reference], seed: int, report: Callable[[str], Report]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Compute the rows of organ_springs.csv and organ_history.csv of all methods, with and without volume force.
+    """Compute the rows of organ_springs.csv and organ_history.csv of springs by all METHODS.
 
-    seed : the first of ``searches.seeds`` consecutive ones
-    report(what) : gives the function that is told how far a search is
+    seed : the first of ``searches.seeds`` consecutive ones; report : from a method to what receives its progress
     """
     errors, histories, material = [], [], found.particles(0).material
     young = np.full(len(found.model.masses), float(material.young_pa))
@@ -74,7 +73,7 @@ def measure(
 def judge(
     found: Organ, model: SpringModel, young: np.ndarray, settings: Settings, references: list[Reference]
 ) -> pd.DataFrame:
-    """Measure errors and time of springs at every contact, one row each."""
+    """Measure the error and time of springs with moduli ``young`` (n,) [Pa] at every contact, one row each."""
 
     def move(number: int) -> np.ndarray:
         return simulate(model, young, found.press(number, 0), settings)[0]
@@ -98,11 +97,10 @@ ORGAN_SPRINGS = Table(
 
 
 def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: list[Reference]) -> pd.DataFrame:
-    """Measure errors and time of a model at every contact; ``move(number)`` returns key points (f, p, 3) [m].
+    """Measure the error and time of a model at every contact, in the first columns of ORGAN_SPRINGS.
 
-    f divides the number of frames; errors are those at the ends of the frames that the model has; reference_error is
-    that of ``Reference``.
-    rmse_of_peak : over frames and key points / the largest displacement; ms_a_second : of computing, for one of motion
+    move : from a contact's number to positions of key points (f, p, 3) [m]; f divides the number of frames, and errors
+        are those at the ends of the f frames
     """
     rest, rows = found.keys.of(found.body.coarse.nodes), []
     for number, (wanted, _, own_error) in enumerate(references):
@@ -119,7 +117,7 @@ def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: l
 
 
 def rivals(found: Organ, references: list[Reference]) -> pd.DataFrame:
-    """Compute the rows of organ_springs.csv of all rivals."""
+    """Compute the rows of organ_springs.csv of rest, of coarse finite elements and of shape matching."""
     rest = found.keys.of(found.body.coarse.nodes)
     zero = judge_motions(found, lambda number: rest[None], references)
     tables = [zero.assign(model="zero", step_s=found.settings.duration_s, offline_s=0.0)]
@@ -129,7 +127,7 @@ def rivals(found: Organ, references: list[Reference]) -> pd.DataFrame:
 
 
 def _fem(found: Organ, every: int, references: list[Reference]) -> pd.DataFrame:
-    """Measure coarse linear elements, one implicit step in ``every`` frames."""
+    """Measure linear elements on the coarse mesh, with one implicit step in ``every`` frames."""
     particles, frames = found.particles(0), found.settings.frames // every
     once = found.in_steps(1)
     settings = replace(once, step_s=once.step_s * every, steps=frames)
@@ -143,7 +141,7 @@ def _fem(found: Organ, every: int, references: list[Reference]) -> pd.DataFrame:
 
 
 def _shapes(found: Organ, steps: int, references: list[Reference]) -> pd.DataFrame:
-    """Fit how strongly forces act, β, and the decay of velocities to the fitted presses, and measure them all."""
+    """Fit factor of forces, β and decay of shape matching to the fitted presses, and measure it; ``steps`` a frame."""
     begin = perf_counter()
     rest = found.keys.of(found.body.coarse.nodes)
 
@@ -167,7 +165,10 @@ def _shapes(found: Organ, steps: int, references: list[Reference]) -> pd.DataFra
 
 
 def _shape_motion(found: Organ, steps: int, unknowns: np.ndarray) -> Callable[[int], np.ndarray]:
-    """Return how shapes move, in ``steps`` in each frame, for the logarithm of forces' factor, β, and of the decay."""
+    """Return the function from a contact's number to the motion (f, p, 3) [m] of shape matching, ``steps`` a frame.
+
+    unknowns : logarithm of the factor of forces, β, and logarithm of the decay of velocities [1/s]
+    """
     factor, beta, rate = float(np.exp(unknowns[0])), float(unknowns[1]), float(np.exp(unknowns[2]))
     particles = replace(found.particles(0), regions=None)  # shapes have one stiffness
     clusters, settings = cubes(found.body.coarse), found.in_steps(steps)
@@ -189,7 +190,7 @@ def _shape_motion(found: Organ, steps: int, unknowns: np.ndarray) -> Callable[[i
 
 
 def fit_organ_springs(input: Any, say: Callable, settings: OrganSettings, seed: int) -> dict[str, pd.DataFrame]:
-    """Fit the springs of one organ, and measure their rivals, for the rule of that name."""
+    """Fit the springs of one organ, and measure their rivals, for the rule of this name."""
     found = organ(body_file.load(input.body), settings)
     say(f"{found.body.name}: press it with finite elements")
     motions = references(found)

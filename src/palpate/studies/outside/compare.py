@@ -1,11 +1,13 @@
-"""Compute what others published, each limit from three meshes with what it may be off by."""
+"""Compute what others published; limits are extrapolated from three meshes, with an estimate of their own error."""
 
 from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.richardson import number_limits
+from palpate.files import read_yaml
 from palpate.studies.outside import hanging_bar, prisms
 from palpate.table_declaration import Table
 
@@ -20,6 +22,15 @@ OUTSIDE = Table(
     source: where it was published
     """,
 )
+
+
+CELLS = 4
+"""Elements along a side of the coarsest of three meshes, each of which halves the elements of the last."""
+
+
+def compare_with_published(input: Any) -> pd.DataFrame:
+    """Compute and tabulate what others published, for the rule of this name."""
+    return compare(CELLS, read_yaml(input.published), hanging_bar.read_displacements(input.displacements))
 
 
 def compare(cells: int, published: Mapping[str, Mapping], displacements: np.ndarray) -> pd.DataFrame:
@@ -38,11 +49,11 @@ def compare(cells: int, published: Mapping[str, Mapping], displacements: np.ndar
 
 
 def _found(cells: int, theirs: np.ndarray) -> Iterator[tuple[str, float, float, float | None]]:
-    """Yield case, our value, its own error, and the difference where that is not between the two values."""
+    """Yield the name of each case, our value, its own error, and the difference if it is not that of the values."""
     ours = hanging_bar.on_its_mesh()
-    apart = np.linalg.norm(ours - theirs, axis=1).max() / np.linalg.norm(theirs, axis=1).max()
+    largest = np.linalg.norm(ours - theirs, axis=1).max() / np.linalg.norm(theirs, axis=1).max()
     yield "bar_tip", -1e3 * ours[:, 2].min(), 0.0, None
-    yield "bar_nodes", 1e3 * np.sqrt((ours**2).sum(axis=1).mean()), 0.0, float(apart)
+    yield "bar_nodes", 1e3 * np.sqrt((ours**2).sum(axis=1).mean()), 0.0, float(largest)
     yield from _limits(["bar_limit", "bar_energy"], hanging_bar.tip_and_energy, cells // 4)
     yield "squeezed", prisms.confined_stress(0.7), 0.0, None
     yield "stretched", prisms.confined_stress(1.5), 0.0, None
@@ -54,7 +65,7 @@ def _found(cells: int, theirs: np.ndarray) -> Iterator[tuple[str, float, float, 
 
 
 def _limits(cases: list[str], of: Callable, cells: int) -> Iterator[tuple[str, float, float, None]]:
-    """Yield the limits of what ``of`` returns on three meshes of 1, 2 and 4 times ``cells``."""
+    """Yield each of ``cases`` with the limit of ``of`` over 1, 2 and 4 times ``cells``, and its relative own error."""
     meshes = np.array([np.atleast_1d(of(factor * cells)) for factor in (1, 2, 4)])
     for case, limit, off in zip(cases, *number_limits(meshes), strict=True):
         yield case, float(limit), float(off / abs(limit)), None

@@ -21,14 +21,14 @@ RUBBER = Material(
     "neo_hookean",
 )
 CORNERS = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
-"""Of a cell, the first axis fastest, as its nodes are numbered."""
+"""Corners of a cell in the order of its nodes, the first axis fastest."""
 
 
 def grid(cells: tuple[int, int, int], sizes_m: tuple[float, float, float]) -> TetMesh:
-    """Return the mesh that Newton's ``add_soft_grid`` makes of a block: five tetrahedra a cell, mirrored at each side.
+    """Make the mesh of a block that Newton's ``add_soft_grid`` makes, of five tetrahedra a cell, in mirrored cells.
 
-    Four cut off the corners of a cell between which there is no edge, the fifth is what they leave. Its nodes are in
-    single precision.
+    Four tetrahedra cut off corners of a cell that share no edge, and the fifth is the rest. Nodes are those in single
+    precision.
     """
     counts = np.array(cells)
     nodes = np.array([[i, j, k] for k in range(cells[2] + 1) for j in range(cells[1] + 1) for i in range(cells[0] + 1)])
@@ -49,12 +49,12 @@ def grid(cells: tuple[int, int, int], sizes_m: tuple[float, float, float]) -> Te
 
 
 def read_displacements(path: str | Path) -> np.ndarray:
-    """Read those of the nodes of ``grid`` that FEniCSx found, (833, 3) [m]; InputError if the file lacks a column."""
+    """Read the displacements (833, 3) [m] of the nodes of ``grid`` by FEniCSx; InputError if a column is missing."""
     return 1e-12 * read_table(path, ["x_pm", "y_pm", "z_pm"]).to_numpy(dtype=float)
 
 
 def on_its_mesh() -> np.ndarray:
-    """Return the displacements (833, 3) [m] of palpate's linear elements on that mesh."""
+    """Compute the displacements (833, 3) [m] of the hanging bar by palpate's linear elements on Newton's mesh."""
     mesh = grid(CELLS, SIZES_M)
     body = nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] > SIZES_M[2] - 1e-3), RUBBER)
     problem = Equilibrium(body, 0)
@@ -63,7 +63,7 @@ def on_its_mesh() -> np.ndarray:
 
 
 def tip_and_energy(cells: int) -> tuple[float, float]:
-    """Return the tip's displacement [mm] and the strain energy [J] with quadratic elements on a quarter of the bar.
+    """Compute the hanging bar's tip displacement [mm] and strain energy [J] by quadratic elements on a quarter of it.
 
     cells : across the quarter
     """

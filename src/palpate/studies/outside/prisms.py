@@ -15,18 +15,18 @@ ON_FACE = 1e-9
 """Distance [m, mm] within which a node is on a face."""
 ISOCHORIC = str(Path(__file__).with_name("isochoric_neo_hookean.py"))
 MODES, OUT_OF_PLANE = 16, 0.02
-"""Vibrations that are looked at, and the share of kinetic energy across a plate up to which one is in its plane."""
+"""Vibrations that are computed, and the part of kinetic energy across a plate below which one is in its plane."""
 
 
 def confined_stress(length: float) -> float:
-    """Return the nominal stress [kPa] of the hanging bar's rubber between rigid sides, at ``length`` of its own."""
+    """Return the nominal stress [kPa] of the hanging bar's rubber at the stretch ``length`` between rigid sides."""
     cube = Supported(block([1, 1, 1], lambda p: p), RUBBER, lambda p: np.ones(p.shape, dtype=bool))
     force = cube.elements.force(cube.nodes * [1.0, 1.0, length])
     return -1e-3 * float(force[cube.nodes[:, 2] > 1.0 - ON_FACE, 2].sum())
 
 
 def torsion_constant(cells: int) -> float:
-    """Return the moment over G a⁴ times the twist of a square prism of side a, whose sections are free to warp."""
+    """Compute the torsional moment of a square prism of side a over G a⁴ times the twist, sections free to warp."""
     poisson, length = 0.3, 2.0 / cells
     mesh = block([cells, cells, 2], lambda p: p * [1.0, 1.0, length] - [0.5, 0.5, 0.0])
 
@@ -43,7 +43,7 @@ def torsion_constant(cells: int) -> float:
 
 
 def plate_frequencies(cells: int) -> tuple[float, float]:
-    """Return the first two frequencies [Hz] in the plane of NAFEMS FV52's plate, 10 × 10 × 1 m, held at lower edges."""
+    """Compute the first two frequencies [Hz] in the plane of NAFEMS FV52's plate, 10 × 10 × 1 m, on lower edges."""
     mesh = block([cells, cells, max(1, cells // 4)], lambda p: p * [10.0, 10.0, 1.0])
 
     def held(p: np.ndarray) -> np.ndarray:
@@ -64,10 +64,10 @@ def plate_frequencies(cells: int) -> tuple[float, float]:
 
 
 def cook(cells: int, material: Material, plane: bool, asked: tuple[float, float], settles: bool) -> float:
-    """Return the vertical displacement [mm] at ``asked`` (x, y) [mm] of Cook's membrane under 1 N a mm of thickness.
+    """Compute the vertical displacement [mm] at ``asked`` (x, y) [mm] of Cook's membrane under 1 N a mm of thickness.
 
-    plane : whether its faces are held, too (plane strain); otherwise it is 1 mm thick and its middle plane is held
-    settles : whether it is in equilibrium with large displacements, or linearised at rest
+    plane : whether both faces are held (plane strain); otherwise it is 1 mm thick and its middle plane is held
+    settles : whether displacements are large, or linearised at rest
     """
     thickness = 48.0 / cells if plane else 0.5
     mesh = block(
@@ -89,12 +89,12 @@ def cook(cells: int, material: Material, plane: bool, asked: tuple[float, float]
 
 
 def cook_incompressible(cells: int) -> float:
-    """Return the displacement [mm] of the middle of the loaded end, G = 0.375 MPa, λ = 7.5 GPa, linear."""
+    """Compute the linear displacement [mm] of the middle of the loaded end, with G = 0.375 MPa and λ = 7.5 GPa."""
     shear, lame = 0.375, 7500.0
     poisson = lame / (2.0 * (lame + shear))
     return cook(cells, Material(2.0 * shear * (1.0 + poisson), poisson, 1.0), True, (48.0, 52.0), settles=False)
 
 
 def cook_neo_hookean(plane: bool) -> Callable[[int], float]:
-    """Return the function from cells to the upper corner's displacement [mm], μ = 0.4225 MPa, ν = 0.3."""
+    """Return the function from cells to the upper corner's displacement [mm], with μ = 0.4225 MPa and ν = 0.3."""
     return lambda cells: cook(cells, Material(2.6 * 0.4225, 0.3, 1.0, ISOCHORIC), plane, (48.0, 60.0), settles=True)

@@ -1,4 +1,4 @@
-"""Equilibria of quadratic elements of which single components of displacement are held, as benchmarks ask for."""
+"""Equilibria of quadratic elements with single components of displacement held, as benchmarks ask for."""
 
 from collections.abc import Callable
 
@@ -17,7 +17,7 @@ from palpate.linalg.minimiser import Product, minimise_by_newton
 from palpate.solvers.quadratic_motion import mass_matrix
 
 TOLERANCE = 1e-9
-"""Of the residual of an equilibrium, over the load."""
+"""Residual of an equilibrium over the load."""
 
 
 class Supported:
@@ -38,7 +38,7 @@ class Supported:
         return np.where(self.held, 0.0, self.elements.force(x) + self.load)
 
     def linearise(self, x: np.ndarray, definite: bool) -> tuple[Product, Product]:
-        """Return the product with the stiffness of what is free, and with its inverse."""
+        """Return the products with the stiffness of the free components at ``x`` and with its inverse."""
         free = ~self.held.ravel()
         matrix = sparse.csc_array(self.elements.stiffness(x, definite))[free][:, free]
         factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
@@ -63,13 +63,13 @@ class Supported:
         return minimise_by_newton(self, self.nodes, scale, TOLERANCE).x - self.nodes
 
     def respond(self, moved: np.ndarray | float = 0.0) -> np.ndarray:
-        """Return the displacements (n, 3) [m], linear ones, where the held components are ``moved`` (n, 3) [m]."""
+        """Return the displacements (n, 3) [m] of linear elasticity with the held components displaced by ``moved``."""
         moved = np.where(self.held, moved, 0.0)
         pull = self.load - (self.elements.stiffness(self.nodes) @ moved.ravel()).reshape(moved.shape)
         return moved + np.where(self.held, 0.0, self.linearise(self.nodes, False)[1](np.where(self.held, 0.0, pull)))
 
     def press(self, where: Callable[[np.ndarray], np.ndarray], traction: np.ndarray) -> None:
-        """Add a ``traction`` (3,) [Pa] on the triangles of which all corners are ``where`` (k, 3) → (k,) says."""
+        """Add a ``traction`` (3,) [Pa] on triangles whose corners are all in ``where``, a mask (k,) of nodes (k, 3)."""
         chosen = np.flatnonzero(where(self.mesh.nodes)[self.mesh.triangles].all(axis=1))
         sides = np.diff(self.mesh.nodes[self.mesh.triangles[chosen]], axis=1)
         areas = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
@@ -80,6 +80,6 @@ class Supported:
 
 
 def block(divisions: list[int], place: Callable[[np.ndarray], np.ndarray]) -> TetMesh:
-    """Return a unit cube of ``divisions`` (3,) cells whose nodes (n, 3) are moved to where ``place`` puts them [m]."""
+    """Return the mesh of a unit cube of ``divisions`` (3,) cells with its nodes (n, 3) mapped by ``place``."""
     cube = box([1.0, 1.0, 1.0], divisions)
     return TetMesh(place(cube.nodes), cube.tetrahedra)

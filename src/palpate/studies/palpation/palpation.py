@@ -1,4 +1,4 @@
-"""Palpation: force against depth on a body with regions and without, and how deep in a slab a ball is still felt."""
+"""Palpation: force against depth on a body with and without its regions, and how deep in a slab a ball is felt."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -28,8 +28,8 @@ from palpate.table_declaration import Table
 TOLERANCE = 1e-7
 """Relative residual of the solves: differences between two bodies are to be exact to 1e-5."""
 FELT = 0.15
-"""From what relative difference of force over depth on two places feel different: the Weber fraction of Bergmann Tiest
-and Kappers (Cues for haptic perception of compliance, IEEE Trans. Haptics 2, 2009)."""
+"""Least relative difference of force over depth at which two places feel different: the Weber fraction of Bergmann
+Tiest and Kappers (Cues for haptic perception of compliance, IEEE Trans. Haptics 2, 2009)."""
 
 
 class Slab(NamedTuple):
@@ -44,9 +44,9 @@ SLAB = Slab()
 
 
 class PressCurves:
-    """A body with its regions and the same body of its own material alone, on the same mesh of quadratic elements.
+    """Presses of a body with its regions, and of the same mesh of its own material alone, by quadratic elements.
 
-    The elements are those of the last level but one, whose nodes are those of the fine mesh, or of the only level.
+    The elements are on the last level but one, so that their nodes are those of the finest, or on the only level.
     ``products`` counts the products with a stiffness matrix so far.
     """
 
@@ -56,26 +56,26 @@ class PressCurves:
         self._problems: dict[bool, Equilibrium] = {}
 
     def forces(self, pressures: Sequence[float]) -> np.ndarray:
-        """Return the forces (k,) [N] of peak pressures, as shares of the body's own modulus."""
+        """Return the forces (k,) [N] of presses with peak ``pressures`` over the body's own Young's modulus."""
         return np.asarray(pressures) * self._body.material.young_pa * np.pi * self._radius_m**2 / 2.0
 
     def depths(self, contact: int, forces: np.ndarray, regions: bool) -> np.ndarray:
-        """Return how deep (k,) [m] the patch at a coarse node moves under each inward force, smallest first.
+        """Compute the depth (k,) [m] of the patch at a coarse node under each inward force [N], smallest first.
 
-        The depth is the mean of the inward displacement, weighted by the pressure: force times depth is the work.
-        Raises NotConverged if there is no equilibrium.
+        The depth is the mean of the inward displacement weighted with the pressure, so that force times depth is the
+        work of a constant force. regions : whether the body has them. Raises NotConverged without an equilibrium.
         """
         inward = -self._body.fine.normals[contact]
         unit = nodal_load(self._body, self._level, contact, inward, self._radius_m, order=2)
-        problem, found = self._problem(regions), []
+        problem, depths = self._problem(regions), []
         rest, moved, last = problem.mesh.nodes, np.zeros_like(unit), 1.0
         for force in forces:
             # from the press before, as if displacements grew with the force
             solution = problem.solve(force * unit, TOLERANCE, start=rest + moved * (force / last))
             moved, last = solution.x - rest, force
             self.products += solution.products
-            found.append(float(np.vdot(unit, moved)))
-        return np.array(found)
+            depths.append(float(np.vdot(unit, moved)))
+        return np.array(depths)
 
     def _problem(self, regions: bool) -> Equilibrium:
         if regions not in self._problems:
@@ -98,9 +98,9 @@ PALPATION = Table(
 
 
 def palpate(body: Body, settings: Settings, progress: Callable = iter) -> pd.DataFrame:
-    """Press at ``places`` contacts, from above a region outwards; one row a force.
+    """Press a body at contacts ever farther from a region, with and without its regions; one row of PALPATION a force.
 
-    Raises InputError if the body has no regions; NotConverged if a press has no equilibrium.
+    Raises InputError if the body has no regions, NotConverged if a press has no equilibrium.
     """
     if body.regions is None:
         raise InputError(f"bodies.{body.name} has no regions, so there is nothing to feel; give it some.")
@@ -116,17 +116,16 @@ def palpate(body: Body, settings: Settings, progress: Callable = iter) -> pd.Dat
 
 
 TAG = 1
-"""Tag of the ball; the slab around it has the next."""
+"""Tag of the ball in the mesh file; that of the slab around it is the next number."""
 IN_BALL, UNDER_FINGER, COARSENED = 0.4, 0.4, 0.2
-"""Lengths of edges as shares of the ball's radius, the finger's, and the slab's height."""
+"""Lengths of edges over the ball's radius, over the finger's radius, and elsewhere over the slab's height."""
 
 
 def ball_in_slab(slab: Slab, ball_radius_m: float, cover_m: float, finger_m: float, contrast: float) -> Body:
     """Make a slab of two levels with a ball, ``contrast`` times as stiff, whose top is ``cover_m`` [m] deep.
 
-    slab : its lowest plane is held
-    finger_m : radius of the finger that will press the middle of the top, where there is a node
-    Raises InputError if the ball is not in the slab.
+    The lowest plane of the slab is held, and there is a node in the middle of its top.
+    finger_m : radius of the finger that will press there; raises InputError if the ball is not in the slab
     """
     x, y, z = slab.sizes_m
     center = np.array([x / 2, y / 2, z - cover_m - ball_radius_m])
@@ -151,12 +150,12 @@ def ball_in_slab(slab: Slab, ball_radius_m: float, cover_m: float, finger_m: flo
 
 
 def _ball_in(own: Material, contrast: float, region: np.ndarray) -> Tissue:
-    """Return the tissue of a slab of its ``own`` material whose elements of ``region`` 1 are stiffer."""
+    """Return the tissue of a slab of material ``own``, ``contrast`` times as stiff in elements of ``region`` 1."""
     return Tissue((own, replace(own, young_pa=contrast * own.young_pa)), region)
 
 
 def _mesh(gmsh: Any, sizes: np.ndarray, center: np.ndarray, radius: float, finger: float) -> None:
-    """Build the mesh of the slab with the surface of the ball, in two groups: TAG is the ball."""
+    """Mesh the slab with the ball's surface in it by gmsh, in two physical groups: TAG is the ball."""
     occ, middle = gmsh.model.occ, sizes * [0.5, 0.5, 1.0]
     box, ball, top = occ.addBox(0.0, 0.0, 0.0, *sizes), occ.addSphere(*center, radius), occ.addPoint(*middle)
     occ.fragment([(3, box)], [(3, ball), (0, top)])
@@ -189,7 +188,7 @@ BALL_M, PRESSURE_OF_YOUNG = 0.01, 0.1
 
 
 def palpation_limits(settings: Settings, progress: Callable = iter, slab: Slab = SLAB) -> pd.DataFrame:
-    """Press a slab above a ball under each of the covers and of each of the contrasts.
+    """Press a slab above a ball of each of the depths and contrasts of ``settings``; rows of PALPATION_LIMITS.
 
     Raises InputError if a ball is not in the slab, NotConverged if a press has no equilibrium.
     """
@@ -212,11 +211,11 @@ def palpation_limits(settings: Settings, progress: Callable = iter, slab: Slab =
 
 
 def least_contrasts(table: pd.DataFrame) -> dict[float, float]:
-    """Return for each cover [m] of ``palpation_limits`` the least contrast that is felt, infinite if none is.
+    """Return the least contrast that is felt for each cover [m] of ``palpation_limits``, infinite if none is.
 
-    Between two contrasts of the table ``stiffer`` is taken as linear in the logarithm of the contrast.
+    Between two contrasts of the table ``stiffer`` is interpolated linearly in the logarithm of the contrast.
     """
-    found = {}
+    least = {}
     for cover, rows in table[table["contrast"] >= 1.0].groupby("cover_m"):
         rows = rows.sort_values("contrast")
         # a ball as stiff as the slab changes nothing
@@ -224,19 +223,19 @@ def least_contrasts(table: pd.DataFrame) -> dict[float, float]:
         edge = rows["threshold"].iloc[0]
         first = int(np.argmax(stiffer >= edge))
         if not first:
-            found[float(cover)] = np.inf
+            least[float(cover)] = np.inf
             continue
-        share = (edge - stiffer[first - 1]) / (stiffer[first] - stiffer[first - 1])
-        found[float(cover)] = float(np.exp(log[first - 1] + share * (log[first] - log[first - 1])))
-    return found
+        part = (edge - stiffer[first - 1]) / (stiffer[first] - stiffer[first - 1])
+        least[float(cover)] = float(np.exp(log[first - 1] + part * (log[first] - log[first - 1])))
+    return least
 
 
 def measure_palpation(input: Any, say: Callable, settings: Settings) -> pd.DataFrame:
-    """Palpate one body, for the rule of that name."""
+    """Palpate one body, for the rule of this name."""
     body = body_file.load(input.body)
     return palpate(body, settings, progress=steps(say, f"{body.name}: a finger at place"))
 
 
 def measure_palpation_limits(say: Callable, settings: Settings) -> pd.DataFrame:
-    """Lower balls in a slab, for the rule of that name."""
+    """Palpate a slab with a ball at several depths, for the rule of this name."""
     return palpation_limits(settings, progress=steps(say, "a finger above a ball at depth"))

@@ -1,20 +1,29 @@
-"""Choose presses whose truth is known, and measure the models of the page on which a body is pressed."""
+"""Prepare the models of the page on which a body is pressed, and measure them on presses whose truth is known."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.model import Case
 from palpate.benchmark.presses import samples_in
 from palpate.benchmark.timing import online, time_calls
 from palpate.benchmark.truth import OWN, Truth
 from palpate.bodies.body import Body
+from palpate.bodies.body_file import load
 from palpate.bodies.contacts import kept_contacts, spread_over
-from palpate.press.page.page import Known
+from palpate.effects.instrument import Instrument
+from palpate.models.kinds import ContactModes
+from palpate.press import coarse_rival
+from palpate.press.page.page import Known, held_nodes, press_models, write_pages
+from palpate.press.portable.file import read
+from palpate.run.job import steps
 from palpate.stores import stored
+from palpate.studies.press.settings import Settings
 from palpate.table_declaration import Table
 
 PRESS = Table(
@@ -30,27 +39,27 @@ PRESS = Table(
 
 
 def place_of(body: Body, node: int) -> dict:
-    """Return the place of a fine surface node: the number of a triangle, and the weights (3,) of its corners."""
+    """Return a node of the fine surface as a point of a triangle: its number, and the weights (3,) of its corners."""
     triangle = int(np.flatnonzero((body.fine.triangles == node).any(axis=1))[0])
     return {"triangle": triangle, "weights": (body.fine.triangles[triangle] == node).astype(float).tolist()}
 
 
 def known_presses(body: Body, truths: Sequence[Path | str], loads: Sequence[Path | str], count: int) -> list[Known]:
-    """Return at most ``count`` believed presses, the hardest of each contact, at contacts well spread over the body.
+    """Return at most ``count`` presses whose truth is believed, the hardest of each contact, well spread over the body.
 
-    truths, loads : files of the same regimes, truth.h5 and loads.csv
+    truths, loads : files truth.h5 and loads.csv of the same regimes
     """
-    found: dict[int, Known] = {}
+    hardest: dict[int, Known] = {}
     for truth_file, load_file in zip(truths, loads, strict=True):
         truth, asked = stored(Truth, truth_file), {each.number: each for each in samples_in(pd.read_csv(load_file))}
         for i in np.flatnonzero(truth.believed):
             contact, force = asked[truth.sample[i]].load.single()
-            if contact in found and np.linalg.norm(found[contact].force) >= np.linalg.norm(force):
+            if contact in hardest and np.linalg.norm(hardest[contact].force) >= np.linalg.norm(force):
                 continue
             own = float(truth.own[i, OWN.index("rmse_of_peak")])
-            found[contact] = Known(contact, place_of(body, contact), force, truth.displacement[i], own)
-    rows = spread_over(body.fine.nodes[list(found)], count) if found else []
-    return [list(found.values())[row] for row in rows]
+            hardest[contact] = Known(contact, place_of(body, contact), force, truth.displacement[i], own)
+    rows = spread_over(body.fine.nodes[list(hardest)], count) if hardest else []
+    return [list(hardest.values())[row] for row in rows]
 
 
 def trial_presses(body: Body, count: int, depth_m: float) -> list[dict]:
@@ -66,27 +75,60 @@ CALLS = 40
 def measure(
     body: str, models: Mapping[str, tuple], known: Sequence[Known], trials: Sequence[Mapping], files_mb: Mapping
 ) -> pd.DataFrame:
-    """Return a row for each of ``models``.
+    """Measure the rows of PRESS of a body, one for each of ``models``.
 
-    models : by name, the number of contacts that each was prepared for, and what has ``respond(presses)``
-    known : presses whose truth is known; trials : others, which are pressed where there are none
+    models : by name, the number of contacts that a model was prepared for, and the model, with ``respond(presses)``
+    known : presses whose truth is known; trials : presses that are timed where none is known
+    files_mb : size of each model's file [1e6 bytes]
     """
     rows = []
     presses = [[one.press] for one in known] or [[dict(one)] for one in trials]
     for name, (contacts, model) in models.items():
         answers = [model.respond(each) for each in presses]
-        found = [
+        relative = [
             errors(np.asarray(answer.displacement, float), one.displacement).rmse_of_peak
             for answer, one in zip(answers, known, strict=False)
         ]
-        told = [answer.error for answer in answers if answer.error is not None and np.isfinite(answer.error)]
+        estimates = [answer.error for answer in answers if answer.error is not None and np.isfinite(answer.error)]
         seconds = time_calls([partial(model.respond, each) for each in presses], CALLS).seconds
         row = {"body": body, "model": name, "contacts": contacts, "samples": len(known)}
-        row |= {"rmse_of_peak": _median(found), "rmse_of_peak_most": max(found, default=np.nan)}
-        row |= {"error_of_peak": _median(told), "doubted": sum(bool(answer.doubt) for answer in answers)}
+        row |= {"rmse_of_peak": _median(relative), "rmse_of_peak_most": max(relative, default=np.nan)}
+        row |= {"error_of_peak": _median(estimates), "doubted": sum(bool(answer.doubt) for answer in answers)}
         rows.append(row | online(seconds) | {"file_mb": files_mb[name]})
     return PRESS.frame(rows)
 
 
 def _median(values: Sequence[float]) -> float:
     return float(np.median(values)) if len(values) else float("nan")
+
+
+def export_model(
+    input: Any, output: Any, say: Callable, settings: Settings, radius_m: float, seed: int, tolerance: float
+) -> None:
+    """Prepare contact modes and a coarse mesh of a body for its page, for the rule of this name."""
+    from palpate.press.portable import export
+    from palpate.press.portable.touches import Touches
+
+    body = load(input.body)
+    coarse_rival.save(coarse_rival.coarse_answer(body, radius_m), output.coarse)
+    case = Case.untrained(body, "press", radius_m, seed, tolerance)
+    model = ContactModes(modes=settings.modes, thinned=settings.thinned, target="limit")
+    instruments = [Instrument(**dict(each)) for each in settings.instruments]
+    touches = Touches(instruments, settings.places) if instruments else None
+
+    def progress(what: str) -> Callable:
+        return steps(say, f"{body.name}: {what}")
+
+    export.export_model(case, model, settings.contacts, output.model, progress, touches)
+
+
+def write_press(input: Any, output: Any, contacts: int, samples: int) -> dict[str, pd.DataFrame]:
+    """Measure the models of a body's page, and write the page, for the rule of this name."""
+    body, model, coarse = load(input.body), read(input.model), coarse_rival.load(input.coarse)
+    known = known_presses(body, input.truths, input.loads, samples)
+    trials = trial_presses(body, contacts, 0.5 * model.info["peak_m"])
+    models = {"contact_modes": (contacts, model)} | ({"coarse": (0, coarse)} if coarse else {})
+    paths = {"contact_modes": Path(input.model), "coarse": Path(input.coarse)}
+    table = measure(body.name, models, known, trials, {name: p.stat().st_size / 1e6 for name, p in paths.items()})
+    write_pages(press_models(table, paths, known, model.info), body.name, held_nodes(body), output.section, output.page)
+    return {"table": table}

@@ -1,11 +1,10 @@
-"""Time and memory of each component over its size, far beyond sizes that run in real time, and fitted exponents."""
+"""Time and memory of each component over its size, far beyond what runs in real time, and fitted exponents."""
 
 import gc
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
 from palpate.run.job import powers
+from palpate.studies.springs.settings import Settings as Cube
 from palpate.table_declaration import Table
 
 if TYPE_CHECKING:
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from palpate.models.enrichment.training_samples import Training
 
 FITTED_SIZES = 4
-"""Number of largest sizes over which an exponent is fitted: at smaller ones the cost of the call itself matters."""
+"""Number of the largest sizes over which an exponent is fitted; at smaller ones the cost of the call matters."""
 LEAST_MB = 10.0
-"""Least memory [MB] that is considered: less is hidden in the memory that the process already had."""
+"""Least memory [MB] for the fit of an exponent: less is hidden in the memory that the process already had."""
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
-    """Fit the slopes of log seconds and log memory over log size.
+    """Fit the exponents of the size in the time and the memory of each stage.
 
-    The columns are component, stage, seconds_exponent and memory_exponent; NaN where there are fewer than two sizes.
+    Returns the columns component, stage, seconds_exponent and memory_exponent; NaN for fewer than two sizes.
     """
     rows = []
     for (component, stage), group in table.groupby(["component", "stage"], sort=False):
@@ -49,14 +49,14 @@ def _slope(group: pd.DataFrame, column: str) -> float:
 
 
 LONG_S = 0.2
-"""A longer call is timed once; a shorter one is repeated for this time, and the median counts."""
+"""A call that takes longer is timed once; a shorter one is repeated for this time, and the median counts."""
 
 
 class Meter:
-    """Time and memory of the stages of one component at one size, the memory relative to the meter's creation.
+    """Measures time and memory of the stages of one component at one size.
 
-    clock : processor time of this thread, which excludes other processes; ``time.perf_counter`` where several threads
-        work
+    Memory is the growth of the process since the meter was made.
+    clock : processor time of this thread, which excludes other processes, or ``time.perf_counter`` for several threads
     patience_s : how long short calls are repeated; None for LONG_S
     """
 
@@ -71,7 +71,7 @@ class Meter:
         return self._timed(stage, call, given, 0.0)
 
     def often(self, stage: str, call: Callable, *given: Any) -> Any:
-        """Time calls until they have taken ``patience_s``, at least one, and return the result of the last."""
+        """Repeat and time a call until ``patience_s`` is over, and return the result of the last one."""
         return self._timed(stage, call, given, self._patience_s)
 
     def _timed(self, stage: str, call: Callable, given: tuple, patience: float) -> Any:
@@ -88,7 +88,7 @@ class Meter:
 
 
 def _resident_mb(what: str) -> float:
-    """Return this process' resident memory [1e6 bytes], now (VmRSS) or at its peak (VmHWM); 0 where it is unknown."""
+    """Return the resident memory of this process [1e6 bytes], now (VmRSS) or at its peak (VmHWM); 0 if unknown."""
     status = Path("/proc/self/status")
     lines = status.read_text().splitlines() if status.exists() else []
     return sum(1.024e-3 * float(line.split()[1]) for line in lines if line.startswith(f"{what}:"))
@@ -97,21 +97,18 @@ def _resident_mb(what: str) -> float:
 LENGTH_M = 0.2
 MATERIAL = Material(3000.0, 0.3, 1000.0)
 PEAK_OF_SIZE, RADIUS_M = 0.05, 0.02
-"""Depth of the press / the liver's length, by linear elasticity on the coarse mesh, and radius of the disc [m]."""
+"""Linear depth of the press on the coarse mesh over the liver's length, and radius of the disc [m]."""
 TOLERANCE = 1e-8
 OBJECT, CLUSTERS = 100, 8
 """Particles and clusters of each object of shape matching, as in paper 3."""
 POPULATION = 60
-CUBE = SimpleNamespace(
-    side_m=0.01, material=SimpleNamespace(young_pa=1000, density_kg_m3=1000), force_n=0.001, rise_s=0.02,
-    duration_s=0.016, step_s=0.00032, damping_ratio=0.1, key_points_m=[[0.005, 0.005, 0.01]], young_pa=[300, 3000],
-)  # fmt: skip
+CUBE = Cube(duration_s=0.016, key_points_m=[[0.005, 0.005, 0.01]])
 """Paper 2's experiment with a short duration, since only the time of a generation is measured."""
 Size = tuple[str, int]
 
 
 def fem(refinements: int, meter: Meter) -> Size:
-    """Press the liver on a mesh of so many ``refinements`` by Newton's method and multigrid; the size in tetrahedra."""
+    """Press the liver on a refined mesh by Newton's method and multigrid; the size is in tetrahedra."""
     from palpate.effects.patch_load import nodal_load
     from palpate.solvers.equilibrium import Equilibrium
 
@@ -128,16 +125,16 @@ def fem(refinements: int, meter: Meter) -> Size:
 
 
 def _liver(refinements: int) -> Body:
-    """Make the liver with its thick end held, and its surface computed."""
+    """Make the liver with its thick end held; normals and areas of its surface are computed and stored with it."""
     mesh = liver(LENGTH_M)
     held = np.flatnonzero(mesh.nodes[:, 0] < mesh.nodes[:, 0].min() + 0.2 * LENGTH_M)
     body = nest("liver", mesh, refinements, held, MATERIAL)
-    _ = body.fine.normals, body.fine.areas  # computed once and kept by the mesh
+    _ = body.fine.normals, body.fine.areas
     return body
 
 
 def triangles(count: int, meter: Meter) -> Size:
-    """Build, refit and query composite trees of two crossing sheets of together about ``count`` triangles."""
+    """Build, refit and query composite trees of two crossing sheets, of about ``count`` triangles together."""
     from palpate.collision.trees.tree_query import RefittedTrees
     from palpate.studies.prescribed_motions import crossing_waves
 
@@ -177,7 +174,7 @@ def cores(count: int, meter: Meter) -> Size:
 
 
 SAMPLES, FINE_NODES, CONTACTS = 60, 2210, 20
-"""Sizes of paper 1's liver, kept while another size grows; a part of its contacts is enough."""
+"""Sizes of paper 1's liver, which are constant while another size grows, and number of its contacts that are used."""
 
 
 def fine_nodes(count: int, meter: Meter) -> Size:
@@ -204,7 +201,7 @@ def samples(count: int, meter: Meter) -> Size:
 
 
 def _paper(db: "Database", training: "Training", settings: "FitOptions", meter: Meter) -> None:
-    """Measure contact-ordered features and non-negative weights (a), with σ by cross-validation."""
+    """Measure a blend of contact-ordered features with non-negative weights (a), its width by cross-validation."""
     from palpate.models.enrichment.features import kinds
     from palpate.models.enrichment.paper_enrichment import Blend, DescribedSamples
 
@@ -217,9 +214,9 @@ def _paper(db: "Database", training: "Training", settings: "FitOptions", meter: 
 
 
 def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOptions"]:
-    """Make random displacements of the liver's coarse mesh and of a ball with ``fine`` nodes, and the fit's options.
+    """Make ``count`` samples of random displacements, of the liver's coarse mesh and of a ball with ``fine`` nodes.
 
-    The cost of blending does not depend on the displacements.
+    Also returns training samples and options of the fit. The cost of blending does not depend on the displacements.
     """
     from palpate.benchmark.database import Database
     from palpate.benchmark.settings import FitOptions, Widths
@@ -243,7 +240,7 @@ def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOption
 
 
 COMPONENTS = {run.__name__: run for run in (fem, fine_nodes, samples, triangles, particles, cores)}
-"""The components by their key in the config: each runs at a size with a Meter and returns its unit and the size."""
+"""Functions that run a component at a size with a Meter and return unit and exact size, by key of the config."""
 
 
 SCALING = Table(
@@ -262,7 +259,7 @@ SCALING = Table(
 def measure(component: str, sizes: list[int], report: Callable[[int], None] = lambda size: None) -> pd.DataFrame:
     """Measure the rows of scaling.csv of one of COMPONENTS: one row for each size and stage.
 
-    The memory of small sizes is hidden in what the process already had. ``report`` is called with each size.
+    report : called with each size; memory of small sizes is hidden in what the process already had
     """
     run = COMPONENTS[component]
     clock = time.perf_counter if component == "cores" else time.thread_time
@@ -285,7 +282,7 @@ def doubling(most: int) -> list[int]:
 
 
 def measure_scaling(wildcards: Any, threads: int, say: Callable, sizes: list[int] | None) -> pd.DataFrame:
-    """Measure one component, for the rule of that name."""
+    """Measure one component, for the rule of this name; sizes : None for numbers of cores up to all."""
     component = wildcards.component
     # the component "cores" uses all cores; the others run on one
     table = measure(component, sizes or doubling(threads), lambda size: say(f"{component}: {size} done"))

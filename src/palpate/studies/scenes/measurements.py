@@ -1,4 +1,4 @@
-"""What scenes are measured by: energy balance, cost of each effect, and the error without it."""
+"""Measure scenes: their energy balance, the cost of each effect, and the error without it."""
 
 import warnings
 from collections.abc import Callable, Mapping
@@ -21,13 +21,13 @@ from palpate.studies.scenes.contact_force import contact_tables
 from palpate.table_declaration import Table
 
 ALLOWED = 1e-6
-"""Share of a scene's work that a step may gain beyond its own: what the solver's tolerance leaves."""
+"""Largest gain of energy in a step, over a scene's work, that the solver's tolerance explains."""
 GUARANTEED = "backward_euler"
-"""The integrator that cannot gain energy where it is convex; of the others only the run is known."""
+"""The integrator that cannot gain energy where the energy is convex; nothing is proved of the others."""
 UNPROVEN, MUCH = ("bdf2", "touching", *RELAXED), 1e-3
-"""Implicit integrators that may make energy, and the share of the work from which a run warns of it."""
+"""Implicit integrators that may gain energy, and the gain over the work from which on a run warns of it."""
 DOUBTED = 0.01
-"""Share of its peak by which a motion in modes may doubt itself without a warning."""
+"""Estimated error of a motion in modes, over its peak, from which on a run warns of it."""
 HOLDS, FAILS, UNKNOWN = "holds", "does not hold", "not known"
 
 ENERGY_BALANCE = Table(
@@ -44,29 +44,30 @@ ENERGY_BALANCE = Table(
 def energy_balance(energies: pd.DataFrame, integrators: Mapping[str, str]) -> pd.DataFrame:
     """Tabulate energy_balance.csv, a row a scene.
 
-    energies : energy.csv; integrators : of each scene. work_j : the most that loads, weight and instruments had done
-    together, or the range of the energy where nothing does work; gain_j : the most that the sum of all energies rose
-    in a step beyond the work of that step. Unknown without the elastic energy, which shape matching does not have.
+    energies : energy.csv; integrators : by scene
+    work_j is the largest work of loads, weight and instruments together, or the range of the energy where nothing does
+    work; gain_j the most that the total energy rose in a step beyond the work of that step. The verdict is UNKNOWN
+    without an elastic energy, which shape matching does not have.
     """
     rows = []
     for scene, integrator in integrators.items():
-        found = energies[energies["scene"] == scene].dropna(axis="columns", how="all")
-        done = found["outer_work_j"]
-        if "gravity_j" in found:
-            done = done + found["gravity_j"].iloc[0] - found["gravity_j"]
-        work = float(done.abs().max() or np.ptp(found["total_j"]))
+        of_scene = energies[energies["scene"] == scene].dropna(axis="columns", how="all")
+        done = of_scene["outer_work_j"]
+        if "gravity_j" in of_scene:
+            done = done + of_scene["gravity_j"].iloc[0] - of_scene["gravity_j"]
+        work = float(done.abs().max() or np.ptp(of_scene["total_j"]))
         gain, verdict = np.nan, UNKNOWN
-        if whole(found):
-            gain = float(found["gain_j"].max())
+        if whole(of_scene):
+            gain = float(of_scene["gain_j"].max())
             verdict = HOLDS if gain <= ALLOWED * work else FAILS
-        share = gain / work if work else 0.0 * gain
-        row = {"scene": scene, "integrator": integrator, "work_j": work, "gain_j": gain, "gain_of_work": share}
+        ratio = gain / work if work else 0.0 * gain
+        row = {"scene": scene, "integrator": integrator, "work_j": work, "gain_j": gain, "gain_of_work": ratio}
         rows.append(row | {"verdict": verdict, "guaranteed": integrator == GUARANTEED})
     return pd.DataFrame(rows)
 
 
 def warn_of_gain(scene: Scene, energies: pd.DataFrame) -> None:
-    """Warn if a step of an integrator without a proof gained more than MUCH of the work; energies : the motion's."""
+    """Warn if a step of one of UNPROVEN gained more energy than MUCH of the work; energies : of the scene's motion."""
     if scene.integrator not in UNPROVEN:
         return
     gained = energy_balance(energies.assign(scene=scene.name), {scene.name: scene.integrator})["gain_of_work"].iloc[0]
@@ -79,7 +80,7 @@ def warn_of_gain(scene: Scene, energies: pd.DataFrame) -> None:
 
 
 def warn_of_doubt(scene: Scene, moved: Motion) -> None:
-    """Warn if a motion in modes doubts itself by more than DOUBTED of its peak."""
+    """Warn if the estimated error of a motion in modes exceeds DOUBTED of its peak."""
     if "doubt_m" not in moved.energy:
         return
     doubts, peak = moved.energy["doubt_m"], np.linalg.norm(moved.positions - moved.rest, axis=2).max()
@@ -95,7 +96,7 @@ def warn_of_doubt(scene: Scene, moved: Motion) -> None:
 
 
 def whole(rows: pd.DataFrame) -> bool:
-    """Return whether the sum of one scene's energies includes that of its elastic effect."""
+    """Return whether the energies of one scene include that of an elastic effect."""
     return any(f"{name}_j" in rows for name in ELASTIC)
 
 
@@ -103,7 +104,7 @@ ENOUGH_S = 5.0
 """Total time [s] after which runs are not repeated: a long run is a mean over many steps."""
 
 REST = "integrator"
-"""Name in the table of the rest of a step, outside all effects: linear solves and the loop itself."""
+"""Name in the table of what a step takes outside all effects: linear solves and the loop itself."""
 
 EFFECTS = Table(
     "effects",
@@ -117,9 +118,9 @@ EFFECTS = Table(
 
 
 def cost(scene: Scene, particles: Particles, first: Run, repeats: int) -> pd.DataFrame:
-    """Measure the cost of each effect and of the integrator, one row each, as EFFECTS has it.
+    """Measure the cost of each effect and of the integrator, one row each, in columns of EFFECTS.
 
-    It is that of the run with the median time of the ``first`` run and others, ``repeats`` in all, or as many as take
+    It is that of the run with the median time among ``repeats`` runs, the ``first`` included, or as many as take
     ENOUGH_S.
     """
     runs = [first]
@@ -141,11 +142,11 @@ def cost(scene: Scene, particles: Particles, first: Run, repeats: int) -> pd.Dat
 
 
 def left_out(scene: Scene, particles: Particles, whole: Motion, progress: Callable = iter) -> pd.DataFrame:
-    """Compute the error of the scene without each effect, one row each: scene, effect, error_if_left_out, note.
+    """Compute the error of a scene without each of its effects, one row each: scene, effect, error_if_left_out, note.
 
-    The error is the root mean square over frames and nodes of the distance to the ``whole`` motion, divided by the
-    largest displacement in the latter. The elastic effect has no error, since without it there is no body. Where the
-    scene cannot be run without an effect, the error is NaN and the note gives the reason.
+    The error is the RMS distance over frames and nodes from the ``whole`` motion, over its largest displacement.
+    The elastic effect has no error, since without it there is no body. Where the scene cannot be run without an effect,
+    the error is NaN and the note gives the reason.
     """
     effects = effect_names(scene, particles)
     rows = [[scene.name, effects[0], np.nan, "it holds the body together"]]
@@ -162,7 +163,7 @@ def left_out(scene: Scene, particles: Particles, whole: Motion, progress: Callab
 
 
 def simulate_scene(input: Any, output: Any, scene: Scene, say: Callable) -> dict[str, pd.DataFrame]:
-    """Simulate a scene, write its motion and measure its effects, for the rule of that name."""
+    """Simulate a scene, write its motion and measure its effects, for the rule of this name."""
     particles = load_particles(scene, input.bodies)
     table = decisions(scene, particles)
     for row in table.itertuples():
@@ -179,7 +180,7 @@ def simulate_scene(input: Any, output: Any, scene: Scene, say: Callable) -> dict
 
 
 def tabulate_scenes(input: Any, integrators: dict[str, str]) -> Any:
-    """Put the tables of all scenes together, for the rule of that name."""
+    """Put the tables of all scenes together, for the rule of this name."""
     costs, errors = (pd.concat(map(pd.read_csv, paths)) for paths in (input.costs, input.errors))
     energies = {found.scene: found.energy for found in (stored(Motion, path) for path in input.motions)}
     energy = pd.concat(energies, names=["scene", "frame"]).reset_index("scene")

@@ -51,6 +51,7 @@ def _check_effects(place: str, scene: Scene, bodies: Mapping[str, Body]) -> None
 
 
 def _check_files(place: str, scene: Scene, folder: Path) -> None:
+    """Raise InputError for files of own effects and of instruments that are missing or not as they must be."""
     files = {f"own.{name}": path for name, path in scene.own.items()}
     for i, tool in enumerate(scene.instruments):
         if isinstance(tool, Triangles):

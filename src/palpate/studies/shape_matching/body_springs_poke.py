@@ -20,7 +20,7 @@ MOVED = 0.1
 STIFFNESS = Springs(structural_n_m=60.0, shear_n_m=30.0, bending_n_m=15.0)
 DAMPING_RATIO = 0.5
 DAMPED_LIKE = 10.0
-"""Stiffness [N/m] of the body springs whose dampers are also tested alone, to separate springs from damping."""
+"""Stiffness [N/m] of the body springs whose damping is also tested without them."""
 
 BODY_SPRINGS = Table(
     "body_springs",
@@ -35,7 +35,7 @@ BODY_SPRINGS = Table(
 
 
 def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
-    """Measure the rows of body_springs.csv, one for each case, time and ring of nodes around a poke."""
+    """Measure the rows of body_springs.csv: one for each case, time and ring of nodes around the poke."""
     particles = tube()
     frequency = np.sqrt(DAMPED_LIKE / particles.masses.mean())
     damped = {"velocity_damping": {"rate_1_s": 2.0 * DAMPING_RATIO * float(frequency)}}
@@ -54,7 +54,7 @@ def tube() -> Particles:
 
 
 def poke(particles: Particles, force_n: float, case: str, stiffness_n_m: float, extra: dict[str, Any]) -> pd.DataFrame:
-    """Simulate the poke with ``extra`` effects; tabulate a row for each time and ring, of which 0 is the poked node."""
+    """Simulate a poke with ``extra`` effects, and tabulate a row of BODY_SPRINGS for each time and ring of nodes."""
     at = np.array([RADIUS_M, 0.0, LENGTH_M / 2])
     load = Load(at_m=at.tolist(), force_n=[-force_n, 0.0, 0.0], press_s=PRESS_S, hold_s=HOLD_S, release_s=RELEASE_S)
     scene = Scene(

@@ -1,4 +1,4 @@
-"""Judge paper 3's claims of chapter 3: by its experiments, and by its formulas."""
+"""Judge paper 3's claims of chapter 3, by its experiments and by its formulas."""
 
 from collections.abc import Iterator, Mapping
 
@@ -31,6 +31,7 @@ def experiments(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _integrators(stability: pd.DataFrame) -> Iterator[Claim]:
+    """Judge the stability of explicit springs and of goal positions by single springs."""
     premise, found = "one mass on one spring, no damping", limit(stability)
     claim, published = "explicit integration of a spring is unstable beyond a step of", "2 sqrt(m/k)"
     ours = f"{found:.4f} sqrt(m/k)"
@@ -47,7 +48,7 @@ def _integrators(stability: pd.DataFrame) -> Iterator[Claim]:
 
 
 def _poke(body_springs: pd.DataFrame) -> Iterator[Claim]:
-    """Judge virtual body springs, by their stiffness [N/m]; 0 is the surface without them."""
+    """Judge virtual body springs by a poke, for each of their stiffnesses [N/m]; 0 is the surface without them."""
     premise, section = "a tube's surface held at both ends, poked at one node", "3, figures 3.5, 3.6"
     shown = body_springs[body_springs["case"].isin(["none", "body_springs"])]
     depths = held(shown).groupby("body_springs_n_m")["max_displacement_m"].max()
@@ -77,6 +78,7 @@ def _column(clusters: pd.DataFrame) -> Claim:
 
 
 def _cost(timing: pd.DataFrame) -> Iterator[Claim]:
+    """Judge how the time of a step grows with particles, clusters and modes, and how fast the largest scene runs."""
     section, premise = "3, figure 3.12", "objects of 100 particles, one core"
     slopes = exponents(timing)["exponent"]
     linear = bool(((slopes - 1).abs() < _LINEAR).all())
@@ -110,6 +112,7 @@ _CLOSE_TO_THEORY = 0.02
 
 @claims("maxwell_creep")
 def creep(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
+    """Yield the claim on creep of springs with Maxwell dampers, by its closed solution."""
     table = tables["maxwell_creep"]
     error, held = closeness(table), table[table["load"] > 1.0 - 1e-6]["creep_m"]
     crept = float(held.iloc[-1] / held.iloc[0] - 1.0)
@@ -130,11 +133,11 @@ def formulas(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _forced() -> Claim:
-    """Judge forces from outside by the scheme itself: two runs under the same force part as they do without it."""
+    """Judge that outer forces do not change stability: two runs under the same force differ as they do without it."""
     alpha = 1.0
     force = np.random.default_rng(1).normal(size=RECURSION_STEPS)
-    parted = [_run(1.0, alpha, load) - _run(0.0, alpha, load) for load in (force, 0.0 * force)]
-    error = float(np.abs(parted[0] - parted[1]).max() / np.abs(parted[1]).max())
+    differences = [_run(1.0, alpha, load) - _run(0.0, alpha, load) for load in (force, 0.0 * force)]
+    error = float(np.abs(differences[0] - differences[1]).max() / np.abs(differences[1]).max())
     claim = "forces that depend on neither position nor velocity leave the stability of goal positions as it is"
     ours = f"two runs part as without the force, within {error:.0e}"
     premise = f"the recursion of the paper, {RECURSION_STEPS} steps, a random force, α = {alpha:g}"
@@ -142,7 +145,7 @@ def _forced() -> Claim:
 
 
 def _volume(beta: float) -> Claim:
-    """Judge det(A)^(−1/3) by the formula of linear matching, for a cluster that is stretched along one axis."""
+    """Judge the scaling by det(A)^(−1/3) in linear matching, by its formula for a cluster stretched along one axis."""
     stretched = np.diag([STRETCH, 1.0, 1.0])
     goal = beta * stretched / np.cbrt(np.linalg.det(stretched)) + (1.0 - beta) * np.eye(3)
     change = float(np.linalg.det(goal) - 1.0)
@@ -153,7 +156,7 @@ def _volume(beta: float) -> Claim:
 
 
 def _run(start: float, alpha: float, force: np.ndarray) -> np.ndarray:
-    """Return the positions of a unit mass that is pulled to 0 in steps of 1: v += α (0 − x) + f, x += v."""
+    """Return the positions over steps of a unit mass with its goal at 0, by the scheme v += α (0 − x) + f, x += v."""
     x, v, path = start, 0.0, []
     for push in force:
         v += push - alpha * x
@@ -163,7 +166,7 @@ def _run(start: float, alpha: float, force: np.ndarray) -> np.ndarray:
 
 
 _FOLLOWS, _MISSES = 1e-9, 0.05
-"""What is left of a deformation that a mode follows, and the least that one leaves that cannot."""
+"""Largest remaining error of a mode that can follow a deformation, and least error of one that cannot."""
 
 
 @claims("deformation_modes", "cluster_goals")
@@ -173,24 +176,27 @@ def modes_and_clusters(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _modes(modes: pd.DataFrame) -> Iterator[Claim]:
-    left = lacking(modes)
+    """Judge which deformations linear, rigid and quadratic matching can follow."""
+    errors = lacking(modes)
     premise = f"a block of {modes['particle'].nunique()} particles in one cluster, deformed to second order, β = 1"
-    curved = [name for name in left.columns if name != "linear"]
-    found = left.loc[["quadratic", "linear"], curved]
+    curved = [name for name in errors.columns if name != "linear"]
+    of_curved = errors.loc[["quadratic", "linear"], curved]
     ours = "; ".join(
         f"{mode} misses " + ", ".join(f"{100 * share:.2g} % ({name})" for name, share in row.items())
-        for mode, row in found.iterrows()
+        for mode, row in of_curved.iterrows()
     )
-    holds = bool((found.loc["quadratic"] < _FOLLOWS).all() and (found.loc["linear"] > _MISSES).all())
+    holds = bool((of_curved.loc["quadratic"] < _FOLLOWS).all() and (of_curved.loc["linear"] > _MISSES).all())
     claim = "quadratic matching follows bent, twisted and combined shapes, which linear matching cannot"
     yield Claim(3, "3, figure 3.10", claim, premise, "it does", ours, verdict(holds))
-    ours = f"linear misses {100 * left.loc['linear', 'linear']:.2g} %, rigid {100 * left.loc['rigid', 'linear']:.2g} %"
-    holds = bool(left.loc["linear", "linear"] < _FOLLOWS and left.loc["rigid", "linear"] > _MISSES)
+    linear, rigid = errors.loc["linear", "linear"], errors.loc["rigid", "linear"]
+    ours = f"linear misses {100 * linear:.2g} %, rigid {100 * rigid:.2g} %"
+    holds = bool(linear < _FOLLOWS and rigid > _MISSES)
     claim = "linear matching follows stretch and shear, which rigid matching cannot"
     yield Claim(3, "3, figure 3.10", claim, premise, "it does", ours, verdict(holds))
 
 
 def _clusters(goals: pd.DataFrame) -> Iterator[Claim]:
+    """Judge the stability of overlapping clusters, with goals added as in the thesis and averaged."""
     letter = where(goals, kind="each_tetrahedron", goals="sum").iloc[0]
     calm = bool(np.isinf(letter["alpha_limit_measured"]))
     ours = "at no α up to 1" if calm else f"stable below α = {letter['alpha_limit_measured']:.3f} only"
@@ -208,22 +214,22 @@ def _clusters(goals: pd.DataFrame) -> Iterator[Claim]:
 
 
 def limit(stability: pd.DataFrame) -> float:
-    """Return the step [sqrt(m/k)] from which a run of symplectic Euler grows."""
+    """Return the least step [sqrt(m/k)] at which a run of symplectic Euler grows."""
     return float(where(stability, scheme="symplectic_euler")["blow_up_measured"].iloc[0])
 
 
 def lacking(modes: pd.DataFrame) -> pd.DataFrame:
-    """Return what is left of each deformation (columns) by each mode (rows)."""
+    """Return the column ``left`` of deformation_modes.csv for each mode (rows) and deformation (columns)."""
     return modes.groupby(["mode", "deformation"], sort=False)["left"].first().unstack(sort=False)
 
 
 def held(body_springs: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the end of the hold."""
+    """Return the rows of body_springs.csv at the end of the hold."""
     return where(body_springs, time_s=where(body_springs, phase="hold")["time_s"].max())
 
 
 def moved(body_springs: pd.DataFrame) -> pd.Series:
-    """Return the share of nodes that have moved at the end of the hold, by stiffness [N/m]; 0 is without springs."""
+    """Return the fraction of nodes that moved at the end of the hold, by stiffness [N/m]; 0 is without springs."""
     rows = held(body_springs[body_springs["case"].isin(["none", "body_springs"])])
     sums = rows.groupby("body_springs_n_m")[["moved", "nodes"]].sum()
     return sums["moved"] / sums["nodes"]
@@ -236,5 +242,5 @@ def tips(clusters: pd.DataFrame) -> pd.Series:
 
 
 def displacement(clusters: pd.DataFrame) -> np.ndarray:
-    """Return that of each row's particle, (rows, 3) [m]."""
+    """Return the displacement (rows, 3) [m] of each row's particle."""
     return clusters[["x_m", "y_m", "z_m"]].to_numpy() - clusters[["rest_x_m", "rest_y_m", "rest_z_m"]].to_numpy()

@@ -1,4 +1,4 @@
-"""Deformations that modes of shape matching follow (figure 3.10), and columns in clusters (figure 3.11), paper 3."""
+"""Deformations that modes of shape matching can follow, and columns in clusters (paper 3, figures 3.10 and 3.11)."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +14,7 @@ from palpate.effects.held import Held
 from palpate.effects.shape_matching import OVERLAPS, TERMS, ShapeMatching, make_clusters
 from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
+from palpate.models.springs.spring_motion import Load, Press
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
 from palpate.studies.shape_matching import body_springs_poke
@@ -24,23 +25,23 @@ from palpate.table_declaration import Table
 SPACING_M = 0.02
 DIVISIONS = (2, 2, 8)
 STRETCH, SHEAR, BEND_1_M, TWIST_1_M = 1.25, 0.4, 5.0, 8.0
-"""Stretch along z and shear of x with z, curvature of the axis, and angle a length, of the deformations."""
+"""Stretch along z and shear of x with z, curvature of the axis, and angle of twist a length, of the deformations."""
 
 
 def _linear(q: np.ndarray) -> np.ndarray:
-    """Displace by a stretch along z that keeps the volume, and a shear."""
+    """Return the displacement (n, 3) [m] at ``q`` (n, 3) of a stretch along z that keeps the volume, and a shear."""
     across = STRETCH**-0.5 - 1.0
     return q * [across, across, STRETCH - 1.0] + SHEAR * q[:, [2]] * [1.0, 0.0, 0.0]
 
 
 def _bent(q: np.ndarray) -> np.ndarray:
-    """Displace by a bend of the axis in x, to second order: the terms z² and xz."""
+    """Return the displacement (n, 3) [m] at ``q`` (n, 3) of a bend of the axis in x, to second order: z² and xz."""
     x, z = q[:, 0], q[:, 2]
     return BEND_1_M * np.stack([0.5 * z**2, np.zeros_like(x), -x * z], axis=1)
 
 
 def _twisted(q: np.ndarray) -> np.ndarray:
-    """Displace by a twist around z, to second order: the terms yz and zx."""
+    """Return the displacement (n, 3) [m] at ``q`` (n, 3) of a twist around z, to second order: yz and zx."""
     x, y, z = q.T
     return TWIST_1_M * np.stack([-y * z, x * z, np.zeros_like(x)], axis=1)
 
@@ -64,7 +65,7 @@ DEFORMATION_MODES = Table(
 
 
 def deformation_modes() -> pd.DataFrame:
-    """Compute the goal of every particle of a block, by deformation and mode, with β = 1."""
+    """Compute the rows of deformation_modes.csv: the goals of a deformed block in each mode, with β = 1."""
     body, tables = block(), []
     q = body.nodes - body.nodes.mean(axis=0)
     for deformation, displace in DEFORMATIONS.items():
@@ -90,7 +91,7 @@ def block() -> Particles:
 
 LAYERS = 15
 EDGES_M = {1: 14 * SPACING_M, 2: 28 / 3 * SPACING_M, 5: 14 / 3 * SPACING_M}
-"""Sides of the cubes by the number of clusters that they form; neighbouring cubes overlap by half."""
+"""Sides [m] of cubes by the number of clusters that they form; neighbouring cubes overlap by half."""
 
 STEP_S, RATE_1_S = 1e-3, 100.0
 STILL_M, MOST_STEPS = 1e-12, 100_000
@@ -106,10 +107,10 @@ CLUSTERS = Table(
 
 
 def clustered_column(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
-    """Compute the equilibrium of every particle of a column in each number of clusters.
+    """Compute the rows of clusters.csv: the equilibrium of a column in each number of clusters.
 
-    The column of 2 × 2 × 15 particles stands on its lowest layer. It has no weight; ``force_n`` [N] on the top
-    layer bends it along x. ``alpha`` and ``beta`` are its stiffness and deformation.
+    The column of 2 × 2 × 15 particles stands on its lowest layer. It has no weight; ``force_n`` [N] on the top layer
+    bends it along x. alpha, beta : stiffness and deformation of shape matching
     Raises NotConverged if a column does not come to rest.
     """
     body = column()
@@ -146,11 +147,13 @@ def settle(
     rate_1_s : decay of velocities [1/s]; still_m : movement in a step [m] below which it is at rest
     Raises NotConverged if it does not come to rest.
     """
-    top = body.nodes[:, 2] == body.nodes[:, 2].max()
+    top = np.flatnonzero(body.nodes[:, 2] == body.nodes[:, 2].max())
+    push = Load(Press("on the top layer", top, np.array([force_n / len(top), 0.0, 0.0]), 1.0))
+    push.factor = 1.0
     effects = {
         "shape_matching": matched,
         "held": Held(body.held),
-        "push": _Push(np.outer(top, [force_n / top.sum(), 0.0, 0.0])),
+        "push": push,
         "velocity_damping": VelocityDamping(body.masses, rate_1_s),
     }
     integrator = goal_position.make(System(body, effects))
@@ -163,25 +166,15 @@ def settle(
     raise NotConverged(f"the column still moves after {MOST_STEPS} steps; lower its load or damp it more", history)
 
 
-class _Push:
-    """A constant load (n, 3) [N]."""
-
-    def __init__(self, force: np.ndarray):
-        self._force = force
-
-    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        force += self._force
-
-
 KINDS = ("tetrahedra", "each_tetrahedron")
-"""Neighbourhoods until every tetrahedron is in one, and one neighbourhood for each tetrahedron."""
+"""Kinds of clusters: neighbourhoods until every tetrahedron is in one, and one for each tetrahedron."""
 
 QUICK_RATE_1_S, QUICK_STILL_M = 40.0, 1e-8
 """Decay of velocities [1/s] and movement in a step [m] with which the column comes to rest quickly, within 1e-6 m."""
 
 START_M, GROWN, RUN_STEPS, WITHIN = 1e-7, 1e3, 600, 1e-3
-"""Of the search for the least unstable α: the disturbance [m], the growth that counts as unstable, within so many
-steps, and the relative width at which the search ends."""
+"""Of the search for the limit of stable α: the disturbance [m], the factor of growth that is unstable, the steps that
+are simulated, and the relative width at which the search ends."""
 
 CLUSTER_GOALS = Table(
     "cluster_goals",
@@ -197,10 +190,10 @@ CLUSTER_GOALS = Table(
 
 
 def cluster_goals(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
-    """Measure the rows of cluster_goals.csv: one for each kind of cluster and way to combine their goals.
+    """Measure the rows of cluster_goals.csv: one for each kind of clusters, with their goals averaged or added.
 
-    The column is that of ``clustered_column``, under the same force; with added goals α is ``alpha`` over the mean
-    number of clusters of a particle, for the same mean stiffness.
+    The column is that of ``clustered_column``, under the same force. Where goals are added, α is ``alpha`` over the
+    mean number of clusters of a particle, for the same mean stiffness.
     """
     body, rows = column(), []
     for kind in KINDS:
@@ -209,22 +202,25 @@ def cluster_goals(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
             shared = matched.clusters.shared_by
             used = alpha / float(shared.mean()) if overlap == "sum" else alpha
             rest = settle(body, _matched(body, kind, overlap, used, beta), force_n, QUICK_RATE_1_S, QUICK_STILL_M)
-            limit = _predicted(body, matched)
+            limit = _predicted_limit(body, matched)
             counts = len(matched.ranks), len(matched.clusters.members), float(shared.mean()), int(shared.max())
-            limits = limit, _measured(body, kind, overlap, beta, limit)
+            limits = limit, _measured_limit(body, kind, overlap, beta, limit)
             peak = float(np.linalg.norm(rest - body.nodes, axis=1).max())
             rows.append((kind, overlap, *counts, *limits, used, peak, _drift(body, matched)))
     return CLUSTER_GOALS.frame(rows)
 
 
 def _matched(body: Particles, kind: str, overlap: str, alpha: float, beta: float) -> ShapeMatching:
-    """Make the shape matching without the check of α, which is to be tried beyond."""
+    """Make the shape matching of a column, without the check of α, as unstable ones are tried."""
     clusters = make_clusters(body, settings.Clusters.model_validate({"kind": kind}))
     return ShapeMatching(body, clusters, "quadratic", alpha, beta, overlap == "sum")
 
 
-def _predicted(body: Particles, matched: ShapeMatching) -> float:
-    """Compute 4/λ, λ being the largest eigenvalue of −∂(α (g − x))/∂x at rest for α = 1; inf if it is above 1."""
+def _predicted_limit(body: Particles, matched: ShapeMatching) -> float:
+    """Compute the limit of stable α from the linearised scheme; inf if it is above 1.
+
+    It is 4/λ with the largest eigenvalue λ of the derivative of x − g(x), for goals g, at rest and α = 1.
+    """
     free = np.setdiff1d(np.arange(len(body.nodes)), body.held)
     unknowns = (3 * free[:, None] + np.arange(3)).ravel()
     pull = np.empty((len(unknowns), len(unknowns)))
@@ -240,8 +236,8 @@ def _predicted(body: Particles, matched: ShapeMatching) -> float:
     return limit if limit <= 1.0 else np.inf
 
 
-def _measured(body: Particles, kind: str, overlap: str, beta: float, predicted: float) -> float:
-    """Search by bisection for the α from which on a small disturbance grows; inf if it does not at α = 1."""
+def _measured_limit(body: Particles, kind: str, overlap: str, beta: float, predicted: float) -> float:
+    """Search the least α at which a small disturbance grows by bisection; inf if it does not grow at α = 1."""
 
     def grows(alpha: float) -> bool:
         return _grows(body, _matched(body, kind, overlap, alpha, beta))
@@ -276,7 +272,7 @@ def _grows(body: Particles, matched: ShapeMatching) -> bool:
 
 
 def _drift(body: Particles, matched: ShapeMatching) -> float:
-    """Measure how far momentum is from kept: Σ m (g − x) over Σ m |g − x|, in a column out of shape."""
+    """Return the relative change of momentum by goals g in a random deformation: |Σ m (g − x)| over Σ m |g − x|."""
     x = body.nodes + 0.1 * body.size * np.random.default_rng(1).normal(size=body.nodes.shape)
     goal = np.empty_like(x)
     matched.goals(x, goal)
@@ -287,7 +283,7 @@ def _drift(body: Particles, matched: ShapeMatching) -> float:
 def measure_experiments(
     integrator_stability: dict, clusters: dict, body_springs: dict, shape_matching_timing: dict, say: Callable
 ) -> dict[str, pd.DataFrame]:
-    """Measure everything but creep, for the rule of that name."""
+    """Measure all experiments but creep, for the rule of this name."""
     return {
         "integrator_stability": stability.measure(**integrator_stability),
         "clusters": clustered_column(**clusters),

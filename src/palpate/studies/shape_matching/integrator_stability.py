@@ -1,4 +1,4 @@
-"""Growth of one spring's oscillation in a step of each integrator: by paper 3's eigenvalues, and in a simulation.
+"""Growth of a spring's oscillation in a step of each integrator: by paper 3's eigenvalues, and in a simulation.
 
 The growth of a simulation is the slope of the logarithm of its amplitude over many steps, because ratios of single
 steps oscillate. The amplitude is the norm of displacement and velocity / frequency, in which a free oscillation is
@@ -43,18 +43,18 @@ STABILITY = Table(
 
 
 def measure(alphas: list[float]) -> pd.DataFrame:
-    """Measure the rows of integrator_stability.csv: each scheme over h/sqrt(m/k), its growth per step and its limits.
+    """Measure the rows of integrator_stability.csv: growth a step and limits of each scheme over h/sqrt(m/k).
 
     alphas : stiffnesses of the goal-position schemes
-    The measured limit is found by bisection between the smallest and the largest step of the table.
+    The measured limit is searched by bisection between the smallest and the largest step of the table.
     """
     rows = []
     for case in cases(alphas):
         integrator = case.integrator()
-        stated, found = FREQUENCY * integrator.limit_s, _blow_up(case, integrator)
+        stated, measured = FREQUENCY * integrator.limit_s, _blow_up(case, integrator)
         for step in RELATIVE_STEPS:
-            growth = math.exp(np.polyfit(np.arange(LENGTH), _sizes(case, integrator, step), 1)[0])
-            rows.append((case.scheme, case.alpha, step, case.radius(step), growth, stated, found))
+            growth = math.exp(np.polyfit(np.arange(LENGTH), _log_amplitudes(case, integrator, step), 1)[0])
+            rows.append((case.scheme, case.alpha, step, case.radius(step), growth, stated, measured))
     return STABILITY.frame(rows)
 
 
@@ -93,19 +93,19 @@ class _Goal:
 
 
 def explicit_radius(step: float) -> float:
-    """Compute the spectral radius of [[1, −hk/m], [h, 1 − h²k/m]] (paper 3); ``step`` is h/sqrt(m/k)."""
+    """Compute the spectral radius of symplectic Euler's matrix [[1, −hk/m], [h, 1 − h²k/m]]; step : h/sqrt(m/k)."""
     root = np.sqrt(complex(step**4 - 4.0 * step**2))
     return max(abs(1.0 - (step**2 + sign * root) / 2.0) for sign in (1, -1))
 
 
 def goal_radius(alpha: float, step: float = 1.0) -> float:
-    """Compute the spectral radius of [[1, −α/h], [h, 1 − α]] (paper 3), which does not depend on the step h."""
+    """Compute the spectral radius of goal positions' matrix [[1, −α/h], [h, 1 − α]], which no step h changes."""
     root = np.sqrt(complex(alpha**2 - 4.0 * alpha))
     return max(abs(1.0 - alpha / 2.0 + sign * root / 2.0) for sign in (1, -1))
 
 
 def implicit_radius(step: float) -> float:
-    """Compute the modulus of backward Euler's eigenvalues, 1/(1 ± i h sqrt(k/m))."""
+    """Compute the modulus of backward Euler's eigenvalues 1/(1 ± i h sqrt(k/m)); step : h/sqrt(m/k)."""
     return 1.0 / math.hypot(1.0, step)
 
 
@@ -118,8 +118,8 @@ def cases(alphas: list[float]) -> list[Case]:
     ]
 
 
-def _sizes(case: Case, integrator: Integrator, step: float) -> np.ndarray:
-    """Compute the logarithm of the amplitude after each of LENGTH steps of ``step`` sqrt(m/k), (LENGTH,)."""
+def _log_amplitudes(case: Case, integrator: Integrator, step: float) -> np.ndarray:
+    """Simulate LENGTH steps of ``step`` sqrt(m/k), and return the logarithm of the amplitude after each, (LENGTH,)."""
     h = step / FREQUENCY
     frequency, logs, total = case.frequency(h), np.empty(LENGTH), 0.0
     u, w = SIZE_M, 0.0
@@ -136,16 +136,16 @@ def _sizes(case: Case, integrator: Integrator, step: float) -> np.ndarray:
 
 
 def _blow_up(case: Case, integrator: Integrator) -> float:
-    """Find the smallest h/sqrt(m/k), to 1e-4, at which a run grows by a factor of 1000; inf if none does.
+    """Search the smallest h/sqrt(m/k), to 1e-4, at which the amplitude grows by a factor of 1000; inf if none does.
 
     At the double eigenvalue −1 the amplitude grows linearly, by a much smaller factor, which does not count.
     """
     stable, unstable = math.log(RELATIVE_STEPS[0]), math.log(RELATIVE_STEPS[-1])
-    if _sizes(case, integrator, RELATIVE_STEPS[-1])[-1] < math.log(1e3):
+    if _log_amplitudes(case, integrator, RELATIVE_STEPS[-1])[-1] < math.log(1e3):
         return math.inf
     while unstable - stable > 1e-4:
         middle = 0.5 * (stable + unstable)
-        if _sizes(case, integrator, math.exp(middle))[-1] < math.log(1e3):
+        if _log_amplitudes(case, integrator, math.exp(middle))[-1] < math.log(1e3):
             stable = middle
         else:
             unstable = middle

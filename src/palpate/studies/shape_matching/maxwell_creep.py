@@ -24,7 +24,7 @@ from palpate.stores import stored
 from palpate.table_declaration import Table
 
 INSTANTS = 4001
-"""Number of times at which the load is sampled; between them it counts as linear."""
+"""Number of times at which the load is sampled; between them it is taken as linear."""
 
 MAXWELL_CREEP = Table(
     "maxwell_creep",
@@ -38,9 +38,9 @@ MAXWELL_CREEP = Table(
 
 
 def measure(scene: Scene, particles: Particles, motion: Motion) -> pd.DataFrame:
-    """Tabulate maxwell_creep.csv: one row for each frame of ``motion``, of a scene with springs, maxwell and push.
+    """Tabulate maxwell_creep.csv: a row for each frame of the motion of a scene with springs, maxwell and push.
 
-    Displacements are those of the node that moves farthest in the closed solution, in its direction.
+    Displacements are those of the node that moves farthest in the closed solution, along its displacement.
     """
     times = np.linspace(0.0, scene.duration_s, INSTANTS)
     system = compose(scene, particles)
@@ -66,10 +66,10 @@ def measure(scene: Scene, particles: Particles, motion: Motion) -> pd.DataFrame:
 
 
 def creep(times: np.ndarray, loads: np.ndarray, ratio: float, relaxation_s: float) -> np.ndarray:
-    """Compute the displacement (t,) over that of the springs alone under the load 1, at evenly spaced ``times`` [s].
+    """Compute the displacement (t,) of the standard linear solid at evenly spaced ``times`` (t,) [s].
 
+    It is relative to that of the springs alone under the load 1, and exact: the sum over all changes of the load.
     loads : (t,), linear in between; ratio : r; relaxation_s : τ [s]
-    It is the sum of the closed solutions of all changes of the load, exact but for rounding.
     """
     slow, late = relaxation_s * (1.0 + ratio), ratio / (1.0 + ratio)
     solid = StateSpace([[-1.0 / slow]], [[late / slow]], [[1.0]], [[1.0 - late]])
@@ -77,7 +77,7 @@ def creep(times: np.ndarray, loads: np.ndarray, ratio: float, relaxation_s: floa
 
 
 def closeness(table: pd.DataFrame) -> float:
-    """Return the root mean square of creep_m − closed_m, over the largest closed_m."""
+    """Return the RMS difference of creep_m from closed_m in maxwell_creep.csv, over the largest closed_m."""
     error = table["creep_m"] - table["closed_m"]
     return float(np.sqrt((error**2).mean()) / table["closed_m"].abs().max())
 
@@ -99,7 +99,7 @@ def _static(system: System, load: np.ndarray) -> np.ndarray:
 
 
 def tabulate_shape_matching(input: Any, scene: Scene | None) -> dict[str, pd.DataFrame]:
-    """Compare a scene with its closed solution, if one is named, for the rule of that name."""
+    """Compare a scene with its closed solution, if one is named, for the rule of this name."""
     if scene is None:
         return {}
     return {"creep": measure(scene, load_particles(scene, input.bodies), stored(Motion, input.motion))}

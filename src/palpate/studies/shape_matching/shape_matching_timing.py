@@ -1,4 +1,4 @@
-"""Cost of a step of shape matching (paper 3's figure 3.12), and how it grows with particles."""
+"""Time of a step of shape matching (paper 3's figure 3.12), and how it grows with the number of particles."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -30,7 +30,7 @@ TIMING = Table(
 
 
 def measure(repeats: int) -> pd.DataFrame:
-    """Measure the milliseconds of a goal-position step: medians of ``repeats`` passes over all rows, on one thread.
+    """Measure the rows of TIMING: the time of a step on one thread, median of ``repeats`` passes over all rows.
 
     Objects of 100 particles vary in number, clusters and mode; one object of 8 clusters varies in particles. Times are
     processor times, which exclude other processes.
@@ -50,7 +50,7 @@ def measure(repeats: int) -> pd.DataFrame:
 
 
 def rotation_speedup(count: int = 20_000, repeats: int = 5) -> float:
-    """Measure the speed-up of ``rotations`` over batched ``numpy.linalg.svd`` on ``count`` normal random matrices."""
+    """Measure the speed-up of ``rotations`` over ``numpy.linalg.svd`` on ``count`` random matrices (3, 3)."""
     matrices = np.random.default_rng(0).normal(size=(count, 3, 3))
     calls = partial(rotations, matrices), partial(np.linalg.svd, matrices)
     fast, lapack = np.median([[processor_seconds(call, TIMED_S) for call in calls] for _ in range(repeats)], axis=0)
@@ -65,7 +65,7 @@ LEAST_PARTICLES = 3000
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
-    """Fit the slope of log ms_per_step over log all_particles for objects of 100 particles, by mode and clusters."""
+    """Fit the exponent of all_particles in ms_per_step for objects of 100 particles, by mode and clusters."""
     kept = table[(table["particles"] == 100) & (table["all_particles"] >= LEAST_PARTICLES)]
     rows = []
     for (mode, clusters), group in kept.groupby(["mode", "clusters"], sort=False):
@@ -75,12 +75,12 @@ def exponents(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def headline(table: pd.DataFrame) -> float:
-    """Look up the milliseconds of a step of 100 objects of 100 particles in 8 quadratic clusters each."""
+    """Return the time [ms] of a step of the case HEADLINE."""
     return float(where(table, **HEADLINE)["ms_per_step"].iloc[0])
 
 
 def time_shape_matching(settings: Mapping[str, Any], say: Callable[[str], None]) -> pd.DataFrame:
-    """Return the rows of SHAPE_MATCHING_TIMING with these settings, and say what follows from them."""
+    """Measure the rows of TIMING with these settings, and say the case of the thesis and the exponents."""
     table = measure(**settings)
     fits = ", ".join(f"{row.mode} {row.clusters}: {row.exponent:.3f}" for row in exponents(table).itertuples())
     say(f"100 objects of 100 particles in 8 quadratic clusters: {headline(table):.3f} ms a step")

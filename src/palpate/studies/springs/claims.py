@@ -15,18 +15,18 @@ FITNESS_M, GENERATIONS, SECONDS = -0.05, 1000, 3600
 _HOLDS = 1.5
 """Moduli hold for a load that they were not fitted to if its error is less than so many times the fitted one."""
 _LESS = 0.8
-"""An error is clearly smaller if it is less than this share of the other."""
+"""An error is clearly smaller if it is less than this fraction of the other."""
 _MAGNITUDE = 10.0
-"""A search is faster by an order of magnitude if it takes so many times less time to the same fitness."""
+"""A search is an order of magnitude faster if it needs this factor less time for the same fitness."""
 _LATE, _GAIN = 0.1, 0.05
-"""A search has converged if its last tenth gains less than this share of what the whole gains."""
+"""A search has converged if the fitness gained in its last tenth is less than this fraction of the whole gain."""
 PAPERS = {"method": "genetic", "volume_force": False}
 """The rows of the paper's own search, without volume force."""
 
 
 @claims("spring_fit", "spring_history", "spring_floor")
 def searches(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims; springs alone, as in the fit, medians over the seeds."""
+    """Yield the claims on searches of spring moduli, without volume force and as medians over the seeds."""
     fits, history = (where(tables[name], **PAPERS) for name in ("spring_fit", "spring_history"))
     fitted, others = (where(fits, used_in_fit=used) for used in (True, False))
     count, seeds = int(fitted["generations"].max()), fitted["seed"].nunique()
@@ -54,16 +54,17 @@ def _fitness(found: float, count: int, premise: str) -> Claim:
 
 
 def _converged(history: pd.DataFrame, premise: str) -> Claim:
-    shares = []
+    """Judge convergence by the fraction of the gain in fitness that falls into the last tenth of the generations."""
+    fractions = []
     for _, run in history.groupby("seed"):
         best = run.sort_values("generation").set_index("generation")["fitness"].cummax()
         late = best[best.index <= (1 - _LATE) * best.index.max()].iloc[-1]
         whole = best.iloc[-1] - best.iloc[0]
-        shares.append((best.iloc[-1] - late) / whole if whole else 0.0)
-    share, count = float(pd.Series(shares).median()), int(history["generation"].max())
-    ours = f"the last tenth of {count} generations brings {percent(share)} of the gain"
+        fractions.append((best.iloc[-1] - late) / whole if whole else 0.0)
+    fraction, count = float(pd.Series(fractions).median()), int(history["generation"].max())
+    ours = f"the last tenth of {count} generations brings {percent(fraction)} of the gain"
     claim = "the genetic algorithm has converged after"
-    return Claim(2, "2, figure 2", claim, premise, f"about {GENERATIONS} generations", ours, verdict(share < _GAIN))
+    return Claim(2, "2, figure 2", claim, premise, f"about {GENERATIONS} generations", ours, verdict(fraction < _GAIN))
 
 
 def _holds(error: float, others: pd.DataFrame, premise: str) -> Claim:
@@ -74,7 +75,7 @@ def _holds(error: float, others: pd.DataFrame, premise: str) -> Claim:
 
 
 def _volume(floor: pd.DataFrame) -> Claim:
-    """Judge the volume force by the tissue that keeps its volume best: springs fitted to all presses at once."""
+    """Judge the volume force by springs fitted to all presses of the least compressible tissue."""
     poisson = floor["poisson"].max()
     worst = where(floor, poisson=poisson).groupby("volume_force")["rmse_of_peak"].max()
     ours = f"{percent(worst[True])} of the peak with the force, {percent(worst[False])} without"
@@ -85,7 +86,7 @@ def _volume(floor: pd.DataFrame) -> Claim:
 
 
 def _fixed_ratio(floor: pd.DataFrame) -> Claim:
-    """Judge by which tissue springs alone follow best, fitted to all presses at once."""
+    """Judge by the Poisson's ratio of the tissue that springs alone follow best, fitted to all presses at once."""
     errors = where(floor, volume_force=False).groupby("poisson")["rmse_of_peak"].mean()
     best = float(errors.idxmin())
     ours = "mean error " + ", ".join(f"{percent(error)} at {poisson:g}" for poisson, error in errors.items())
@@ -96,7 +97,7 @@ def _fixed_ratio(floor: pd.DataFrame) -> Claim:
 
 
 def _searches(history: pd.DataFrame, premise: str) -> Iterator[Claim]:
-    """Compare when other searches are as fit as the genetic algorithm at its end, medians over the seeds."""
+    """Judge the time in which other searches reach the genetic algorithm's final fitness, as medians over seeds."""
     paper = where(history, **PAPERS).groupby("seed")
     wanted, taken = paper["fitness"].max().median(), paper["seconds"].max().median()
     for method, words in (("gradient", "the gradient by the adjoint"), ("cma_es", "CMA-ES")):
@@ -118,12 +119,12 @@ BOUND_M = 0.005
 ORGAN_M = 0.1
 """Side of a cube of an organ's size, if the paper's bound is meant for one; it does not give the side of its own."""
 _PART = 4
-"""Errors grow if the mean of the last of so many parts of the steps exceeds that of the first."""
+"""Equal parts of the steps: errors grow if their mean over the last part exceeds that over the first."""
 
 
 @claims("spring_errors", "spring_fit")
 def presses(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims on the genetic algorithm's springs without volume force; medians over the seeds."""
+    """Yield the claims on the errors of the genetic algorithm's springs, without volume force and over all seeds."""
     errors, fits = (where(tables[name], **PAPERS) for name in ("spring_errors", "spring_fit"))
     premise = "a cube of 10 mm held at its bottom, fitted to the top press in finite elements"
     yield _growth(errors, premise)
@@ -135,6 +136,7 @@ def presses(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _growth(errors: pd.DataFrame, premise: str) -> Claim:
+    """Judge whether the errors along x, y and z grow with the steps, for each press as medians over the seeds."""
     grown, signs = [], 0
     for _, rows in errors.groupby("press", sort=False):
         median = rows.groupby("step")[["error_x_m", "error_y_m", "error_z_m"]].median()
@@ -147,7 +149,7 @@ def _growth(errors: pd.DataFrame, premise: str) -> Claim:
 
 
 def _bounds(errors: pd.DataFrame, premise: str) -> Iterator[Claim]:
-    """Judge the bound as printed, which the zero answer meets, and scaled by the sides of an organ and of the cube."""
+    """Judge the paper's bound as printed, which the zero answer meets, and scaled from an organ to the cube."""
     largest = errors.groupby("press", sort=False)[["most_m", "zero_m"]].max()
     worst, zero = 1e3 * largest.max()
     ours = f"{worst:.2g} mm at most; without any motion {zero:.2g} mm"
@@ -156,12 +158,12 @@ def _bounds(errors: pd.DataFrame, premise: str) -> Iterator[Claim]:
     kind = verdict(below) if zero > 1e3 * BOUND_M else BOUND if below else verdict(False)
     yield Claim(2, "2, figure 3", claim, premise, "5 mm in all three presses", ours, kind)
     scaled = BOUND_M / ORGAN_M * 0.01
-    shares = ", ".join(
+    by_press = ", ".join(
         f"{press} {1e3 * error:.2g} of {1e3 * still:.2g} mm" for press, error, still in largest.itertuples()
     )
     scale = f"{premise}; 5 mm on a cube of an organ's size, {ORGAN_M:g} m, are {1e3 * scaled:g} mm on one of 10 mm"
     kind = verdict(bool((largest["most_m"] < scaled).all()))
-    yield Claim(2, "2, figure 3", f"{claim} 5 % of the cube's side", scale, "in all three presses", shares, kind)
+    yield Claim(2, "2, figure 3", f"{claim} 5 % of the cube's side", scale, "in all three presses", by_press, kind)
 
 
 def _least(fits: pd.DataFrame, premise: str) -> Claim:

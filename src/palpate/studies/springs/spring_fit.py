@@ -1,16 +1,20 @@
-"""Methods for spring parameters on paper 2's cube, fitted to one press and evaluated on all, and the least error."""
+"""Fit the springs of paper 2's cube to one press by every method, evaluate them on all, and find the least error."""
 
 from collections.abc import Callable, Iterable
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from palpate.models.springs.cube_experiment import Experiment, Motion
+from palpate.models.springs import cube_experiment
+from palpate.models.springs.cube_experiment import Experiment, Motion, experiment, simulate_references
 from palpate.models.springs.descent import descend, value_and_gradient
-from palpate.models.springs.searches import find
+from palpate.models.springs.searches import SEEDED, find
 from palpate.models.springs.spring_motion import SpringModel, simulate
-from palpate.studies.springs.settings import Searches
+from palpate.run.job import rarely, steps, write_table
+from palpate.studies.springs.settings import Searches, Settings
 from palpate.table_declaration import Table
 
 SPRING_HISTORY = Table(
@@ -49,30 +53,31 @@ SPRING_ERRORS = Table(
 
 
 def judge(
-    trial: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
+    cube: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Evaluate errors of the key points, of presses of which ``used`` were fitted.
+    """Compare the motion of the key points with the references of all presses, of which ``used`` were fitted.
 
+    young : moduli (n,) [Pa] of the nodes
     Returns a row of SPRING_FIT a press, over all steps, and rows of SPRING_ERRORS (paper 2's figure 3), one a step.
     """
-    rows, steps = [], []
-    rest = trial.settings.keys.of(trial.model.nodes)
+    rows, by_step = [], []
+    rest = cube.settings.keys.of(cube.model.nodes)
     for press, (positions, _) in references.items():
-        error = simulate(model, young, trial.presses[press], trial.settings)[0] - positions
+        error = simulate(model, young, cube.presses[press], cube.settings)[0] - positions
         rmse, moved = float(np.sqrt((error**2).sum(axis=2).mean())), np.linalg.norm(positions - rest, axis=2)
-        value = float(trial.fitness(press, references).of(model)(young[None])[0])
+        value = float(cube.fitness(press, references).of(model)(young[None])[0])
         most = np.abs(error).max(axis=(0, 1))
         rows.append((press, press in used, rmse, rmse / float(moved.max()), *most, value))
         signed = pd.DataFrame(error[:, moved.max(axis=0).argmax()], columns=["error_x_m", "error_y_m", "error_z_m"])
         signed.insert(0, "step", np.arange(1, len(error) + 1))
         largest, zero = (np.abs(each).max(axis=(1, 2)) for each in (error, positions - rest))
-        steps.append(signed.assign(most_m=largest, zero_m=zero, press=press, used_in_fit=press in used))
+        by_step.append(signed.assign(most_m=largest, zero_m=zero, press=press, used_in_fit=press in used))
     names = "press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
-    return pd.DataFrame(rows, columns=names.split()), pd.concat(steps, ignore_index=True)
+    return pd.DataFrame(rows, columns=names.split()), pd.concat(by_step, ignore_index=True)
 
 
 def tables(
-    found: Experiment,
+    cube: Experiment,
     method: str,
     volume_force: bool,
     references: dict[str, Motion],
@@ -80,13 +85,13 @@ def tables(
     seeds: Iterable[int],
     report: Callable[[int, int, float], None],
 ) -> dict[str, pd.DataFrame]:
-    """Compute the method's part of spring_fit, spring_history and spring_errors, with one run for each seed.
+    """Compute a method's rows of spring_fit, spring_history and spring_errors, by table, with one run for each seed.
 
-    references : that of the fitted press first, to which all are fitted but gradient_all, which shows the accuracy that
-        the model can reach when it sees all of them
+    references : by press, that of the fitted press first; the method gradient_all is fitted to all of them, to show the
+        accuracy that springs can reach
     report : called with seed, generation and best fitness
     """
-    trial = found.with_volume(found.volume_n_m()) if volume_force else found
+    trial = cube.with_volume(cube.volume_n_m()) if volume_force else cube
     fitnesses = [trial.fitness(press, references) for press in references]
     used = fitnesses if method == "gradient_all" else fitnesses[:1]
     names = [each.press.name for each in used]
@@ -96,8 +101,7 @@ def tables(
     for seed in seeds:
         limits, material = trial.limits, trial.particles.material
         model, fit = find(method, used, material, trial.start(), limits, searches, seed, partial(report, seed))
-        # of the search for one modulus its end alone
-        history = fit.history[-1:] if method == "uniform" else fit.history
+        history = fit.history[-1:] if method == "uniform" else fit.history  # one modulus has no search worth a curve
         rises = pd.DataFrame(history, columns=["evaluations", "seconds", "fitness"]).astype({"evaluations": int})
         rises.insert(0, "generation", np.arange(len(rises)))
         last = rises.iloc[-1]
@@ -111,11 +115,11 @@ def tables(
         )
         for name, table in zip(parts, (judged, rises, grown), strict=True):
             parts[name].append(table.assign(**labels)[[*labels, *table.columns]])
-    return {name: pd.concat(found, ignore_index=True) for name, found in parts.items()}
+    return {name: pd.concat(runs, ignore_index=True) for name, runs in parts.items()}
 
 
 INCOMPRESSIBLE = 0.49
-"""Poisson ratio of the stiffest volume force that a fit may choose."""
+"""Poisson's ratio of the material whose volume force is the stiffest that a fit may choose."""
 
 SPRING_FLOOR = Table(
     "spring_floor",
@@ -127,29 +131,55 @@ SPRING_FLOOR = Table(
 )
 
 
-def measure(found: Experiment, references: dict[str, Motion], stiffest_n_m: float, evaluations: int) -> pd.DataFrame:
-    """Measure the rows of spring_floor.csv for one Poisson ratio: each press, without and with a volume force.
+def measure(cube: Experiment, references: dict[str, Motion], stiffest_n_m: float, evaluations: int) -> pd.DataFrame:
+    """Measure the rows of spring_floor.csv for one Poisson's ratio: each press, without and with a volume force.
 
     stiffest_n_m : upper bound [N/m] of the volume force's stiffness, which is fitted together with the moduli
-    The springs are fitted to all presses, so that the error is the least possible one and not that of a fit to one
-    press.
+    The springs are fitted to all presses at once, so that their error is the least possible.
     """
-    fitnesses = [found.fitness(press, references) for press in references]
-    alone, _ = descend(fitnesses, found.start(), found.limits, evaluations)
+    fitnesses = [cube.fitness(press, references) for press in references]
+    alone, _ = descend(fitnesses, cube.start(), cube.limits, evaluations)
     # from the material's volume force, and from none with the best moduli without it: so a volume force cannot seem to
     # increase the error only because a descent ended too early
     ends = []
-    for young, stiffness in ((found.start(), min(found.volume_n_m(), stiffest_n_m)), (alone.young, 0.0)):
-        trial = found.with_volume(stiffness)
+    for young, stiffness in ((cube.start(), min(cube.volume_n_m(), stiffest_n_m)), (alone.young, 0.0)):
+        trial = cube.with_volume(stiffness)
         fitnesses = [trial.fitness(press, references) for press in references]
-        ends.append(descend(fitnesses, young, found.limits, evaluations, stiffest_n_m))
+        ends.append(descend(fitnesses, young, cube.limits, evaluations, stiffest_n_m))
     fit, stiffness = max(ends, key=lambda end: end[0].fitness)
-    cases = ((found, alone, False), (found.with_volume(stiffness), fit, True))
-    tables = [
-        judge(trial, found.model, fitted.young, references, list(references))[0].assign(
-            volume_force=force, volume_n_m=trial.settings.volume_n_m, poisson=found.particles.material.poisson
-        )
-        for trial, fitted, force in cases
-    ]
+    parts = []
+    for trial, fitted, force in ((cube, alone, False), (cube.with_volume(stiffness), fit, True)):
+        judged = judge(trial, cube.model, fitted.young, references, list(references))[0]
+        about = {"volume_n_m": trial.settings.volume_n_m, "poisson": cube.particles.material.poisson}
+        parts.append(judged.assign(volume_force=force, **about))
     names = " ".join(SPRING_FLOOR.columns) + " max_x_m max_y_m max_z_m fitness"
-    return pd.concat(tables)[names.split()]
+    return pd.concat(parts)[names.split()]
+
+
+def simulate_spring_reference(output: Any, calibration: Settings, poisson: float) -> None:
+    """Simulate all presses of the cube with finite elements, for the rule of this name."""
+    references = simulate_references(experiment(calibration, poisson), calibration.substeps)
+    cube_experiment.save_references(references, output[0])
+
+
+def fit_springs(
+    input: Any, output: Any, wildcards: Any, say: Callable, calibration: Settings, searches: Searches, seed: int
+) -> None:
+    """Fit springs by one method, without and with a volume force, for the rule of this name."""
+    method, references = wildcards.method, cube_experiment.load_references(input.reference)
+    seeds = range(seed, seed + (searches.seeds if method in SEEDED else 1))
+    for force in ("springs", "volume"):
+        cube = experiment(calibration, calibration.material.poisson)
+        report = rarely(say, f"{method}, {force}: seed, generation, best fitness")
+        made = tables(cube, method, force == "volume", references, searches, seeds, report)
+        for path in output[force]:
+            write_table(made[Path(path).stem], path)
+
+
+def measure_spring_floor(say: Callable, calibration: Settings, poissons: list[float], evaluations: int) -> pd.DataFrame:
+    """Measure the least error of springs for several Poisson's ratios, for the rule of this name."""
+    stiffest, floors = experiment(calibration, INCOMPRESSIBLE).volume_n_m(), []
+    for poisson in steps(say, "springs' floor: Poisson's ratio")(poissons):
+        cube = experiment(calibration, poisson)
+        floors.append(measure(cube, simulate_references(cube, calibration.substeps), stiffest, evaluations))
+    return pd.concat(floors)

@@ -9,7 +9,6 @@ if not workflow.config_settings.configfiles:
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/bodies.smk"
-include: "workflow/rules/samples.smk"
 
 
 # a study without a block in the settings adds no rule
@@ -18,8 +17,6 @@ for study in ASKED:
     include: f"workflow/rules/{study}.smk"
 
 
-include: "workflow/rules/tables.smk"
-include: "workflow/rules/example.smk"
 include: "workflow/rules/report.smk"
 
 

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from palpate.benchmark.press_measure import ACCURACY_VS_TIME
 from palpate.benchmark.ranking import COLUMNS as ERRORS_OF_SAMPLES
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
@@ -25,7 +26,6 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.simple_shapes import cylinder
 from palpate.models.families import Families
 from palpate.solvers.compliance import Compliance, compute_compliance
-from palpate.studies.tradeoff.jobs import ACCURACY_VS_TIME
 
 LETTERS = locale.setlocale(locale.LC_CTYPE)
 

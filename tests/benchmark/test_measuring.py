@@ -11,6 +11,17 @@ from palpate.benchmark.load import Refused
 from palpate.benchmark.measuring import REASON, REFUSED, Kind, measure, prepared, prepared_settings, tables
 from palpate.errors import NotConverged
 from palpate.models.load_model import as_model
+from palpate.table_declaration import Table
+
+STRETCHES = Table(
+    "stretches",
+    "The errors of models of a bar.",
+    """
+    scene model setting law: what answers
+    samples failures force_error force_error_median force_error_p95: errors of the force
+    online_median_s online_p95_s online_max_s offline_s failure: times [s]
+    """,
+)
 
 
 class Stretches(Kind):
@@ -19,6 +30,7 @@ class Stretches(Kind):
     question = ("strain",)
     errors = spread = ("force_error",)
     more = ("preparation_s",)
+    table = STRETCHES
 
     def ready(self, solver, i):
         if self.named[i]["strain"] < 0.0:

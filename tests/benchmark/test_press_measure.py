@@ -14,6 +14,7 @@ from palpate.benchmark.load import Answer, Doubted, Refused
 from palpate.benchmark.measuring import CALLS, Kind, ask
 from palpate.benchmark.model import BODYS, Solver, refuse_bed
 from palpate.benchmark.press_measure import (
+    ACCURACY_VS_TIME,
     COARSER,
     ERRORS,
     ESTIMATED,
@@ -29,10 +30,9 @@ from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_table
 from palpate.models.model_registry import SAVED_AGAINST
-from palpate.studies.tradeoff.jobs import ACCURACY_VS_TIME, accuracy_vs_time, commit
+from palpate.studies.tradeoff.jobs import accuracy_vs_time, commit
 
-PRESSED = "scene", "body", "regime", "split"
-OF_QUESTIONS, OF_SETTINGS = Presses.columns_of_questions(PRESSED), Presses.columns_of_settings(PRESSED)
+OF_QUESTIONS = Presses.columns_of_questions(("scene", "body", "regime", "split"))
 
 
 class Scaled(Solver):
@@ -158,7 +158,7 @@ def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
 
     made = made_up([{"miss": 0.5}, {"miss": 0.1}], prepare)
     samples, settings = measure(case, "scaled", made, judge, 12, 1.0)
-    assert samples.columns.tolist() == OF_QUESTIONS and settings.columns.tolist() == OF_SETTINGS
+    assert samples.columns.tolist() == OF_QUESTIONS and settings.columns.tolist() == ACCURACY_VS_TIME.columns
     assert settings["setting"].tolist() == ["miss=0.5", "miss=0.1"] and (settings["split"] == 1).all()
     for miss, row in zip((0.5, 0.1), settings.itertuples(), strict=True):
         tested, chosen = found(judge, miss, "test"), found(judge, miss, "validation")
@@ -280,7 +280,7 @@ def test_a_wrong_shape_is_refused_and_no_number_has_failed(slab_judge):
 
 def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
     samples, settings = bounds(slab_case[0], slab_judge)
-    assert samples.columns.tolist() == OF_QUESTIONS and settings.columns.tolist() == OF_SETTINGS
+    assert samples.columns.tolist() == OF_QUESTIONS and settings.columns.tolist() == ACCURACY_VS_TIME.columns
     truth, zero = (row for _, row in settings.iterrows())
     assert (truth["model"], truth["setting"], zero["model"]) == ("truth", "own error", "zero")
     assert truth["rmse_of_peak"] == pytest.approx(0.002) == truth["validation_rmse_of_peak"]
@@ -302,7 +302,7 @@ def test_the_largest_time_is_that_of_the_slowest_press_and_not_of_one_late_call(
 
 
 def test_queries_that_pay_back():
-    row = dict.fromkeys(OF_SETTINGS, 1)
+    row = dict.fromkeys(ACCURACY_VS_TIME.columns, 1)
     fine = row | {"model": SAVED_AGAINST, "offline_s": 0.0}
     rows = [
         fine | {"scene": "a", "setting": "iterations=1", "online_median_s": 0.5},

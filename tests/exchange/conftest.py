@@ -107,7 +107,7 @@ def answers(questions) -> dict[str, np.ndarray]:
 @pytest.fixture(scope="session")
 def rows_of_run(pressed):
     """Write accuracy_vs_time.csv of two made-up models beside the results."""
-    from palpate.studies.tradeoff.jobs import ACCURACY_VS_TIME
+    from palpate.benchmark.press_measure import ACCURACY_VS_TIME
 
     row = dict.fromkeys(ACCURACY_VS_TIME.columns, 0.0)
     row |= {"scene": "block_large", "body": "block", "regime": "large", "split": 1, "samples": 2, "failures": 0}

@@ -1,4 +1,5 @@
-# What all rules share: checked settings, the studies that are asked for, names of files, and the code behind a job.
+# What all rules share: checked settings, the studies that are asked for, names of files, and the code behind a job;
+# the functions of bodies, samples and the report, which several rules call.
 
 from os.path import normpath, relpath
 from pathlib import Path
@@ -88,6 +89,11 @@ def own_that(answer):
     return {name: path for name, path in OWN_MODELS.items() if answer in answers(Path(path))}
 
 
+def here(path):
+    """A path that is relative to the settings, as it can be opened from here."""
+    return normpath(CONFIG_FILE.parent / path)
+
+
 def some(block, *keys):
     """Some of the settings of a block."""
     return {key: config[block][key] for key in keys}
@@ -142,3 +148,97 @@ def templates(*studies):
     folders = [ROOT / "src/palpate/report", *(ROOT / f"src/palpate/studies/{study}" for study in studies)]
     found = [path for folder in folders for kind in ("md", "yaml") for path in sorted(folder.rglob(f"*.{kind}"))]
     return [relpath(path) for path in [*found, *sorted((ROOT / "src/palpate/report/assets").iterdir())]]
+
+
+# settings of a body that say how many samples it gets and what the paper had, not what it is
+NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
+
+
+def body_files(name):
+    """The files a body is made from; of a folder, such as a DICOM series, every one in it."""
+    paths = map(Path, settings.bodies[name].paths(CONFIG_FILE.parent).values())
+    return [str(file) for path in paths for file in (sorted(path.iterdir()) if path.is_dir() else [path])]
+
+
+def body_entry(name):
+    """What a body is made from."""
+    body = plain(settings.bodies[name].seen_from(CONFIG_FILE.parent))
+    return {key: value for key, value in body.items() if key not in NOT_OF_THE_BODY}
+
+
+def count(body, regime):
+    """How many samples a body gets in a regime."""
+    if regime in POINTS:
+        return settings.bodies[body].train + settings.bodies[body].test
+    return settings.tradeoff.contacts * len(settings.tradeoff.presses)
+
+
+def split(body, regime):
+    """How many samples train and test paper 1's methods; nothing for presses, whose contacts are dealt into folds."""
+    return [settings.bodies[body].train, settings.bodies[body].test] if regime in POINTS else []
+
+
+def order(regime):
+    """The order of the elements of fine responses: paper 1 has linear ones."""
+    return 1 if regime in POINTS else 2
+
+
+def radius(body, regime):
+    """The radius of the disc that is pressed, 0 for a single node."""
+    return 0.0 if regime in POINTS else settings.regimes[regime].radius_on(body)
+
+
+def loads_entry(body, regime):
+    """What the loads of a body follow from."""
+    if regime in POINTS:
+        return config["enrichment"]["regimes"][regime] | {"magnitudes": settings.bodies[body].magnitudes}
+    return config["regimes"][regime] | {key: config["tradeoff"][key] for key in ("contacts", "presses")}
+
+
+def fine_batches(body, regime):
+    jobs = -(-count(body, regime) // settings.solver.samples_per_job)
+    return [f"results/data/{body}/{regime}/fine_{batch}.h5" for batch in range(jobs)]
+
+
+def compliance_of(body, regime):
+    """A body's compliance depends on the regime only through the radius of the press."""
+    return f"results/data/{body}/compliance_{radius(body, regime)}m.h5"
+
+
+def points(pattern):
+    """One file for each body and regime of paper 1."""
+    return expand(f"{PRESS}/{pattern}", body=BODIES, regime=POINTS)
+
+
+def presses(pattern):
+    """One file for each body and regime of the trade-off."""
+    return expand(f"{PRESS}/{pattern}", body=PRESSED, regime=REGIMES)
+
+
+def shown(*studies):
+    """The tables, figures and warnings that the page about some studies is made of: what each study asks for."""
+    asked = [getattr(rules, study).input for study in studies]
+    return [file for files in asked for file in files if file != files.page]
+
+
+def reported(wildcards):
+    """The studies that a page is about."""
+    return [wildcards.of.removeprefix("_")] if wildcards.of else RUN
+
+
+def told(wildcards):
+    """What the writer of a page is told."""
+    studies = reported(wildcards)
+    alone = {"alone": True} if wildcards.of else {"left_out": [study for study in ASKED if study not in RUN]}
+    return alone | {
+        "studies": studies,
+        "scenes": SCENES if "scenes" in studies else [],
+        "cts": CTS if "ct" in studies else [],
+        "driven": DRIVEN if "scenes" in studies else [],
+    }
+
+
+def numbered(wildcards):
+    """The modules that compute numbers for the templates of a page."""
+    places = {study: ROOT / f"src/palpate/studies/{study}/report.py" for study in reported(wildcards)}
+    return [f"palpate.studies.{study}.report" for study, place in places.items() if place.is_file()]

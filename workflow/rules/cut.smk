@@ -20,7 +20,7 @@ rule find_cut_truth:
     benchmark:
         "results/benchmarks/{body}/{scene}/find_cut_truth.tsv"
     params:
-        **calls("palpate.studies.cut.jobs:find_cut_truth"),
+        **calls("palpate.studies.cut.measure:find_cut_truth"),
         entry=lambda wildcards: CUTS[wildcards.scene],
     script:
         "../job.py"
@@ -39,7 +39,7 @@ rule measure_cut:
         "results/benchmarks/{body}/{scene}/measure_cut.tsv"
     threads: HALF
     params:
-        **calls("palpate.studies.cut.jobs:measure_cut"),
+        **calls("palpate.studies.cut.measure:measure_cut"),
         **some("cut", "budget_s"),
         entry=lambda wildcards: CUTS[wildcards.scene],
         repeats=config["timing"]["repeats"],

@@ -1,5 +1,5 @@
 # Paper 1: the error of each way of enriching a coarse deformation, and what it costs online.
-# Before them come make_body, choose_loads, simulate_fine and assemble_database (bodies.smk, samples.smk): meshes, fine
+# Before them come make_body, choose_loads, simulate_fine and assemble_database (bodies.smk): meshes, fine
 # responses, and with the coarse ones at the same loads a database, whose samples are split into training and test.
 
 # every method is fitted and tested in each of these: protocol and split

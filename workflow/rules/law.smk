@@ -6,7 +6,7 @@ from palpate.studies.law.settings import changes_of, compared_bodies
 
 COMPARED_BODIES = compared_bodies(settings)
 # of palpate's own by name, of the user's by file
-COMPARED_LAWS = {name: name if kind_of(name) else normpath(CONFIG_FILE.parent / name) for name in settings.law.laws}
+COMPARED_LAWS = {name: name if kind_of(name) else here(name) for name in settings.law.laws}
 LAW_SHOWN = drawn("law", "law")
 
 

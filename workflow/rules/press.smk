@@ -1,10 +1,11 @@
 # A page on which a reader presses bodies: models in files of their own, what they are worth, and the page's section.
 
-
-include: "functions/press.smk"
-
-
 PRESSED_HERE = pressed_bodies(settings, "press")
+# regimes in which the trade-off presses a body by the same finger, and knows the truth
+KNOWN = {
+    body: [regime for regime in REGIMES if radius(body, regime) == settings.press.radius_on(body)]
+    for body in set(PRESSED_HERE) & set(PRESSED)
+}
 EXPORTED = "results/data/{body}/press"
 
 
@@ -33,8 +34,8 @@ rule write_press:
         body=BODY,
         model=f"{EXPORTED}/contact_modes.palpate",
         coarse=f"{EXPORTED}/coarse.bin",
-        truths=lambda wildcards: known_of(wildcards.body, "truth.h5"),
-        loads=lambda wildcards: known_of(wildcards.body, "loads.csv"),
+        truths=lambda wildcards: expand(f"{PRESS}/truth.h5", body=wildcards.body, regime=KNOWN.get(wildcards.body, [])),
+        loads=lambda wildcards: expand(f"{PRESS}/loads.csv", body=wildcards.body, regime=KNOWN.get(wildcards.body, [])),
         assets=[
             relpath(path)
             for path in (

@@ -1,11 +1,25 @@
 # What moves: each scene simulated, what its effects cost, and how wrong it gets without each of them.
 
 
-include: "functions/scenes.smk"
-
-
 from palpate.scenes import acting_effects
 
+# each scene with the files of its instruments and of the user's effects as they can be opened from here
+INSTRUMENTS = {
+    scene: [
+        tool | ({"file": here(tool["file"])} if "file" in tool else {})
+        for tool in entry.get("contact", {}).get("instruments", [])
+    ]
+    for scene, entry in config["scenes"].items()
+}
+OWN_EFFECTS = {
+    scene: {name: here(path) for name, path in entry["own"].items()} for scene, entry in config["scenes"].items()
+}
+SIMULATED = {
+    scene: entry
+    | {"name": scene, "seed": config["seed"], "own": OWN_EFFECTS[scene]}
+    | ({"contact": entry["contact"] | {"instruments": INSTRUMENTS[scene]}} if "contact" in entry else {})
+    for scene, entry in config["scenes"].items()
+}
 # scenes in which forces are felt, and those of them in which an instrument, a hook or a thread is moved
 TOUCHING = [name for name, scene in settings.scenes.items() if acting_effects.has_forces(scene)]
 DRIVEN = [name for name, scene in settings.scenes.items() if acting_effects.has_driven(scene)]
@@ -23,9 +37,9 @@ SCENES_SHOWN = drawn("scenes", "energy", "effects") | drawn("scenes", "contact_f
 
 rule simulate_scene:
     input:
-        bodies=bodies_of,
-        own=lambda wildcards: own_effects(wildcards).values(),
-        tools=tool_files,
+        bodies=lambda wildcards: [BODY.format(body=body) for body in settings.scenes[wildcards.scene].bodies],
+        own=lambda wildcards: OWN_EFFECTS[wildcards.scene].values(),
+        tools=lambda wildcards: [tool["file"] for tool in INSTRUMENTS[wildcards.scene] if "file" in tool],
     output:
         motion=f"{OF_SCENE}/motion.h5",
         decisions=f"{OF_SCENE}/decisions.csv",
@@ -38,8 +52,17 @@ rule simulate_scene:
         "results/benchmarks/scenes/{scene}/simulate_scene.tsv"
     threads: HALF
     params:
-        **calls("palpate.studies.scenes.measurements:simulate_scene", called_by),
-        scene=scene,
+        # the modules of the effects that act in a scene, and of its integrator
+        **calls(
+            "palpate.studies.scenes.measurements:simulate_scene",
+            lambda wildcards: acting_effects.modules(
+                settings.scenes[wildcards.scene],
+                acting_effects.assumed(
+                    settings.scenes[wildcards.scene], settings.bodies[settings.scenes[wildcards.scene].body]
+                ),
+            ),
+        ),
+        scene=lambda wildcards: SIMULATED[wildcards.scene],
     script:
         "../job.py"
 

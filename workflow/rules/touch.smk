@@ -14,10 +14,6 @@ TOUCH_PLACES = TOUCH_MODELS | {name: (path, {}) for name, path in own_that("touc
 COMPARED_TOUCH = [*(settings.touch.models or TOUCH_MODELS), *own_that("touch")]
 TOUCHING = "results/data/{body}/touch/{tool}"
 
-
-include: "functions/touch.smk"
-
-
 TOUCH_SHOWN = drawn("touch", "touch_precision", scenes=[f"{body}_{tool}" for body, tool in TOUCHES])
 
 
@@ -63,12 +59,20 @@ rule measure_touch_models:
         model="|".join(TOUCH_PLACES),
     threads: HALF
     params:
-        **calls("palpate.studies.touch.jobs:measure_touch_models", module_of_touch),
+        **calls(
+            "palpate.studies.touch.jobs:measure_touch_models",
+            # a user's own is an input instead
+            lambda wildcards: [TOUCH_MODELS[wildcards.model][0]] if wildcards.model in TOUCH_MODELS else [],
+        ),
         instrument=lambda wildcards: TOOLS[wildcards.tool],
         deepest_of_radius=TOUCH["depth_of_radius"][1],
         place=lambda wildcards: TOUCH_PLACES[wildcards.model][0],
         keywords=lambda wildcards: TOUCH_PLACES[wildcards.model][1],
-        settings=lambda wildcards: touch_grid(wildcards.model),
+        settings=lambda wildcards: {
+            key: tried
+            for key, tried in TOUCH["settings"].items()
+            if key == TRIED_AS.get(wildcards.model, wildcards.model)
+        },
         repeats=config["timing"]["repeats"],
         seed=config["seed"],
     script:
@@ -77,11 +81,11 @@ rule measure_touch_models:
 
 rule tabulate_touch:
     input:
-        bodies=[file for body, _ in TOUCHES for file in expand(BODY, body=body)],
-        touches=touching("touches.csv"),
-        truths=touching("truth.h5"),
-        samples=touching("{model}_samples.csv", model=COMPARED_TOUCH),
-        settings=touching("{model}_settings.csv", model=COMPARED_TOUCH),
+        bodies=[BODY.format(body=body) for body, _ in TOUCHES],
+        touches=expand(rules.simulate_touch_truth.output.touches, body=TOUCHED, tool=TOOLS),
+        truths=expand(rules.simulate_touch_truth.output.truth, body=TOUCHED, tool=TOOLS),
+        samples=expand(rules.measure_touch_models.output.samples, body=TOUCHED, tool=TOOLS, model=COMPARED_TOUCH),
+        settings=expand(rules.measure_touch_models.output.settings, body=TOUCHED, tool=TOOLS, model=COMPARED_TOUCH),
     output:
         figures(*TOUCH_SHOWN),
         truth=in_report("results/tables/touch_truth.csv"),
@@ -100,5 +104,5 @@ rule touch:
     input:
         rules.tabulate_touch.output,
         warned_of(TOUCHED),
-        touching("warned.txt"),
+        expand(rules.simulate_touch_truth.output.warned, body=TOUCHED, tool=TOOLS),
         page="results/report_touch.html",

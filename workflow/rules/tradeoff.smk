@@ -4,25 +4,46 @@
 from palpate.models.model_registry import MODELS, families, family_of
 
 TRADEOFF = config["tradeoff"]
-# models by family, one job each, and the user's own
-COMPARED = [*(TRADEOFF["models"] or MODELS), *OWN_MODELS]
-FAMILIES = families(COMPARED, OWN_MODELS)
-STATIC = [f"{body}_{regime}" for body in PRESSED for regime in REGIMES]
-SPLITS = TRADEOFF["splits"]
-# bodies that get all splits
-IN_DEPTH = TRADEOFF["in_depth"] or PRESSED
-CHECKED = TRADEOFF["truth"]["check_samples"]
-
-
-include: "functions/tradeoff.smk"
-
-
-# loads that models were not prepared for, and presses that they were not made for
-BEYOND = {name: parts_beyond(name) for name in ("any_load", "beyond_design") if TRADEOFF[name]}
-# what engines have answered elsewhere
-ANSWERED = {
-    scene: [normpath(CONFIG_FILE.parent / path) for path in paths] for scene, paths in TRADEOFF["answers"].items()
+# models by family, one job each, and the user's own; what fills files, the truth's own errors too
+FAMILIES = families([*(TRADEOFF["models"] or MODELS), *OWN_MODELS], OWN_MODELS)
+MEASURED_FAMILIES = [*FAMILIES, "bounds"]
+# the class of each model and the module that prepares it, of the user's own none, as their files are inputs
+MODULES = {name: [f"{type(model).__module__}:{type(model).__name__}", model.place] for name, model in MODELS.items()}
+MODULES |= dict.fromkeys(OWN_MODELS, [])
+# what a job needs to load each model
+RECIPES = {}
+for family in families([*MODELS, *OWN_MODELS], OWN_MODELS).values():
+    RECIPES |= family
+# what each family is tried with, and the coarse answers that several share
+GRIDS = {
+    family: {"coarse_answers", family, *(family_of(name) for name in models if name in MODELS)}
+    for family, models in FAMILIES.items()
 }
+# the splits of the contacts of each body that are measured, and the folders of these
+SPLITS = {body: TRADEOFF["splits"] for body in TRADEOFF["in_depth"] or PRESSED}
+SPLITS |= {body: TRADEOFF["splits"][:1] for body in PRESSED if body not in SPLITS}
+IN_SPLITS = [
+    f"results/data/{body}/{regime}/tradeoff/{split}" for body in PRESSED for regime in REGIMES for split in SPLITS[body]
+]
+# what models are asked at training contacts too: none where several splits hold out every contact in turn
+MORE_OF = {body: {} if len(splits) > 1 else TRADEOFF["training_contacts_of"] for body, splits in SPLITS.items()}
+# the body and the regime of each scene; of those whose body has a smooth surface that is known, if facets are measured
+STATIC = {f"{body}_{regime}": (body, regime) for body in PRESSED for regime in REGIMES}
+SMOOTH = {
+    scene: place
+    for scene, place in STATIC.items()
+    if TRADEOFF["truth"]["geometry_samples"]
+    and settings.bodies[place[0]].kind in ("cylinder", "liver", "kidney", "stomach")
+}
+CHECKED = TRADEOFF["truth"]["check_samples"]
+# loads that models were not prepared for, and presses that they were not made for
+BEYOND = {
+    name: expand(f"{PRESS}/{name}.csv", body=PRESSED, regime=TRADEOFF[name]["regimes"] or REGIMES)
+    for name in ("any_load", "beyond_design")
+    if TRADEOFF[name]
+}
+# what engines have answered elsewhere
+ANSWERED = {scene: [here(path) for path in paths] for scene, paths in TRADEOFF["answers"].items()}
 TRADEOFF_SHOWN = (
     drawn("tradeoff", "advice", "break_even", "truth", "error_bounds")
     | drawn("tradeoff", "work_precision", "best_models", scenes=STATIC)
@@ -63,8 +84,8 @@ rule simulate_truth:
     priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.tradeoff.jobs:simulate_truth"),
-        splits=lambda wildcards: splits_of(wildcards.body, wildcards.regime),
-        more=lambda wildcards: bool(more_of(wildcards)),
+        splits=lambda wildcards: SPLITS[wildcards.body],
+        more=lambda wildcards: bool(MORE_OF[wildcards.body]),
         check_samples=CHECKED,
     script:
         "../job.py"
@@ -73,7 +94,7 @@ rule simulate_truth:
 rule measure_models:
     input:
         **JUDGED,
-        own=lambda wildcards: own_of([wildcards.family]),
+        own=lambda wildcards: OWN_MODELS.get(wildcards.family, []),
     output:
         samples=f"{PRESS}/tradeoff/{{split}}/{{family}}_samples.csv",
         settings=f"{PRESS}/tradeoff/{{split}}/{{family}}_settings.csv",
@@ -89,11 +110,14 @@ rule measure_models:
         **JUDGED_WITH,
         **TIMED,
         **calls(
-            "palpate.studies.tradeoff.jobs:measure_models", lambda wildcards: modules_of(FAMILIES[wildcards.family])
+            "palpate.studies.tradeoff.jobs:measure_models",
+            lambda wildcards: sorted({module for name in FAMILIES[wildcards.family] for module in MODULES[name]}),
         ),
         models=lambda wildcards: FAMILIES[wildcards.family],
-        grid=lambda wildcards: grid_of(wildcards.family),
-        more_of=lambda wildcards: more_of(wildcards),
+        grid=lambda wildcards: {
+            key: tried for key, tried in TRADEOFF["settings"].items() if key in GRIDS[wildcards.family]
+        },
+        more_of=lambda wildcards: MORE_OF[wildcards.body],
     script:
         "../job.py"
 
@@ -112,7 +136,7 @@ rule measure_bounds:
     params:
         **JUDGED_WITH,
         **calls("palpate.studies.tradeoff.jobs:measure_bounds"),
-        more=lambda wildcards: bool(more_of(wildcards)),
+        more=lambda wildcards: bool(MORE_OF[wildcards.body]),
     script:
         "../job.py"
 
@@ -136,12 +160,12 @@ rule measure_facets:
 
 rule tabulate_tradeoff:
     input:
-        settings=family_files("settings"),
-        errors=family_files("samples"),
-        estimates=estimate_files(),
+        settings=expand("{folder}/{family}_settings.csv", folder=IN_SPLITS, family=MEASURED_FAMILIES),
+        errors=expand("{folder}/{family}_samples.csv", folder=IN_SPLITS, family=MEASURED_FAMILIES),
+        estimates=expand("{folder}/estimates.csv", folder=IN_SPLITS),
         truths=presses("truth.h5"),
         checks=presses("truth_check.csv") if CHECKED else [],
-        geometry=[f"results/data/{body}/{regime}/geometry.csv" for body, regime in smooth_scenes()],
+        geometry=[f"results/data/{body}/{regime}/geometry.csv" for body, regime in SMOOTH.values()],
     output:
         table=in_report("results/tables/accuracy_vs_time.csv"),
         bounds=in_report("results/tables/error_bounds.csv"),
@@ -150,8 +174,8 @@ rule tabulate_tradeoff:
         "results/logs/tabulate_tradeoff.log",
     params:
         **calls("palpate.studies.tradeoff.jobs:tabulate_tradeoff"),
-        scenes=STATIC,
-        smooth=[f"{body}_{regime}" for body, regime in smooth_scenes()],
+        scenes=list(STATIC),
+        smooth=list(SMOOTH),
     script:
         "../job.py"
 
@@ -159,7 +183,7 @@ rule tabulate_tradeoff:
 rule measure_other_loads:
     input:
         **JUDGED,
-        own=lambda wildcards: own_of(TRADEOFF[wildcards.kind]["models"]),
+        own=lambda wildcards: [OWN_MODELS[name] for name in TRADEOFF[wildcards.kind]["models"] if name in OWN_MODELS],
     output:
         f"{PRESS}/{{kind}}.csv",
     log:
@@ -174,11 +198,15 @@ rule measure_other_loads:
         **TIMED,
         **calls(
             "palpate.studies.tradeoff.jobs:measure_other_loads",
-            lambda wildcards: modules_of(TRADEOFF[wildcards.kind]["models"]),
+            lambda wildcards: sorted(
+                {module for name in TRADEOFF[wildcards.kind]["models"] for module in MODULES[name]}
+            ),
         ),
-        models=lambda wildcards: asked_models(wildcards.kind),
+        models=lambda wildcards: {
+            name: (RECIPES[name], pattern) for name, pattern in TRADEOFF[wildcards.kind]["models"].items()
+        },
         samples=lambda wildcards: TRADEOFF[wildcards.kind]["samples"],
-        split=SPLITS[0],
+        split=TRADEOFF["splits"][0],
         grid=TRADEOFF["settings"],
         reference=config["solver"]["reference_tolerance"],
     script:
@@ -187,7 +215,10 @@ rule measure_other_loads:
 
 rule tabulate_answers:
     input:
-        **answered_files(),
+        **{
+            name: [JUDGED[name].format(body=STATIC[scene][0], regime=STATIC[scene][1]) for scene in ANSWERED]
+            for name in ("body", "database", "samples", "truth")
+        },
         table="results/tables/accuracy_vs_time.csv",
         answers=[path for paths in ANSWERED.values() for path in paths],
     output:
@@ -197,8 +228,8 @@ rule tabulate_answers:
         "results/logs/tabulate_answers.log",
     params:
         **calls("palpate.studies.tradeoff.jobs:tabulate_answers"),
-        scenes={scene: (place[1], radius(*place), ANSWERED[scene]) for scene, place in answered_scenes().items()},
-        split=SPLITS[0],
+        scenes={scene: (STATIC[scene][1], radius(*STATIC[scene]), paths) for scene, paths in ANSWERED.items()},
+        split=TRADEOFF["splits"][0],
     script:
         "../job.py"
 

@@ -19,22 +19,22 @@ from palpate.benchmark.load import Doubted, Refused
 from palpate.benchmark.model import Case, LeftOut, Model, checked
 from palpate.benchmark.timing import WARM_UP, Call, online, said, time_calls
 from palpate.errors import InputError, NotConverged
+from palpate.table_declaration import Table
 
 Row = dict[str, Any]
 WHO = ("model", "setting")
-KIND = ("sees", "prepared", "law")
-"""What a model is told, whether it was prepared for what is asked, and the law of its material."""
-COSTS = ("online_median_s", "online_p95_s", "online_max_s", "offline_s", "memory_mb", "threads")
 CALLS, REASON = "calls_s", "reason"
-"""What rows of questions have beside columns: the seconds of every timed call, and of which kind a failure is."""
+"""Keys of rows that are no columns: the seconds of every timed call of a question, and the kind of its failure."""
 REFUSED, DOUBTED, FAILED = "refused", "doubted", "failed"
 
 
 class Prepared(NamedTuple):
-    """What answers for a setting of a model, or why it cannot be prepared.
+    """A prepared setting of a model.
 
-    about : the columns that say which setting it is
-    seconds : what preparing has taken; used : what was used beside, with its cost [s], which grows with queries
+    about : its columns, such as "model" and "setting"
+    solver : what answers questions, or the exception why there is none
+    seconds : time of its preparation [s]
+    used : times [s] of samples and responses that it uses, by what they are; queries may add to it
     """
 
     about: Row
@@ -44,7 +44,7 @@ class Prepared(NamedTuple):
 
 
 def prepared(about: Row, make: Callable[[], Any], used: Mapping[str, float] | None = None) -> Prepared:
-    """Make what answers; a NotConverged is kept in its place."""
+    """Call ``make`` for what answers, and time it; a NotConverged that it raises takes the place of what answers."""
     begin = perf_counter()
     try:
         solver = make()
@@ -54,9 +54,9 @@ def prepared(about: Row, make: Callable[[], Any], used: Mapping[str, float] | No
 
 
 def about_of(name: str, model: Model, case: Case) -> Row:
-    """Return the columns that say which setting of a model it is, and what that is told."""
-    told = {"sees": model.sees, "prepared": model.needs_contacts, "law": model.law_of(case)}
-    return {"model": name, "setting": model.text} | told
+    """Return the columns of a model called ``name``: its setting, what it sees, whether contacts are prepared, law."""
+    kind = {"sees": model.sees, "prepared": model.needs_contacts, "law": model.law_of(case)}
+    return {"model": name, "setting": model.text} | kind
 
 
 def prepared_settings(
@@ -76,15 +76,16 @@ def prepared_settings(
 
 
 class Kind:
-    """Questions of one kind, numbered from 0 on, and how answers are judged.
+    """Questions of one kind, numbered from 0 on, and how answers to them are judged.
 
-    labels : columns of every row, such as the scene
-    named : of each question what names it, the columns ``question``; n_surface : of the displacements (n_surface, 3)
-        [m] that answers have, None if they have others; place : what the InputError for one of a wrong shape names
+    labels : columns that all rows have, such as the scene
+    named : for each question the columns ``question``, which name it
+    n_surface : of the displacements (n_surface, 3) [m] that are answered, None where answers have another form
+    place : what the InputError for an answer of another shape names
     question, more : columns of rows of questions, those that name them and further ones
-    errors : columns of the errors of an answer; settings have their means, of those in ``largest`` their largest
-    spread : errors whose median and 95th percentile settings have too, of their size
-    own : further columns of settings
+    errors : columns of the errors of an answer; rows of settings have their means, of those in ``largest`` the largest
+    spread : errors of whose size rows of settings have the median and the 95th percentile, too
+    table : declares the columns of rows of settings
     sums_failed : whether sums run over failed questions too, as zeros, on which the last digit depends
     warm_up : how many calls are made before those that are timed
     """
@@ -94,7 +95,7 @@ class Kind:
     errors: ClassVar[tuple[str, ...]] = ()
     largest: ClassVar[tuple[str, ...]] = ()
     spread: ClassVar[tuple[str, ...]] = ()
-    own: ClassVar[tuple[str, ...]] = ()
+    table: ClassVar[Table]
     sums_failed: ClassVar[bool] = False
     warm_up: ClassVar[int] = WARM_UP
 
@@ -106,13 +107,13 @@ class Kind:
         return [name | {"failure": "", REASON: ""} for name in self.named]
 
     def begin(self, solver: Any) -> None:
-        """Do what comes before all questions, off the clock; a NotConverged is a failure of each of them."""
+        """Do what comes before all questions and is not timed; a NotConverged is a failure of each of them."""
 
     def ready(self, solver: Any, i: int) -> None:
-        """Prepare for question ``i``, which is timed apart; where that fails it is not asked."""
+        """Prepare ``solver`` for question ``i``, which is timed apart; a NotConverged is a failure of that question."""
 
     def call(self, solver: Any, i: int) -> Call:
-        """Return the call that answers question ``i``; what comes before each is done here, off the clock."""
+        """Return the call that answers question ``i`` and is timed; what comes before it is done here, untimed."""
         raise NotImplementedError
 
     def judged(self, i: int, answer: Any) -> Row:
@@ -120,12 +121,15 @@ class Kind:
         return {}
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
-        """Ask what is not timed: return columns of the setting, and rows of questions that are no part of means."""
+        """Ask what is not timed: return further columns of a setting, and rows of questions that no mean includes.
+
+        one, rows : the prepared setting, and its rows of questions
+        """
         return {}, []
 
     @classmethod
     def means(cls, rows: list[Row]) -> Row:
-        """Count failures, and average the errors and times of what was answered."""
+        """Return the columns of a setting from its rows of questions: failures, means of errors, times of answers."""
         failures = [row["failure"] for row in rows if row["failure"]]
         summed = [row for row in rows if cls.sums_failed or not row["failure"]]
         table = pd.DataFrame(summed, columns=list(cls.errors), dtype=float)
@@ -141,19 +145,13 @@ class Kind:
         """Return the columns of rows of questions."""
         return [*labels, *WHO, *cls.question, *cls.errors, *cls.more, "seconds", "failure"]
 
-    @classmethod
-    def columns_of_settings(cls, labels: Iterable[str]) -> list[str]:
-        """Return the columns of rows of settings."""
-        spread = (f"{name}_{part}" for name in cls.spread for part in ("median", "p95"))
-        return [*labels, *WHO, *KIND, *cls.own, "samples", "failures", *cls.errors, *spread, *COSTS, "failure"]
-
 
 def measure(kind: Kind, settings: Iterable[Prepared], repeats: int, budget_s: float) -> tuple[list[Row], list[Row]]:
-    """Ask every one of ``settings`` all questions: a row a question, and a row a setting, which may have more columns.
+    """Ask every one of ``settings`` all questions; return a row a question and setting, and a row a setting.
 
     repeats, budget_s : as of ``time_calls``
-    On one BLAS thread. A setting that cannot be prepared has failed on every question. One of a model that does not
-    know such a body has no rows; a warning says why.
+    On one BLAS thread. A setting that cannot be prepared has failed on every question. A model that does not know such
+    a body is left out, with a warning.
     """
     from threadpoolctl import threadpool_limits
 
@@ -175,14 +173,13 @@ def measure(kind: Kind, settings: Iterable[Prepared], repeats: int, budget_s: fl
 
 def tables(kind: Kind, questions: list[Row], settings: list[Row]) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return both tables of rows; what a row has no value of is empty."""
-    of_questions, of_settings = kind.columns_of_questions(kind.labels), kind.columns_of_settings(kind.labels)
-    return pd.DataFrame(questions, columns=of_questions), pd.DataFrame(settings, columns=of_settings)
+    return pd.DataFrame(questions, columns=kind.columns_of_questions(kind.labels)), kind.table.frame(settings)
 
 
 def ask(kind: Kind, solver: Any, repeats: int, budget_s: float) -> list[Row]:
-    """Ask each question once, and again in turn while there is time: a row each.
+    """Ask a prepared ``solver`` each question once, and again in turn while there is time; return a row a question.
 
-    solver : what was prepared, or the exception why it was not
+    solver : may be an exception, with which all questions have failed
     """
     rows = kind.rows()
     try:
@@ -230,11 +227,11 @@ class _Calls(Sequence):
 
 
 def spent(seconds: Sequence[float]) -> Row:
-    """Return what a row of a question has of the seconds of its calls."""
+    """Return the columns of a row of a question that was answered, from the seconds of its calls."""
     return {"seconds": float(np.median(seconds)), CALLS: seconds}
 
 
 def failed(failure: Exception) -> Row:
-    """Return what a row of a question has of a failure."""
+    """Return the columns of a row of a question that failed."""
     reason = REFUSED if isinstance(failure, Refused) else DOUBTED if isinstance(failure, Doubted) else FAILED
     return {"failure": said(failure), REASON: reason}

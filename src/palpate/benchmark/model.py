@@ -32,7 +32,10 @@ _FOREIGN = ("numba", "llvmlite", "ctypes", "_ctypes")
 
 
 class Kept(dict[Hashable, tuple[Any, float]]):
-    """What models and settings of one case share, by name, with what making it took [s]; no solver's own memory."""
+    """Objects that models and settings of one case share, by name, each with the time that making it took [s].
+
+    They do not count as memory of a solver.
+    """
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +126,7 @@ class Case:
         return len(self.database.contact)
 
     def first(self, count: int | None) -> Case:
-        """Keep ``count`` training samples of a seeded order, None all: smaller choices are part of larger ones."""
+        """Return the case with the first ``count`` training samples of a seeded order, or with all of them for None."""
         order = np.random.default_rng(self.options.seed).permutation(self.n_training)
         return replace(self, database=self.database.take(np.sort(order[:count])))
 
@@ -151,14 +154,14 @@ class Solver:
         raise NotImplementedError
 
     def precede(self, load: Load) -> None:
-        """Do what comes before a query, which is not timed: find the frame before, or prepare contacts and charge."""
+        """Do what comes before a query and is not timed: find the frame before, or prepare contacts and charge them."""
 
     def prepare_nodes(self, nodes: tuple[int, ...]) -> float | None:
-        """Prepare presses at these nodes at once; return what that takes [s], or None where nothing is prepared."""
+        """Prepare presses at all of these nodes together; return the time [s], or None where nothing is prepared."""
         return None
 
     def place(self, number: int, patch: Patch) -> int:
-        """Return what loads name as a node to press a disc anywhere on the surface, until ``number`` is placed anew."""
+        """Place a disc anywhere on the surface; return what loads give as its node, until ``number`` is placed anew."""
         raise NotImplementedError
 
 
@@ -327,7 +330,7 @@ def checked(answer: Any, n_surface: int, place: str = "a model") -> np.ndarray:
 
 
 def answered(solver: Solver, load: Load, n_surface: int) -> tuple[Answer, str]:
-    """Ask once: return the answer, looked at as ``checked`` does, and why the model does not believe it, or ""."""
+    """Ask ``solver`` once; return the answer, ``checked``, and why the model itself doubts it, or ""."""
     try:
         answer, doubt = solver.respond(load), ""
     except Doubted as doubted:
@@ -341,10 +344,10 @@ def _short(value: int | float | str | bool) -> str:
 
 
 def held_mb(held: object) -> float:
-    """Count the megabytes (1e6 bytes) of the arrays and sparse factors that ``held`` reaches, each counted once.
+    """Return the megabytes (1e6 bytes) of the arrays and sparse factors that ``held`` refers to, each counted once.
 
-    Follows attributes, containers, partial calls and what functions closed over, but not what a case keeps
-    for all. Sparse LU factors count 12 bytes a stored number. Small objects and code do not count.
+    References are followed through attributes, containers, partial calls and closures, but not into ``Kept``, which all
+    models of a case share. Sparse LU factors count 12 bytes a stored number. Small objects and code do not count.
     """
     total = 0
     waiting: list[Any] = [held]

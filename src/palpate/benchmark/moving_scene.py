@@ -1,4 +1,4 @@
-"""A scene reduced to what all models can share, engines elsewhere too: what moves and what acts, on nested levels."""
+"""A scene reduced to the body that moves and the loads that act, which all models have, and engines elsewhere too."""
 
 from dataclasses import dataclass, field
 from typing import Self
@@ -17,7 +17,7 @@ from palpate.scenes.settings import Scene
 
 @dataclass(frozen=True, eq=False)
 class MovingScene:
-    """A scene whose motion is known at the ends of ``frames`` equal parts of ``duration_s``.
+    """A moving body and its loads; its motion is asked for at the ends of ``frames`` equal parts of ``duration_s``.
 
     body : of nested levels, the last of which is the reference's
     loads : what acts, of TAKEN_OVER; rayleigh : what damps the reference
@@ -35,9 +35,9 @@ class MovingScene:
 
     @classmethod
     def of(cls, scene: Scene, body: Body, duration_s: float, frames: int, level: int | None = None) -> Self:
-        """Reduce ``scene`` to what its models can share.
+        """Reduce ``scene`` to the loads TAKEN_OVER on a ``body``, whose levels are refined up to that of the reference.
 
-        level : that of the reference; without it the scene's, but one finer than the coarse one
+        level : of the reference; None takes the scene's, but level 1 at least
         """
         loads = Loads(**{effect: getattr(scene, effect) for effect in TAKEN_OVER})
         last = max(scene.level, 1) if level is None else level

@@ -17,6 +17,7 @@ from palpate.benchmark.model import Case, Model, Solver, checked
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH, ZERO
 from palpate.benchmark.timing import Call
 from palpate.errors import NotConverged
+from palpate.table_declaration import Table
 
 ERRORS = TruthErrors._fields
 CHOSEN_BY = ("rmse_of_peak", "patch_rms_of_peak")
@@ -28,16 +29,39 @@ ESTIMATED = "estimated_of_peak"
 COARSER = {"rms": "coarser_rmse_of_peak", "patch": "coarser_patch_rms_of_peak"}
 """The distance of an answer from that of quadratic elements one level coarser than the finest, by kind of error."""
 
+ACCURACY_VS_TIME = Table(
+    "accuracy_vs_time",
+    "The error against the truth, the time, the preparation and the memory of every model at each of its settings.",
+    """
+    scene body regime: a body under a regime of loads
+    model setting: what answers
+    sees prepared law protocol: what it is given, whether its contacts were prepared, its law, and the coarse answers
+    split samples failures: number of the split of the contacts, test samples, and those without an answer
+    rejected rejected_answered: validation and test samples without a truth, and those of them that it answered without
+        a doubt or a failure
+    rmse_m rmse_of_peak relative_l2 p95_of_peak max_of_peak: mean errors over the surface [m, peak, -, peak, peak]
+    patch_rms_of_peak patch_max_of_peak: mean errors at the disc that is pressed [peak]
+    operator_rmse_of_peak: error against the finest mesh alone [peak]
+    rmse_of_peak_median rmse_of_peak_p95 relative_l2_median relative_l2_p95: median and 95th percentile of samples
+    patch_rms_of_peak_median patch_rms_of_peak_p95 patch_max_of_peak_median patch_max_of_peak_p95: the same at the disc
+    validation_rmse_of_peak validation_patch_rms_of_peak: mean errors on the samples that choose settings
+    online_median_s online_p95_s online_max_s: time of an answer, and of the slowest press (median of its calls) [s]
+    offline_s memory_mb: preparation [s], and memory [1e6 bytes]
+    break_even_queries: answers after which the preparation has paid, against quadratic elements
+    threads commit failure: threads, commit of the code, and the first reason of a failure
+    """,
+)
+
 
 class Presses(Kind):
-    """The samples of a judge; those of the test side alone are averaged.
+    """The presses of a judge's samples; rows of settings have means over those of the test side alone.
 
     place : the module of the model, which errors name; reduces : whether it reduces the fine operator
-    more_of : a regular expression; a setting in whose name it is found is asked for ``judge.training`` too, unless it
-        has learnt from training samples. This is not timed and no part of means: bounds of its errors know more
-        contacts.
-    Every setting is asked for the presses of ``judge.rejected``, too, off the clock: these have no truth, and a model
-    that knows its limits doubts or refuses them.
+    more_of : a regular expression. A setting in whose name it is found is asked the presses ``judge.training`` too,
+        unless it has learnt from training samples. They are not timed and no part of means: they give bounds of errors
+        more contacts.
+    Every setting is asked the presses ``judge.rejected``, too, untimed: they have no truth, and a model that knows its
+    limits doubts or refuses them.
     """
 
     question = ("side", "sample", "contact")
@@ -46,7 +70,7 @@ class Presses(Kind):
     spread = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak")
     more = (ESTIMATED, *COARSER.values())
     sums_failed = True
-    own = ("protocol", "rejected", "rejected_answered", *(f"validation_{name}" for name in CHOSEN_BY))
+    table = ACCURACY_VS_TIME
 
     def __init__(
         self, labels: Row, judge: Judge, place: str = "a model", reduces: bool = False, more_of: str | None = None
@@ -70,7 +94,10 @@ class Presses(Kind):
 
     @classmethod
     def means(cls, rows: list[Row]) -> Row:
-        """Errors on validation samples are empty unless all of them were answered; times are those of all samples."""
+        """Return the columns of a setting; errors are means over test samples, times over all samples.
+
+        Errors on validation samples are empty unless all of these were answered.
+        """
         chooses, tests = ([row for row in rows if row["side"] == side] for side in SIDES)
         found = pd.DataFrame(chooses, columns=CHOSEN_BY, dtype=float).mean(skipna=False).add_prefix("validation_")
         every = super().means(rows)
@@ -89,7 +116,7 @@ class Presses(Kind):
         return {"rejected": len(given), "rejected_answered": sum(given)}, rest
 
     def _answers(self, solver: Solver, load: Load) -> bool:
-        """Return whether a load is answered without a doubt or a failure."""
+        """Return whether ``solver`` answers a load without a doubt or a failure."""
         try:
             checked(_call(solver, load)(), self.judge.truth.shape[1], self.place)
         except NotConverged:
@@ -103,7 +130,7 @@ def _call(solver: Solver, load: Load) -> Callable[[], np.ndarray | Answer]:
 
 
 def labels_of(case: Case) -> Row:
-    """Return the columns that say what is pressed."""
+    """Return the columns that name the body and the regime of loads of a case."""
     return {"scene": f"{case.body.name}_{case.regime}", "body": case.body.name, "regime": case.regime}
 
 
@@ -117,9 +144,10 @@ def measure(
     progress: Callable = iter,
     more_of: str | None = None,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Measure ``models``, which are one with several settings, as ``measuring.measure`` does; ``more_of`` of Presses.
+    """Measure the settings ``models`` of the model ``name`` on presses: a row a sample, and a row a setting.
 
-    ``progress`` wraps the sequence of settings, as ``tqdm`` does.
+    repeats, budget_s : as of ``time_calls``; more_of : as of ``Presses``
+    progress : wraps the sequence of settings, as ``tqdm`` does
     """
     place, reduces = (models[0].place, models[0].reduces != "") if models else ("", False)
     kind = Presses(labels_of(case), judge, place, reduces, more_of)
@@ -140,10 +168,10 @@ def warn_unanswered(name: str, settings: pd.DataFrame) -> None:
 
 
 def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Tabulate the models "truth" and "zero" as ``measure`` does: a row a sample, a row a setting.
+    """Tabulate the truth's own errors and those of no displacement at all, as if "truth" and "zero" were models.
 
-    The truth's own errors are those of ``judge.training`` too. The time of the truth is that of its solutions
-    on all levels; the answer zero has none.
+    There are rows of the truth for ``judge.training`` too. Its time is that of its solutions on all levels; the answer
+    zero has none.
     """
     kind = Presses(labels_of(case), judge)
     own, still = _own(kind), kind.rows()
@@ -159,6 +187,6 @@ def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def _own(kind: Presses) -> list[Row]:
-    """Return the truth's own errors and what it took."""
+    """Return rows of the truth's own errors and times."""
     own = zip(kind.rows(), kind.judge.own, kind.judge.own_seconds, strict=True)
     return [row | dict(zip(ERRORS, errors, strict=True)) | spent([float(seconds)]) for row, errors, seconds in own]

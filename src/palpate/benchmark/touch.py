@@ -26,11 +26,11 @@ BEFORE = 0.8
 
 @dataclass(frozen=True, eq=False)
 class Touch:
-    """An instrument that is pushed from first touch to a depth, or that moves what it grasps as far.
+    """An instrument that is pushed into a body from where it first touches, or that pulls the patch that it grasps.
 
-    node : of the fine surface, where its tip is held against the surface, upright on its normal, before it is moved
-    direction : unit vector (3,) of the motion; depth_m : how far, from first touch [m]
-    poses : where it first touches, by body, once it was looked for
+    node : of the fine surface, above which the tip stands before the motion, along the normal there
+    direction : unit vector (3,) of the motion; depth_m : its length from first touch [m]
+    poses : cached by ``pose``, where the instrument first touches each body
     """
 
     instrument: Instrument
@@ -41,12 +41,13 @@ class Touch:
 
     @property
     def grasps(self) -> bool:
-        """Whether it holds a patch of the surface, which makes contact no question."""
+        """Whether the instrument holds a patch of the surface."""
         return self.instrument.kind == GRASP
 
     def patch(self, body: Body) -> Patch:
-        """Return what a grasp holds of ``body``; InputError where triangles there are much larger."""
-        held, radius = patch_around(body.fine, self.node, self.instrument.radius_m), self.instrument.radius_m
+        """Return the triangles of ``body`` that a grasp holds; InputError where these reach far beyond its radius."""
+        radius = self.instrument.radius_m
+        held = patch_around(body.fine, self.node, radius)
         reach = float(np.linalg.norm(held.corners - body.fine.nodes[self.node], axis=2).max())
         if reach > LARGEST * radius:
             raise InputError(
@@ -69,12 +70,12 @@ class Touch:
 
 
 class Touched(NamedTuple):
-    """The answer to a touch.
+    """The answer to a touch, with NaN for what a model does not compute.
 
     displacement : (n_surface, 3) [m] of the fine surface
-    force_n : the instrument's force along its direction [N]; NaN where it is not told
-    area_m2 : that touches [m²]; NaN where it is not told
-    reaction_n : the same force as the body's supports feel it [N]; NaN where it is not told
+    force_n : the instrument's force along its direction [N]
+    area_m2 : of contact [m²]
+    reaction_n : the same force summed over the body's supports [N]
     """
 
     displacement: np.ndarray
@@ -89,11 +90,12 @@ class TouchDoubted(NotConverged):
 
 @dataclass(frozen=True, eq=False)
 class TouchCase:
-    """One body under one instrument: all that a model may know before it is asked.
+    """One body under one instrument: all that a model may know before a touch is asked.
 
     deepest_m : no touch is deeper [m]
+    seed : of every random choice
     grid : the values to try of the settings of models
-    kept : what ``share`` has made
+    kept : what ``share`` has made, by name
     """
 
     body: Body
@@ -111,15 +113,15 @@ class TouchCase:
 
 
 class TouchSolver:
-    """A model with one setting: what answers touches.
+    """A prepared setting of a model, which answers touches.
 
-    A module of a model has ``settings(case)``, a list of dictionaries from cheap to expensive, and
-    ``online(case, **setting)``, which returns such a solver; both take a ``TouchCase``, and raise NotConverged, its
-    kind LeftOut for a body that the model does not know.
+    The module of a model has two functions of a ``TouchCase``: ``settings(case)``, a list of dictionaries from cheap to
+    expensive, and ``online(case, **setting)``, which returns such a solver. Both raise NotConverged where there is
+    none, and its kind LeftOut for a body that the model does not know.
     """
 
     def prepare(self, touch: Touch) -> None:
-        """Prepare its place, for any depth and direction: timed apart, once for each touch."""
+        """Prepare for touches at the place of ``touch``, of any depth and direction; timed apart, once a touch."""
 
     def respond(self, touch: Touch) -> Touched:
         """Return the answer; this is timed. NotConverged where there is none, TouchDoubted where it is not believed."""
@@ -138,12 +140,12 @@ def refuse_sticking(case: TouchCase, what: str) -> None:
 
 
 def given_touches(body: Body, instrument: Instrument, given: Sequence[Given]) -> pd.DataFrame:
-    """Return the touches that a config gives, one for each depth, as ``choose_touches`` does.
+    """Return the touches at the places ``given`` in a config, a row with TOUCH_COLUMNS for each depth.
 
-    given : ``at_m``, the point whose nearest surface node is touched; ``depths_m``; ``direction``, or None for the
-        inward normal, and for the outward one of what is grasped
-    InputError for a point that is off the surface or on what is held, for an instrument whose way is out of the body,
-    and for one that is pushed through all of it.
+    The surface node nearest to ``at_m`` is touched; without a direction, along the inward normal, and by a grasp along
+    the outward one.
+    InputError for a point that is off the surface or on what is held, for a direction out of the body, and for an
+    instrument that would be pushed through all of it.
     """
     mesh, able, pulls = body.fine, places_to_touch(body), instrument.kind == GRASP
     corners = mesh.nodes[mesh.triangles]
@@ -196,12 +198,13 @@ def choose_touches(
     seed: int,
     bears: Callable[[Touch], bool],
 ) -> pd.DataFrame:
-    """Choose ``count`` touches: places drawn by area, depths evenly, every other one tilted, to TILT at most.
+    """Choose ``count`` touches, rows with TOUCH_COLUMNS: places drawn by area, depths drawn evenly.
 
-    What is grasped is pulled, and all else pushed.
+    Every other touch is tilted from the normal, by TILT at most. A grasp pulls outward, other instruments push inward.
     depth_of_radius : least and largest depth over the radius
-    bears : whether the body bears a touch; those that it does not are made less deep, then left for other places
-    Warns of touches that were lowered or left; InputError where no place bears any.
+    bears : whether the body has an equilibrium under a touch; where not, the touch is made less deep, and after FALLS
+        tries another place is taken
+    Warns of touches that were made less deep and places that were left; InputError where no place bears any.
     """
     rng, able = np.random.default_rng(seed), places_to_touch(body)
     order = able[np.argsort(rng.exponential(size=len(able)) / body.fine.areas[able])]

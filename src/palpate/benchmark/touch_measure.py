@@ -18,17 +18,45 @@ from palpate.benchmark.timing import Call
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
 from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, patch_of, touch_errors
 from palpate.errors import InputError, NotConverged
+from palpate.table_declaration import Table
 
 SIGNED = ("force_error", "stiffness_error", "contact_area_error")
 """Errors with a sign: means keep it, and medians and percentiles are of their size."""
 LAW = "the body's"
 """The law of models that take it from the body."""
 
+TOUCH = Table(
+    "touch",
+    "The errors against the truth, the time, the preparation and the memory of every model at each of its settings.",
+    """
+    scene body instrument radius_m: a body under an instrument, and the radius of that [m]
+    model setting: what answers
+    sees prepared law: what it is given, whether it prepares each place, and its law
+    samples failures rejected: touches, those without an answer, and those without a truth, which are not asked
+    rmse_of_peak patch_rms_of_peak patch_max_of_peak max_of_peak: mean errors over the surface, and in the dent,
+        which is what lies within a radius of the instrument from where it first touches [peak]
+    force_error stiffness_error contact_area_error: mean errors with their sign, over the truth's own: of the force at
+        the depth asked, of its slope over depth, and of the area that touches; empty where a model does not tell it
+    force_error_size stiffness_error_size contact_area_error_size: means of these without their sign
+    rmse_of_peak_median rmse_of_peak_p95 patch_rms_of_peak_median patch_rms_of_peak_p95: medians and 95th percentiles
+    force_error_median force_error_p95 stiffness_error_median stiffness_error_p95: the same, without the sign
+    contact_area_error_median contact_area_error_p95: the same, without the sign
+    rmse_of_peak_bound patch_rms_of_peak_bound force_error_bound: below which the error at another place stays in nine
+        cases of ten, with the truth's own error; empty where fewer than nine touches are known
+    force_error_coverage: share of the touches that stay below such a bound of others; empty below ten touches
+    penetration_of_depth: the deepest overlap of a surface node with the instrument, over the depth; empty of a grasp
+    reaction_error: mean error of the force as the body's supports feel it
+    online_median_s online_p95_s online_max_s: time of an answer, and of the slowest touch (median of its calls) [s]
+    preparation_s offline_s memory_mb: preparation of a place and of the body [s], and memory [1e6 bytes]
+    threads failure: threads, and the first reason of a failure
+    """,
+)
+
 
 def load_model(place: str, keywords: Mapping[str, Any]) -> SimpleNamespace:
-    """Return ``settings(case)``, ``online(case, **setting)`` and LAW of the module ``place``, for ``touch_settings``.
+    """Load a model of touches from the module ``place``: its ``settings(case)``, ``online(case, **setting)`` and LAW.
 
-    keywords : which of the module's variants it is
+    keywords : further arguments of both functions, which choose one of the module's variants
     """
     module = import_module(place)
     functions = {name: partial(getattr(module, name), **keywords) for name in ("settings", "online")}
@@ -42,7 +70,7 @@ class Touches(Kind):
     errors = (*TouchErrors._fields, "penetration_of_depth", "reaction_error")
     spread = ("rmse_of_peak", "patch_rms_of_peak", *SIGNED)
     more = ("preparation_s",)
-    own = ("rejected", "preparation_s")
+    table = TOUCH
 
     def __init__(self, case: TouchCase, touches: Sequence[Touch], truth: TouchTruth, place: str = "a model"):
         body, tool, self.believed = case.body, case.instrument, np.flatnonzero(truth.believed)
@@ -65,13 +93,13 @@ class Touches(Kind):
         return partial(solver.respond, self.touches[i])
 
     def judged(self, i: int, answer: Touched | np.ndarray) -> Row:
-        touch, true, told = self.touches[i], self._truth.answer(self.believed[i]), self._told(answer)
-        found: Row = touch_errors(told, true, patch_of(self.case.body, touch))._asdict()
-        found["penetration_of_depth"] = penetration(self.case, touch, told)
-        return found | {"reaction_error": told.reaction_n / true.force_n - 1.0, "force_n": told.force_n}
+        touch, true, touched = self.touches[i], self._truth.answer(self.believed[i]), self._as_touched(answer)
+        found: Row = touch_errors(touched, true, patch_of(self.case.body, touch))._asdict()
+        found["penetration_of_depth"] = penetration(self.case, touch, touched)
+        return found | {"reaction_error": touched.reaction_n / true.force_n - 1.0, "force_n": touched.force_n}
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
-        """Ask at less depth for the slope of the force; it is unknown where there is no answer."""
+        """Ask each touch at less depth, untimed, for the slope of the force; it is NaN where there is no answer."""
         for i, row in enumerate(rows):
             if not row["failure"]:
                 row["stiffness_error"] = self._slope_error(one.solver, i, row["force_n"])
@@ -79,24 +107,27 @@ class Touches(Kind):
         return {"rejected": int((~self._truth.believed).sum()), "preparation_s": took.mean()}, []
 
     def _slope_error(self, solver: TouchSolver, i: int, force: float) -> float:
-        true = self._truth.force[self.believed[i]]
+        true_before, true = self._truth.force[self.believed[i]]
         try:
-            before = self._told(solver.respond(self.touches[i].before)).force_n
+            before = self._as_touched(solver.respond(self.touches[i].before)).force_n
         except NotConverged:
             return np.nan
-        return float((force - before) / (true[1] - true[0]) - 1.0)
+        return float((force - before) / (true - true_before) - 1.0)
 
-    def _told(self, answer: Touched | np.ndarray) -> Touched:
-        told = answer if isinstance(answer, Touched) else Touched(answer, np.nan)
-        if all(isinstance(each, Real) for each in told[1:]):
-            return told
+    def _as_touched(self, answer: Touched | np.ndarray) -> Touched:
+        touched = answer if isinstance(answer, Touched) else Touched(answer, np.nan)
+        if all(isinstance(each, Real) for each in touched[1:]):
+            return touched
         raise InputError(f"{self.place}: a force or area is no number; return Touched(displacement, force_n, area_m2).")
 
 
 def touch_settings(
     case: TouchCase, name: str, model: ModuleType | SimpleNamespace, progress: Callable = iter
 ) -> Iterator[Prepared]:
-    """Prepare all settings of a model of ``load_model`` in turn; progress : wraps them, as ``tqdm`` does."""
+    """Prepare all settings of a model of palpate's, as ``load_model`` returns it, in turn.
+
+    name : of the model in tables; progress : wraps the settings, as ``tqdm`` does
+    """
     for setting in progress(model.settings(case)):
         about = {"model": name, "setting": setting_text(setting), "sees": "load", "law": getattr(model, "LAW", "")}
         one = prepared(about, partial(model.online, case, **setting))
@@ -105,7 +136,7 @@ def touch_settings(
 
 
 def truth_rows(case: TouchCase, touches: Sequence[Touch], truth: TouchTruth) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Tabulate the truth's own errors as if it were a model."""
+    """Tabulate the truth's own errors as if it were a model: a row a touch, and one row of means."""
     kind = Touches(case, touches, truth)
     found = kind.rows()
     for row, of_touch in zip(found, kind.believed, strict=True):

@@ -6,9 +6,9 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.database import write
+from palpate.benchmark.press_measure import ACCURACY_VS_TIME
 from palpate.benchmark.split import fold_table
 from palpate.bodies.body_file import save
-from palpate.studies.tradeoff.jobs import ACCURACY_VS_TIME
 
 CONFIG = """\
 bodies:

@@ -56,7 +56,7 @@ def truth(case):
 
 @pytest.fixture(scope="module")
 def tables(case, truth):
-    return measure.measure_cut("slab_cut", case, truth, 1, 0.01, tried=TRIED)
+    return measure.measure_models("slab_cut", case, truth, 1, 0.01, tried=TRIED)
 
 
 def test_hooks_grasp_nodes_of_every_level(case):
@@ -89,7 +89,7 @@ def test_errors_are_against_the_truth_and_beside_its_own(tables):
 def test_what_cannot_follow_says_why(case, truth, monkeypatch):
     monkeypatch.setattr(linear, "LARGEST", 100)
     tried = {"linear_responses": LINEAR[:1]}
-    cut, opening = measure.measure_cut("slab_cut", case, truth, 1, 0.01, tried=tried)
+    cut, opening = measure.measure_models("slab_cut", case, truth, 1, 0.01, tried=tried)
     assert "the compliance of" in cut["failure"].iloc[0] and np.isnan(cut["first_median_s"].iloc[0])
     assert (opening["model"] == "truth").all()
 
@@ -104,7 +104,7 @@ def test_openings_are_told_at_places_along_the_cut(case, truth, tables):
 
 def test_a_truth_that_is_rejected_judges_no_model(case, truth):
     rejected = replace(truth, rejected="the lips close")
-    cut, _ = measure.measure_cut("slab_cut", case, rejected, 1, 0.01, tried={"fem": TRIED["fem"][:1]})
+    cut, _ = measure.measure_models("slab_cut", case, rejected, 1, 0.01, tried={"fem": TRIED["fem"][:1]})
     assert np.isnan(cut["surface_error"].iloc[0]) and cut["first_median_s"].iloc[0] > 0.0
     row = measure.truth_row("slab_cut", case, rejected).iloc[0]
     assert row["rejected"] == "the lips close" and row["opening_error"] == 0.01

@@ -1,4 +1,4 @@
-"""Measure what models make of a cut whose lips are pulled apart, and how long they take from the blade's move on."""
+"""Measure errors of models of a body whose cut is pulled apart, and their times from the blade's move on."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -7,18 +7,21 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.cut_truth import CutTruth, Hook, Pulled, mouth, pull_errors
+from palpate.benchmark.cut_truth import CutTruth, Hook, Pulled, mouth, pull_errors, truth_of_cut
 from palpate.benchmark.measuring import CALLS, Kind, Prepared, Row, measure, prepared
 from palpate.benchmark.model import Setting, held_mb, setting_text
 from palpate.benchmark.ranking import TRUTH
 from palpate.benchmark.timing import Call, online, said, time_calls
 from palpate.bodies.body import Body
+from palpate.bodies.body_file import load
 from palpate.bodies.cutting.cut import Blade, Cut, make_cut
 from palpate.bodies.cutting.ways import VIRTUAL_NODES
 from palpate.errors import InputError, NotConverged
 from palpate.models.cut.opened import CutCase, CutModel
 from palpate.models.cut.tried import MODELS, TRIED
+from palpate.run.job import steps
 from palpate.solvers.grasping import patch_around
+from palpate.stores import store, stored
 from palpate.studies.cut.settings import Pull
 from palpate.table_declaration import Table
 
@@ -75,7 +78,7 @@ WHOLE = "enriched"
 
 
 def asked(body: Body, entry: Pull) -> CutCase:
-    """Return the question that a block of ``cut.cuts`` asks of a body; InputError where it describes no cut."""
+    """Make the cut and the hooks of an entry of ``cut.cuts`` on a body; InputError where it describes no cut."""
     cut, coarse, fine = make_cut("cut", entry.cut, body.fine), body.coarse, body.fine
     hooks = []
     for hook in entry.hooks:
@@ -96,31 +99,33 @@ def truth_row(scene: str, case: CutCase, truth: CutTruth) -> pd.DataFrame:
 
 
 class Pulls(Kind):
-    """A body that is cut and pulled: the questions are the calls TIMES, and the first answer of all is judged.
+    """A cut whose lips are pulled apart; the three questions are the calls that TIMES names.
 
-    Where the truth judges no model errors are left out. ``openings`` are rows of CUT_OPENING, the truth's first.
+    These are the change of a model to the cut body, its first answer, and a further answer. An answer that ``begin``
+    asks for beforehand is judged. Where the truth was rejected there are no errors.
+    openings : rows of CUT_OPENING, the truth's first
     """
 
     def __init__(self, scene: str, case: CutCase, truth: CutTruth, repeats: int, budget_s: float):
         super().__init__({"scene": scene, "body": case.body.name}, [{}] * len(TIMES))
         self.case, self._truth, self._limits = case, truth, (repeats, budget_s)
         self.openings: list[Row] = []
-        self._tell_opening({"model": TRUTH, "setting": "", "level": "", "way": ""}, truth.pulled)
+        self._add_opening({"model": TRUTH, "setting": "", "level": "", "way": ""}, truth.pulled)
 
     def begin(self, solver: CutModel) -> None:
         self._held_mb = held_mb(solver)
-        with _no_answer():
-            self._answer = _follow(solver, self.case.cuts)
+        with _input_error_as_failure():
+            self._answer = _cut_and_pull(solver, self.case.cuts)
 
     def call(self, solver: CutModel, i: int) -> Call:
         return solver.pull if i else partial(solver.cut, self.case.cuts)
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
-        """Return errors and times; a blade moves in steps where a first answer is soon enough."""
+        """Return errors and times; a model is asked to follow a blade in steps if its first answer is soon enough."""
         found: Row = {f"own_{name}": value for name, value in zip(ERRORS, self._truth.own, strict=True)}
         if any(row["failure"] for row in rows):
             return found, []
-        self._tell_opening(one.about, self._answer)
+        self._add_opening(one.about, self._answer)
         if not self._truth.rejected:
             found |= dict(zip(ERRORS, pull_errors(self._answer, self._truth.pulled), strict=True))
         change, first, again = (np.array(row[CALLS]) for row in rows)
@@ -132,36 +137,36 @@ class Pulls(Kind):
         return found | {"lost_share": lost, "calls": len(first), "memory_mb": self._held_mb}, []
 
     def _steps(self, solver: CutModel) -> Sequence[float]:
-        """Return the times [s] of answers to a blade that moves; none of another cut, or where one fails."""
+        """Return the times [s] of answers after each step of a moving blade; none of other cuts, or where one fails."""
         (cut,), (repeats, budget_s) = self.case.cuts, self._limits
         if not isinstance(cut, Blade):
             return []
         stops = [cut.up_to(share * cut.length_m) for share in np.arange(1, BLADE_STEPS) / BLADE_STEPS]
-        calls = [partial(_follow, solver, [stop]) for stop in (*stops, cut)]
+        calls = [partial(_cut_and_pull, solver, [stop]) for stop in (*stops, cut)]
         timed = time_calls(calls, BLADE_STEPS * repeats, budget_s)
         return [] if any(timed.failures) else [seconds for each in timed.seconds for seconds in each]
 
-    def _tell_opening(self, about: Row, answer: Pulled) -> None:
+    def _add_opening(self, about: Row, answer: Pulled) -> None:
         along = np.linalg.norm(self.case.places - self.case.places[:1], axis=1)
         for at, wide in zip(along, np.linalg.norm(answer.opening, axis=1), strict=True):
             self.openings.append(self.labels | about | {"along_m": at, "opening_m": wide})
 
 
-def _follow(model: CutModel, cuts: Sequence[Cut]) -> Pulled:
+def _cut_and_pull(model: CutModel, cuts: Sequence[Cut]) -> Pulled:
     model.cut(cuts)
     return model.pull()
 
 
 @contextmanager
-def _no_answer() -> Iterator[None]:
-    """Take what is no input of a model, as where nothing is left of a level, for a failure."""
+def _input_error_as_failure() -> Iterator[None]:
+    """Raise NotConverged in place of an InputError, as where a cut leaves nothing of a level."""
     try:
         yield
     except InputError as failure:
         raise NotConverged(said(failure), []) from failure
 
 
-def measure_cut(
+def measure_models(
     scene: str,
     case: CutCase,
     truth: CutTruth,
@@ -170,10 +175,10 @@ def measure_cut(
     progress: Callable = iter,
     tried: Mapping[str, list[Setting]] = TRIED,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Measure all settings of all models: rows of CUT and of CUT_OPENING.
+    """Measure all settings of all models on one cut; return CUT and CUT_OPENING.
 
-    repeats, budget_s : as of ``time_calls``; progress : wraps the settings; tried : these by model, but for levels
-        that the body has not
+    repeats, budget_s : as of ``time_calls``; progress : wraps the settings, as ``tqdm`` does
+    tried : settings by model; those on levels that the body does not have are left out
     """
 
     def settings() -> Iterator[Prepared]:
@@ -181,7 +186,7 @@ def measure_cut(
         for model, setting in progress(known):
             way = setting.get("way", WHOLE if model == "enriched_responses" else VIRTUAL_NODES)
             about = {"model": model, "setting": setting_text(setting), "level": setting["level"], "way": way}
-            yield prepared(about, _no_answer()(partial(MODELS[model], case=case, **setting)))
+            yield prepared(about, _input_error_as_failure()(partial(MODELS[model], case=case, **setting)))
 
     kind = Pulls(scene, case, truth, repeats, budget_s)
     _, rows = measure(kind, settings(), len(TIMES) * repeats, budget_s)
@@ -190,3 +195,23 @@ def measure_cut(
 
 def _length(vectors: np.ndarray) -> float:
     return float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
+
+
+FRONT_OF_WIDTH = 0.5
+"""Longest edges at the front of a cut over its half width, on the meshes that are halved; elsewhere at the cut 1."""
+
+
+def find_cut_truth(input, output, wildcards, entry: Pull):
+    """Find the truth of a cut, for the rule of that name (palpate.studies.common_jobs says how it is called)."""
+    case = asked(load(input.body), entry)
+    cut = case.cuts[0]
+    found = truth_of_cut(case.body, cut, case.hooks, cut.narrow_m, FRONT_OF_WIDTH * cut.narrow_m, case.places)
+    store(found, output.truth)
+    return {"table": truth_row(wildcards.scene, case, found)}
+
+
+def measure_cut(input, wildcards, say, entry: Pull, repeats: int, budget_s: float):
+    """Measure all models of a cut, for the rule of that name."""
+    case, progress = asked(load(input.body), entry), steps(say, f"{wildcards.scene}: setting")
+    tables = measure_models(wildcards.scene, case, stored(CutTruth, input.truth), repeats, budget_s, progress)
+    return dict(zip(("cut", "opening"), tables, strict=True))

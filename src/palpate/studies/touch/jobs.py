@@ -1,24 +1,34 @@
-"""Functions that the rules of workflow/rules/touch.smk call; palpate.studies.common_jobs says how."""
+"""Functions that workflow/rules/touch.smk calls (palpate.studies.common_jobs says how), and the tables they write."""
 
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
 import pandas as pd
 
+from palpate.benchmark.conformal import Draws, bound_factor, finite
+from palpate.benchmark.measuring import measure, tables
+from palpate.benchmark.ranking import TRUTH
 from palpate.benchmark.settings import Given, TouchTruthSettings
 from palpate.benchmark.settings import Instrument as ToolSettings
+from palpate.benchmark.touch import TouchCase, choose_touches, given_touches, touches_of
+from palpate.benchmark.touch_measure import SIGNED, TOUCH, Touches, load_model, touch_settings, truth_rows
+from palpate.benchmark.touch_mesh import check_by_coarse_elements
+from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, truth_of_touches
+from palpate.benchmark.truth import over, reasons
+from palpate.bodies.body_file import load
+from palpate.effects.instrument import Instrument
+from palpate.models.load_model import own_settings
 from palpate.run.job import free_mb, steps, write_table
 from palpate.stores import store, stored
 from palpate.studies.touch.settings import Families
+from palpate.table_declaration import Table
 
 
 def simulate_touch_truth(
     input, output, wildcards, say, instrument: ToolSettings, truth: TouchTruthSettings, at: list[Given],
     samples: int, depth_of_radius: tuple[float, float], seed: int,
 ):  # fmt: skip
-    from palpate.benchmark.touch import choose_touches, given_touches, touches_of
-    from palpate.benchmark.touch_mesh import check_by_coarse_elements
-    from palpate.benchmark.touch_truth import truth_of_touches
-    from palpate.bodies.body_file import load
-    from palpate.effects.instrument import Instrument
-
     body, tool = load(input.body), Instrument(**dict(instrument))
     if at:
         table = given_touches(body, tool, at)
@@ -39,14 +49,6 @@ def measure_touch_models(
     input, wildcards, say, instrument: ToolSettings, deepest_of_radius: float, place: str, keywords: dict,
     settings: Families, repeats: int, seed: int,
 ):  # fmt: skip
-    from palpate.benchmark.measuring import measure, tables
-    from palpate.benchmark.touch import TouchCase, touches_of
-    from palpate.benchmark.touch_measure import Touches, load_model, touch_settings
-    from palpate.benchmark.touch_truth import TouchTruth
-    from palpate.bodies.body_file import load
-    from palpate.effects.instrument import Instrument
-    from palpate.models.load_model import own_settings
-
     tool = Instrument(**dict(instrument))
     touches = touches_of(tool, pd.read_csv(input.touches))
     deepest = max([deepest_of_radius * tool.radius_m, *(touch.depth_m for touch in touches)])
@@ -62,13 +64,6 @@ def measure_touch_models(
 
 
 def tabulate_touch(input, instruments: list[ToolSettings]):
-    from palpate.benchmark.touch import TouchCase, touches_of
-    from palpate.benchmark.touch_measure import truth_rows
-    from palpate.benchmark.touch_truth import TouchTruth
-    from palpate.bodies.body_file import load
-    from palpate.effects.instrument import Instrument
-    from palpate.studies.touch.tables import Known, touch_forces_table, touch_table, touch_truth_table
-
     known, samples, settings = [], [], []
     files = zip(input.bodies, input.touches, input.truths, instruments, strict=True)
     for body, chosen, solved, tool in files:
@@ -82,10 +77,141 @@ def tabulate_touch(input, instruments: list[ToolSettings]):
         settings.append(row)
     samples += map(pd.read_csv, input.samples)
     settings += map(pd.read_csv, input.settings)
-    tables = {"truth": touch_truth_table(known), "forces": touch_forces_table(known)}
-    return tables | {"touch": touch_table(_joined(settings), _joined(samples))}
+    truths = {"truth": TOUCH_TRUTH.frame(map(touch_truth_row, known)), "forces": touch_forces_table(known)}
+    return truths | {"touch": touch_table(_joined(settings), _joined(samples))}
 
 
-def _joined(tables):
+def _joined(parts: list[pd.DataFrame]) -> pd.DataFrame:
     """Join tables, of which some may have no rows."""
-    return pd.concat([table for table in tables if len(table)] or tables[:1], ignore_index=True)
+    return pd.concat([part for part in parts if len(part)] or parts[:1], ignore_index=True)
+
+
+TOUCH_TRUTH = Table(
+    "touch_truth",
+    "How exactly the truth of each instrument on each body is known, and what it takes.",
+    """
+    scene body instrument radius_m edge_m length_m: a body under an instrument, and the lengths of that [m]
+    samples rejected: touches whose truth is believed, and the others
+    lowered: touches that were made less deep than drawn, as the body gives way there
+    depth_min_m depth_max_m: between which the depths lie, from first touch [m]
+    force_min_n force_max_n: between which the forces lie [N]
+    rmse_of_peak patch_rms_of_peak: means of the truth's own errors, over the surface and in the dent [peak]
+    force_error stiffness_error area_error: means of its own errors of the force, its slope over depth, and the area
+        that touches, over these
+    rmse_of_peak_max patch_rms_of_peak_max force_error_max stiffness_error_max area_error_max: the greatest of each
+    order force_order: medians of the observed orders of convergence, of the displacement and of the force
+    overlap least_det: largest mean overlap with the instrument over the depth, and least determinant of F
+    nodes mesh_edge_m: of the finest mesh, the most nodes, and the longest edge where it is touched [m]
+    seconds: of a touch, the median time [s]
+    why_rejected: the reasons, with their counts
+    """,
+)
+TOUCH_FORCES = Table(
+    "touch_forces",
+    "The truth of each touch: what the instrument's hand feels, and how exactly that is known.",
+    """
+    scene body instrument radius_m edge_m length_m sticks: a body under an instrument
+    sample node x_m y_m z_m: the touch, and the surface node at the instrument's tip [m]
+    direction_x direction_y direction_z depth_m: of its way, from first touch [m]
+    force_n force_error: along that way, and its own error over it [N]
+    force_before_n: at 0.8 of the depth [N]
+    area_m2 area_error pressure_pa: that touches, its own error over it, and the greatest pressure [m², Pa]
+    rmse_of_peak: own error of the surface [peak]
+    order force_order: observed orders of convergence
+    rejected: why it judges no model
+    """,
+)
+_OWN = {
+    "rmse_of_peak": "rmse_of_peak",
+    "patch_rms_of_peak": "patch_rms_of_peak",
+    "force_error": "force_error",
+    "stiffness_error": "stiffness_error",
+    "contact_area_error": "area_error",
+}
+"""The own errors that are tabulated, by their names among the errors of an answer."""
+BOUNDED = ("rmse_of_peak", "patch_rms_of_peak", "force_error")
+"""Errors that have a bound."""
+
+
+class Known(NamedTuple):
+    """The touches of an instrument on a body, and their truth.
+
+    labels : scene, body, instrument and its lengths; touches : k rows with TOUCH_COLUMNS
+    places : (k, 3) [m] of the nodes that are touched
+    """
+
+    labels: dict[str, Any]
+    touches: pd.DataFrame
+    truth: TouchTruth
+    places: np.ndarray
+
+
+def touch_truth_row(known: Known) -> dict[str, Any]:
+    """Return the row of TOUCH_TRUTH of one scene; its means and extremes are over touches whose truth is believed."""
+    truth, kept = known.truth, known.truth.believed
+    row = known.labels | {"samples": int(kept.sum()), "rejected": int((~kept).sum())}
+    depth = known.touches["depth_m"].to_numpy()
+    row |= {"lowered": int((depth < (1.0 - 1e-9) * known.touches["asked_m"].to_numpy()).sum())}
+    for name, column in _OWN.items():
+        own = truth.own[kept, TouchErrors._fields.index(name)]
+        row |= {column: over(np.mean, own), f"{column}_max": over(np.max, own)}
+    for name, values in (("depth", depth), ("force", truth.force[:, -1])):
+        unit = "m" if name == "depth" else "n"
+        row |= {f"{name}_min_{unit}": over(np.min, values[kept]), f"{name}_max_{unit}": over(np.max, values[kept])}
+    row |= {name: over(np.median, getattr(truth, name)[kept]) for name in ("order", "force_order")}
+    row |= {"overlap": over(np.max, truth.overlap[kept]), "least_det": over(np.min, truth.least_det[kept])}
+    row |= {
+        "nodes": int(truth.nodes.max()),
+        "mesh_edge_m": over(np.max, truth.edge_m),
+        "seconds": np.median(truth.seconds),
+    }
+    return row | {"why_rejected": "; ".join(f"{count} {why}" for why, count in reasons(truth.rejected).items())}
+
+
+def touch_forces_table(scenes: Sequence[Known]) -> pd.DataFrame:
+    """Tabulate TOUCH_FORCES, a row a touch."""
+    return TOUCH_FORCES.frame(row for known in scenes for row in _force_rows(known))
+
+
+def _force_rows(known: Known) -> list[dict[str, Any]]:
+    truth = known.truth
+    told = {"force_n": truth.force[:, 1], "force_before_n": truth.force[:, 0], "area_m2": truth.area}
+    told |= {name: getattr(truth, name) for name in ("order", "force_order", "rejected")}
+    told |= {"pressure_pa": truth.pressure} | dict(zip(("x_m", "y_m", "z_m"), known.places.T, strict=True))
+    for name in ("force_error", "contact_area_error", "rmse_of_peak"):
+        told[_OWN[name]] = truth.own[:, TouchErrors._fields.index(name)]
+    table = known.touches.drop(columns="asked_m").assign(**told)
+    return [known.labels | row for row in table.to_dict("records")]
+
+
+def touch_table(settings: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
+    """Add means of errors without their sign and bounds of errors to the rows of all settings; return TOUCH.
+
+    samples : rows of touches with their errors, those of the truth itself among them
+    """
+    own = samples[samples["model"] == TRUTH].set_index(["scene", "sample"])[list(BOUNDED)]
+    keys = ["scene", "model", "setting"]
+    rows = {names: _spread(part, own) for names, part in samples.groupby(keys, sort=False)}
+    more = pd.DataFrame([rows.get(names, {}) for names in settings[keys].itertuples(index=False, name=None)])
+    kept = settings.reset_index(drop=True).drop(columns=more.columns, errors="ignore")
+    return pd.concat([kept, more], axis=1)[TOUCH.columns]
+
+
+def _spread(part: pd.DataFrame, own: pd.DataFrame) -> dict[str, float]:
+    """Return means without sign and bounds of the errors of one setting in one scene.
+
+    part : its rows of touches; own : the truth's own errors by scene and sample, which are added to those of models
+    """
+    answered = part[part["failure"].fillna("") == ""]
+    row = {f"{name}_size": answered[name].astype(float).abs().mean() for name in SIGNED}
+    places = pd.MultiIndex.from_frame(answered[["scene", "sample"]])
+    itself = 0.0 if (part["model"] == TRUTH).all() else own.reindex(places).to_numpy(dtype=float)
+    errors = answered[list(BOUNDED)].to_numpy(dtype=float)
+    errors, whole = np.abs(errors) + itself, len(answered) == len(part)
+    touch = answered["sample"].to_numpy()
+    for name, values in zip(BOUNDED, errors.T, strict=True):
+        known = whole and np.isfinite(values).all()
+        row[f"{name}_bound"] = finite(bound_factor(values, touch)) if known else np.nan
+        if known and name == "force_error":
+            row |= {"force_error_coverage": Draws(touch).coverage(values, np.ones(len(values))).coverage}
+    return row

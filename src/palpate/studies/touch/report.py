@@ -13,6 +13,8 @@ from palpate.report.words import seconds
 from palpate.report.work_precision import FRAMES_MS
 from palpate.studies.touch.figures import FELT, curve_of, named, title_of
 
+READS = ("touch",)
+"""Tables of benchmark/ that the template shows."""
 SHARES = {
     "force [%]": "force_error",
     "limit [%]": "limit",

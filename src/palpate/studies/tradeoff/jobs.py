@@ -1,4 +1,4 @@
-"""Functions that workflow/rules/tradeoff.smk calls (palpate.studies.common_jobs says how), and its table."""
+"""Functions that workflow/rules/tradeoff.smk calls; palpate.studies.common_jobs says how."""
 
 import subprocess
 import warnings
@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.judge import read_judged
+from palpate.benchmark.press_measure import ACCURACY_VS_TIME
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import Truth
 from palpate.bodies.body_file import load
@@ -18,15 +20,6 @@ from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
 from palpate.stores import store, stored
 from palpate.studies.tradeoff.settings import Advice
-from palpate.table_declaration import Table
-
-
-def _judged(input, regime, split, radius_m, options, tolerance, more=False):
-    """Return a case with its training samples, and the judge of the others."""
-    from palpate.benchmark.judge import read_judged
-
-    return read_judged(input, regime, int(split), radius_m, options, tolerance, more=more)
-
 
 TRUTH_TOLERANCE = 1e-3
 """Relative residual on the finest level."""
@@ -59,7 +52,8 @@ def measure_models(
     from palpate.benchmark.press_measure import measure, warn_unanswered
     from palpate.models.load_model import load_model
 
-    case, judge = _judged(input, wildcards.regime, wildcards.split, radius_m, options, tolerance, bool(more_of))
+    of_case = wildcards.regime, int(wildcards.split), radius_m, options, tolerance
+    case, judge = read_judged(input, *of_case, more=bool(more_of))
     tables = []
     for name, recipe in models.items():
         progress = steps(say, f"{wildcards.body}, {wildcards.regime}, {name}: setting")
@@ -74,7 +68,8 @@ def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radi
     from palpate.benchmark.press_measure import bounds
     from palpate.studies.tradeoff.error_estimates import estimates
 
-    case, judge = _judged(input, wildcards.regime, wildcards.split, radius_m, options, tolerance, more)
+    of_case = wildcards.regime, int(wildcards.split), radius_m, options, tolerance
+    case, judge = read_judged(input, *of_case, more=more)
     samples, settings = bounds(case, judge)
     return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, ("fem_p1", "fem_p2"))}
 
@@ -112,7 +107,7 @@ def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], spl
 
 
 def _files_of(paths, body, regime):
-    """Return the files of one body and regime."""
+    """Return those of ``paths`` that are in the folder of one body and regime."""
     return [path for path in paths if Path(path).parts[-5:-3] == (body, regime)]
 
 
@@ -170,7 +165,7 @@ def measure_other_loads(
     from palpate.studies.tradeoff.general_loads import measure_any, measure_beyond, presses_beyond, questions
 
     place, beyond = f"{wildcards.body}, {wildcards.regime}", wildcards.kind == "beyond_design"
-    case, judge = _judged(input, wildcards.regime, split, radius_m, options, tolerance)
+    case, judge = read_judged(input, wildcards.regime, split, radius_m, options, tolerance)
     asked: Any
     if beyond:
         asked = presses_beyond(case, judge, samples, steps(say, f"{place}: contact"))
@@ -207,35 +202,10 @@ def commit() -> str:
         return version("palpate")
 
 
-ACCURACY_VS_TIME = Table(
-    "accuracy_vs_time",
-    "The error against the truth, the time, the preparation and the memory of every model at each of its settings.",
-    """
-    scene body regime: a body under a regime of loads
-    model setting: what answers
-    sees prepared law protocol: what it is given, whether its contacts were prepared, its law, and the coarse answers
-    split samples failures: number of the split of the contacts, test samples, and those without an answer
-    rejected rejected_answered: validation and test samples without a truth, and those of them that it answered without
-        a doubt or a failure
-    rmse_m rmse_of_peak relative_l2 p95_of_peak max_of_peak: mean errors over the surface [m, peak, -, peak, peak]
-    patch_rms_of_peak patch_max_of_peak: mean errors at the disc that is pressed [peak]
-    operator_rmse_of_peak: error against the finest mesh alone [peak]
-    rmse_of_peak_median rmse_of_peak_p95 relative_l2_median relative_l2_p95: median and 95th percentile of samples
-    patch_rms_of_peak_median patch_rms_of_peak_p95 patch_max_of_peak_median patch_max_of_peak_p95: the same at the disc
-    validation_rmse_of_peak validation_patch_rms_of_peak: mean errors on the samples that choose settings
-    online_median_s online_p95_s online_max_s: time of an answer, and of the slowest press (median of its calls) [s]
-    offline_s memory_mb: preparation [s], and memory [1e6 bytes]
-    break_even_queries: answers after which the preparation has paid, against quadratic elements
-    threads commit failure: threads, commit of the code, and the first reason of a failure
-    """,
-)
-
-
 def accuracy_vs_time(settings: pd.DataFrame, commit: str) -> pd.DataFrame:
-    """Add to the rows of all settings after how many queries each has paid its preparation back.
+    """Add the commit and break_even_queries to the rows of all settings: after so many the preparation has paid.
 
-    break_even_queries : offline_s over what a query saves against fine FEM in the same split; inf where it saves
-        nothing
+    That is offline_s over the time that a query saves against fine FEM in the same split; inf where it saves nothing.
     """
     whose = ["scene", "split"]
     fine = settings[settings["model"] == SAVED_AGAINST].groupby(whose)["online_median_s"].last()

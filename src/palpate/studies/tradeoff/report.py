@@ -22,7 +22,7 @@ from palpate.report.words import listed, percent, spaced, span
 from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, curves, front_rows, jumps, whole
 from palpate.studies.tradeoff.figures.truth import DEAR, SOURCES
 
-READS = ("advice", "answers")
+READS = ("accuracy_vs_time", "advice", "answers")
 """Tables of benchmark/ that the template shows."""
 WHERE = {"rms": "over the surface (RMSE)", "patch": "at the patch"}
 """The kinds of error that advice is for, in words."""

@@ -51,7 +51,7 @@ _MEANS = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
 def truth_row(
     scene: str, truth: Truth, other: pd.DataFrame | None = None, geometry: pd.DataFrame | None = None
 ) -> dict:
-    """Return the row of one scene; errors are the truth's own, means and largest of the samples that are believed.
+    """Return the row of TRUTH of one scene: means and maxima of the truth's own errors over samples that are believed.
 
     Only samples that were answered on the finest level count there; those that only choose settings may do without it,
     and have columns of their own. Extreme ratios and determinants are of all samples, rejected ones too.
@@ -72,7 +72,7 @@ def truth_row(
 
 
 def _counted(truth: Truth, kept: np.ndarray) -> dict[str, float]:
-    """Return what the scene was answered on, and the figures of the samples ``kept`` (k,) bool, or of all of them."""
+    """Return mesh, convergence and cost of a truth, over the samples ``kept`` (k,) bool or, of extremes, over all."""
     row = {"radius_m": truth.radius_m, "level": truth.level, "elements": truth.elements, "nodes": truth.nodes}
     row |= {"inverted": int((truth.least_det <= 0.0).sum()), "squeezed": int((truth.least_det < SQUEEZED).sum())}
     row |= {"order": over(lambda r: np.log2(np.mean(r)), truth.ratio[kept])}
@@ -83,14 +83,17 @@ def _counted(truth: Truth, kept: np.ndarray) -> dict[str, float]:
 
 
 def _own(truth: Truth, samples: np.ndarray, kinds: Iterable[str], before: str = "") -> dict[str, float]:
-    """Return the means and the largest of own errors of ``samples`` (k,) bool; before : what stands before names."""
+    """Return the means and maxima of the truth's own errors of ``samples`` (k,) bool.
+
+    before : a prefix of the columns' names
+    """
     errors = {before + kind: truth.own[samples, OWN.index(kind)] for kind in kinds}
     means = {name: over(np.mean, each) for name, each in errors.items()}
     return means | {f"{name}_max": over(np.max, each) for name, each in errors.items()}
 
 
 def _means(rows: pd.DataFrame, name: str, patch: str) -> dict:
-    """Return the means of a comparison under the names of its columns, and of how many samples they are."""
+    """Return the mean errors over ``rows`` as the columns ``name`` and ``patch``, and the number of rows."""
     means = rows[["rmse_of_peak", "patch_rms_of_peak"]].mean()
     samples = f"{name.removesuffix('_of_peak')}_samples"
     return {name: means["rmse_of_peak"], patch: means["patch_rms_of_peak"], samples: len(rows)}
@@ -164,10 +167,10 @@ def _numbered(presses: Sequence[Sample], numbers: np.ndarray) -> list[Sample]:
 
 
 def widened(truth: Truth, check: pd.DataFrame) -> Truth:
-    """Return ``truth`` with own errors that cover those rows of ``other_element``.
+    """Return ``truth`` with own errors large enough to cover the distances in ``check``, rows of ``other_element``.
 
-    A kind of error for which the other element's limits are farther away, in the mean, than the own errors of the same
-    samples say, is larger by that factor in all samples; no own error becomes smaller.
+    For each kind of error the mean distance over the mean own error of the same samples, if above 1, is a factor by
+    which the own errors of all samples grow. None becomes smaller.
     """
     if check.empty:
         return truth
@@ -256,7 +259,7 @@ def limit_points(
     pressures: Sequence[float] = PRESSURES,
     progress: Callable = iter,
 ) -> pd.DataFrame:
-    """Press inward on a disc of ``radius_m`` [m], harder from step to step, each starting from the one before.
+    """Tabulate LIMIT_POINTS: press inward on a disc of ``radius_m`` [m], harder in each step, starting from the last.
 
     contacts : coarse nodes, or how many of those that ``kept_contacts`` spreads; InputError for one that is not free,
         or for a radius that ``check_radius`` refuses

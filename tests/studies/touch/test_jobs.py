@@ -6,17 +6,15 @@ import pytest
 
 from palpate.benchmark.conformal import FEWEST
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
-from palpate.benchmark.touch_measure import Touches
+from palpate.benchmark.touch_measure import TOUCH, Touches
 from palpate.benchmark.touch_truth import TouchErrors, TouchTruth
-from palpate.studies.touch.tables import (
+from palpate.studies.touch.jobs import (
     BOUNDED,
-    TOUCH,
     TOUCH_FORCES,
-    TOUCH_TRUTH,
     Known,
     touch_forces_table,
     touch_table,
-    touch_truth_table,
+    touch_truth_row,
 )
 
 OWN = np.array([0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.007])
@@ -48,7 +46,7 @@ def test_each_touch_has_its_force_and_place():
 
 
 def test_own_errors_are_those_of_touches_that_are_believed():
-    [row] = touch_truth_table([known(LABELS | {"edge_m": 0.0, "length_m": 0.0})]).to_dict("records")
+    row = touch_truth_row(known(LABELS | {"edge_m": 0.0, "length_m": 0.0}))
     assert (row["samples"], row["rejected"], row["lowered"]) == (2, 1, 1)
     assert row["why_rejected"] == "1 no answer on a mesh"
     for name in ("rmse_of_peak", "patch_rms_of_peak", "force_error", "stiffness_error"):
@@ -60,9 +58,8 @@ def test_own_errors_are_those_of_touches_that_are_believed():
 
 
 def test_a_scene_of_which_nothing_is_believed_has_no_own_error():
-    table = touch_truth_table([known(LABELS, why=("a", "b", "a"))])
-    assert list(table) == TOUCH_TRUTH.columns
-    assert table["samples"].item() == 0 and table["force_error"].isna().item() and table["why_rejected"].item()
+    row = touch_truth_row(known(LABELS, why=("a", "b", "a")))
+    assert row["samples"] == 0 and np.isnan(row["force_error"]) and row["why_rejected"]
 
 
 def rows(count: int, failed=()) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -74,14 +71,8 @@ def rows(count: int, failed=()) -> tuple[pd.DataFrame, pd.DataFrame]:
         part = part.reindex(columns=Touches.columns_of_questions(LABELS)).assign(sample=range(count), failure="")
         both.append(part.assign(**{name: errors for name in TouchErrors._fields}))
     both[1].loc[list(failed), "failure"] = "lost"
-    settings = pd.DataFrame(
-        [LABELS | {"model": TRUTH, "setting": OWN_ERROR}, LABELS | {"model": "fem", "setting": "level=1"}]
-    )
-    return settings, pd.concat(both)
-
-
-def test_every_column_of_a_setting_is_in_the_table():
-    assert set(Touches.columns_of_settings(LABELS)) < set(TOUCH.columns)
+    named = {"model": TRUTH, "setting": OWN_ERROR}, {"model": "fem", "setting": "level=1"}
+    return TOUCH.frame(LABELS | name for name in named), pd.concat(both)
 
 
 def test_means_have_no_sign_and_bounds_the_own_error():

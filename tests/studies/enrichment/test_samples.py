@@ -14,7 +14,6 @@ from palpate.benchmark.static_responses import press
 from palpate.errors import InputError
 from palpate.models.interpolation import Interpolation
 from palpate.run.job import write_table
-from palpate.solvers.compliance import compute_compliance
 from palpate.studies.enrichment import samples
 from palpate.studies.enrichment.samples import (
     ACCURACY_COLUMNS,
@@ -24,10 +23,8 @@ from palpate.studies.enrichment.samples import (
     choose_loads,
     read_samples,
     sample_errors,
-    sample_peaks,
     sample_table,
     sides,
-    split_counts,
 )
 
 MAGNITUDES = [0.5, 1.0]
@@ -81,14 +78,6 @@ def test_peaks_are_as_deep_as_asked(slab, slab_compliance, pick_loads, peak):
     assert np.abs(reached[1] / wanted - 1.0).max() < (0.1 if peak < 0.1 else 0.35)
 
 
-def test_samples_lie_among_the_contacts_that_are_prepared(slab):
-    compliance = compute_compliance(slab, 0.0, contacts=6)
-    loads = choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 12, 1)
-    assert sorted(loads["contact"].unique()) == compliance.contacts.tolist()
-    with pytest.raises(InputError, match=r"^bodies\.slab: 7 contacts are asked for and 6 can be pressed; .* contacts"):
-        choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 14, 1)
-
-
 def test_counts_that_cannot_be_are_refused(pick_loads):
     with pytest.raises(InputError, match=r"^bodies\.slab: train \+ test is 7, which 2 magnitudes do not divide; .*\.$"):
         pick_loads(count=7)
@@ -131,16 +120,6 @@ def test_a_row_has_contact_peak_and_sides_and_is_the_same_when_read_again(db, si
     assert again.equals(side_table.astype(again.dtypes))
     with pytest.raises(InputError, match=r"nothing\.csv is missing"):
         read_samples(tmp_path / "nothing.csv")
-
-
-def test_published_tables(side_table):
-    tables = {("beam", "small"): side_table, ("beam", "large"): side_table.iloc[::-1]}
-    peaks = sample_peaks(tables)
-    assert peaks.columns.tolist() == ["body", "regime", "sample", "peak_m"] and len(peaks) == 48
-    assert peaks.iloc[24].tolist() == ["beam", "large", 23, side_table["peak_m"][23]]
-    counts = split_counts(tables)
-    assert counts.columns.tolist() == ["body", "regime", "split", "train", "test"]
-    assert counts.to_numpy().tolist() == [["beam", r, kind, 18, 6] for r in ("small", "large") for kind in SPLITS]
 
 
 class Nothing:

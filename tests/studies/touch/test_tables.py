@@ -10,9 +10,7 @@ from palpate.benchmark.touch_measure import Touches
 from palpate.benchmark.touch_truth import TouchErrors, TouchTruth
 from palpate.studies.touch.tables import (
     BOUNDED,
-    TOUCH,
     TOUCH_FORCES,
-    TOUCH_TRUTH,
     Known,
     touch_forces_table,
     touch_table,
@@ -59,12 +57,6 @@ def test_own_errors_are_those_of_touches_that_are_believed():
     assert (row["order"], row["least_det"], row["nodes"], row["seconds"]) == (1.5, 1, 3, 2)
 
 
-def test_a_scene_of_which_nothing_is_believed_has_no_own_error():
-    table = touch_truth_table([known(LABELS, why=("a", "b", "a"))])
-    assert list(table) == TOUCH_TRUTH.columns
-    assert table["samples"].item() == 0 and table["force_error"].isna().item() and table["why_rejected"].item()
-
-
 def rows(count: int, failed=()) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Answers of one setting whose force errs by ± 1, 2, ... per cent, and of the truth, which errs by 0.1 %."""
     signs = np.where(np.arange(count) % 2, -0.01, 0.01) * np.arange(1, count + 1)
@@ -78,10 +70,6 @@ def rows(count: int, failed=()) -> tuple[pd.DataFrame, pd.DataFrame]:
         [LABELS | {"model": TRUTH, "setting": OWN_ERROR}, LABELS | {"model": "fem", "setting": "level=1"}]
     )
     return settings, pd.concat(both)
-
-
-def test_every_column_of_a_setting_is_in_the_table():
-    assert set(Touches.columns_of_settings(LABELS)) < set(TOUCH.columns)
 
 
 def test_means_have_no_sign_and_bounds_the_own_error():

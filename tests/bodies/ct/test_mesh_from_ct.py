@@ -54,17 +54,6 @@ def files(tmp_path_factory):
 
 @pytest.mark.slow
 @real
-def test_a_real_liver_snapped():
-    body = make_body("liver", ABDOMEN.but(**REAL, snap=True, refinements=2))
-    check_whole(body.fine)
-    missing = [1022.6e-6 - mesh.volumes.sum() for mesh in body.levels]
-    assert missing[0] > 2 * missing[1] > 0 and missing[2] == pytest.approx(missing[1])
-    assert missing[2] < 0.05 * 1022.6e-6
-    assert quality(body.fine)["min_dihedral_deg"] >= 5
-
-
-@pytest.mark.slow
-@real
 def test_a_real_liver_from_its_grey_values():
     image, mask = mesh_from_ct.segment_entry(ABDOMEN.but(image=REAL["image"]))
     truth = read_mask(Path(REAL["mask"]), image)
@@ -132,11 +121,6 @@ def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):
     assert np.array_equal(kept, truth["liver"])
 
 
-def test_more_nodes_than_voxels_can_resolve_are_reported(files):
-    with pytest.raises(InputError, match=r"surface_nodes is 1000000, which are too many for this organ: .* are 4 mm;"):
-        mesh_of(ABDOMEN.but(**files[0], surface_nodes=1_000_000))
-
-
 @pytest.mark.parametrize(
     ("crop_m", "message"),
     [
@@ -147,18 +131,6 @@ def test_more_nodes_than_voxels_can_resolve_are_reported(files):
 def test_crops_that_leave_nothing_are_reported(files, crop_m, message):
     with pytest.raises(InputError, match=message):
         mesh_from_ct.segment_entry(ABDOMEN.but(**files[0], crop_m=crop_m))
-
-
-@pytest.mark.slow
-def test_slices_ten_times_as_thick_as_pixels_give_the_same_body(tmp_path):
-    image, truth = abdomen(spacing_m=(0.0012, 0.0012, 0.012))
-    mesh = mesh_of(ABDOMEN.but(image=write_scan(tmp_path / "thick.nii.gz", image.hu, image)))
-    check_whole(mesh)
-    assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"], rel=0.02)
-    assert quality(mesh)["min_dihedral_deg"] >= 5
-    # 0.085 along the longest half axis, turned by 0.35
-    length = 2 * np.hypot(0.085 * np.cos(0.35), 0.05 * np.sin(0.35))
-    assert np.ptp(mesh.nodes[:, 0]) == pytest.approx(length, rel=0.05)
 
 
 @pytest.mark.parametrize(("axis", "name"), [(0, "z"), (1, "y"), (2, "x")])

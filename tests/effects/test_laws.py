@@ -116,7 +116,7 @@ def test_all_laws_are_the_same_at_rest_and_positive_there(box, kind, poisson):
 
 @pytest.mark.parametrize("kind", ELEMENTS)
 @pytest.mark.parametrize("law", NAMED)
-@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
+@pytest.mark.parametrize("poisson", [0.0, 0.49])
 def test_force_and_stiffness_are_derivatives(box, rotation, check_derivatives, kind, law, poisson):
     """Far from rest; at 1.0 elements are inverted, where the law lets them."""
     for amount in (0.05,) if law in FORBIDS else (0.05, 1.0):

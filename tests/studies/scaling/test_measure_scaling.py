@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from palpate.studies.scaling import measure_scaling
-from palpate.studies.scaling.measure_scaling import COMPONENTS, FITTED_SIZES, Meter, doubling, exponents, measure
+from palpate.studies.scaling.measure_scaling import COMPONENTS, FITTED_SIZES, Meter, exponents, measure
 
 pytestmark = pytest.mark.slow
 
@@ -94,7 +94,3 @@ def test_exponents_are_those_of_the_largest_sizes():
     assert found["seconds_exponent"] == pytest.approx(1.5)
     assert found["memory_exponent"] == pytest.approx(1.0)  # of 10 MB on
     assert np.isnan(exponents(table[:1])["seconds_exponent"].iloc[0])
-
-
-def test_cores_double_up_to_all():
-    assert [doubling(n) for n in (1, 2, 3, 4, 6)] == [[1], [1, 2], [1, 2, 3], [1, 2, 4], [1, 2, 4, 6]]

@@ -80,3 +80,15 @@ def test_a_wrong_shape_is_named(db, tmp_path, name):
     with pytest.raises(InputError, match=f"field {name} has "):
         write(replace(db, **{name: wider}), tmp_path / "x.h5")
     assert not list(tmp_path.iterdir())
+
+
+def test_flipped_bytes_are_noticed(path):
+    with h5py.File(path) as file:
+        chunk = file["samples/fine"].id.get_chunk_info(0)
+    with open(path, "r+b") as file:
+        file.seek(chunk.byte_offset + chunk.size // 2)
+        byte = file.read(1)
+        file.seek(-1, 1)
+        file.write(bytes([byte[0] ^ 0xFF]))
+    with pytest.raises(InputError, match="field fine is damaged"):
+        read(path)

@@ -49,3 +49,14 @@ def test_a_call_that_fails_is_made_no_more_and_answers_may_be_refused():
     assert [len(each) for each in timed.seconds] == [3, 0, 0]
     with pytest.raises(NotConverged, match="no\nanswer"):
         measure([fail], 3)
+
+
+def test_one_thread_inside():
+    from threadpoolctl import threadpool_info, threadpool_limits
+
+    threads = []
+    np.eye(3) @ np.eye(3)
+    with threadpool_limits(2):
+        assert 2 in {pool["num_threads"] for pool in threadpool_info()}
+        measure([lambda: threads.extend(pool["num_threads"] for pool in threadpool_info())], 1)
+    assert set(threads) == {1}

@@ -101,6 +101,7 @@ FAULTS = {
     ),
     "one time for all": (put(at_seconds=0.5), r"seconds has the shape \(\); give \(4,\)"),
     "a negative time": (entry(SECONDS, (2, 0), -0.1), r"seconds has -0.1 s; give times above 0"),
+    "a negative preparation": (put(at_preparation_s=-1.0), r"preparation_s is \[-1.0\]; give one number of 0 or more"),
     "nodes without triangles": (
         put(at_nodes_m=np.zeros((4, 3))),
         r"triangles is missing; a mesh of your own has nodes",

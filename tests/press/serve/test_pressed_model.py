@@ -131,6 +131,12 @@ def test_a_model_that_finds_no_force_says_so_for_a_depth(case, way):
         PressedModel(case, forceless).respond([way[0]._replace(force=None, moved=1e-3 * FORCE)])
 
 
+def test_weights_that_were_rounded_are_shares_again():
+    (asked,) = read_presses(json.dumps({"presses": [GOOD | {"weights": [-1e-7, 0.3334, 0.6667]}]}).encode(), BOUNDS)
+    assert asked.weights.min() >= 0 and asked.weights.sum() == pytest.approx(1, abs=1e-15)
+    assert np.abs(asked.weights - [0, 1 / 3, 2 / 3]).max() < 2e-4
+
+
 BOUNDS = Bounds(10, 5.0, 0.1)
 GOOD = {"triangle": 3, "weights": [0.2, 0.3, 0.5], "force": [0, 0, -1.5]}
 
@@ -146,6 +152,12 @@ GOOD = {"triangle": 3, "weights": [0.2, 0.3, 0.5], "force": [0, 0, -1.5]}
 def test_a_press_that_is_none_is_refused(change):
     with pytest.raises(InputError, match=r"^[^\n]+\.$"):
         read_presses(json.dumps({"presses": [GOOD | change]}).encode(), BOUNDS)
+
+
+def test_a_depth_that_no_body_has_is_refused():
+    deep = {"triangle": 0, "weights": [1, 0, 0], "moved": [0.2, 0, 0]}
+    with pytest.raises(InputError, match=r"moved of a press is larger than this body can bear; give 0\.1 at most\."):
+        read_presses(json.dumps({"presses": [deep]}).encode(), BOUNDS)
 
 
 @pytest.mark.parametrize(

@@ -77,6 +77,24 @@ def test_fewer_samples_are_whole_contacts(db):
     assert [set(table["train"]) for table in alike] == [{4}]  # one is too few, and all are asked elsewhere
 
 
+def test_intervals_follow_the_scatter():
+    """Ordered errors are half of the unordered ones, contact by contact: the ratio is certain, the errors are not."""
+    random = np.random.default_rng(0)
+    rows = []
+    for split in range(3):
+        for contact in range(10):
+            level = random.uniform(0.1, 0.3)
+            for features, times in (("unordered", 1.0), ("ordered", 0.5), ("zero", 2.0)):
+                weights = "none" if features == "zero" else "linear"
+                rows.append(["contacts", 8, split, features, weights, contact, contact, times * level])
+    names = ["held_out", "train", "split", "features", "weights", "sample", "contact", "rmse_of_peak"]
+    found = premises.summarise(pd.DataFrame(rows, columns=names)).set_index("features")
+    ordered = found.loc["ordered"]
+    assert ordered[["ratio", "ratio_low", "ratio_high"]].to_numpy(float) == pytest.approx(0.5)
+    assert ordered["error_low"] < 0.97 * ordered["rmse_of_peak"] < 0.97 / 1.03 * ordered["error_high"]
+    assert np.isnan(found.loc["zero", "ratio"]) and (found["splits"] == 3).all()
+
+
 def test_moved_share_counts_nodes():
     moved = np.zeros((2, 10, 3))
     moved[0, 0] = moved[1, :4, 2] = 1.0

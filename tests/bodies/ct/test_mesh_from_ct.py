@@ -2,7 +2,6 @@
 
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,24 +11,19 @@ from scipy.spatial.transform import Rotation
 
 from palpate.bodies.ct import mesh_from_ct
 from palpate.bodies.ct.config_scan import scan_of
-from palpate.bodies.ct.image import AIR_HU, Image, read, read_mask
+from palpate.bodies.ct.image import AIR_HU, Image, read
 from palpate.bodies.ct.masses import organ_densities, voxel_mass
 from palpate.bodies.ct.mesh_from_ct import THINNEST, cut_off, refuse_thin
 from palpate.bodies.ct.segmentation import segment
 from palpate.bodies.ct.synthetic_abdomen import abdomen, mri_abdomen
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_quality import check_boundary, check_closed, quality
+from palpate.bodies.mesh_quality import check_boundary, check_closed
 from palpate.bodies.settings import Ct, Plane
-from palpate.bodies.surfaces.mask_surface import surface
-from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
 from palpate.studies.ct.imaging import dice
 
-SHARED = Path(__file__).parents[3].parent / "shared" / "ct"
-real = pytest.mark.skipif(not SHARED.is_dir(), reason="no shared CT beside the checkout")
 ABDOMEN = Ct(young_pa=3000, poisson=0.3, refinements=1, anchors=Plane(axis="y", side="max", depth_m=0.03))
-REAL = {"image": str(SHARED / "ct_liver_crop.nii.gz"), "mask": str(SHARED / "liver_mask_crop.nii.gz")}
 
 
 def check_whole(mesh: TetMesh):
@@ -50,19 +44,6 @@ def files(tmp_path_factory):
     image, truth = abdomen(spacing_m=(0.004, 0.004, 0.004))
     mask = write_scan(folder / "mask.nii.gz", truth["liver"].astype(np.uint8), image)
     return {"image": write_scan(folder / "scan.nii.gz", image.hu, image), "mask": mask}, truth
-
-
-@pytest.mark.slow
-@real
-def test_a_real_liver_from_its_grey_values():
-    image, mask = mesh_from_ct.segment_entry(ABDOMEN.but(image=REAL["image"]))
-    truth = read_mask(Path(REAL["mask"]), image)
-    assert 2 * (mask & truth).sum() / (mask.sum() + truth.sum()) >= 0.90
-    # rougher than a mask that was drawn, and yet to be meshed
-    mesh = tetrahedralize(*surface(mask, image, 140))
-    check_whole(mesh)
-    assert mesh.volumes.sum() == pytest.approx(mask.sum() * image.voxel_m3, rel=1e-6)
-    assert quality(mesh)["min_dihedral_deg"] >= 5
 
 
 def test_a_crop_keeps_places_and_warns_where_it_cuts(files):

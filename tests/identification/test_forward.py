@@ -20,14 +20,6 @@ def test_the_sparse_grid_reproduces_what_its_polynomials_can():
         assert curves._basis(at, degrees) @ found == pytest.approx(curves._basis(at, degrees) @ weights)
 
 
-def test_places_of_the_grid_are_those_of_their_values():
-    ranges = Ranges(0.5, (0.35, 0.49), (0.1, 1.5), (0.0, 12.0))
-    for place in np.random.default_rng(1).uniform(-1.0, 1.0, (5, 3)):
-        values = dict(zip(curves.FREE, curves._values(ranges, place), strict=True))
-        assert [curves._place(ranges, name, values[name]) for name in curves.FREE] == pytest.approx(place)
-    assert curves._values(ranges, (-1.0, -1.0, -1.0)) == pytest.approx((0.35, 0.1, 0.0))
-
-
 @pytest.mark.slow
 def test_a_family_meets_curves_between_its_nodes_and_is_kept(tmp_path, monkeypatch):
     ranges = Ranges(0.5, (0.35, 0.49))

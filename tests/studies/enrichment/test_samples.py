@@ -1,7 +1,6 @@
 """Paper 1's samples: loads as deep as asked, sides as the split has them, and the table's columns and means."""
 
 import warnings
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from palpate.benchmark.static_responses import press
 from palpate.errors import InputError
 from palpate.models.interpolation import Interpolation
 from palpate.run.job import write_table
-from palpate.studies.enrichment import samples
 from palpate.studies.enrichment.samples import (
     ACCURACY_COLUMNS,
     SAMPLE_COLUMNS,
@@ -83,25 +81,6 @@ def test_counts_that_cannot_be_are_refused(pick_loads):
         pick_loads(count=7)
     with pytest.raises(InputError, match=r"^bodies\.slab: 500 contacts are asked for and \d+ can be pressed; .*\.$"):
         pick_loads(count=1000)
-
-
-class Stiffening:
-    """A body that moves by what it is pressed with, but at most by 0.61 m."""
-
-    mesh = SimpleNamespace(nodes=np.zeros((1, 3)))
-
-    def solve(self, forces, tolerance):
-        return SimpleNamespace(x=np.minimum(forces, 0.61))
-
-
-def test_a_peak_that_is_not_reached_is_warned_of_with_its_share(pick_loads, monkeypatch):
-    unit = np.array([[1.0, 0.0, 0.0]])
-    assert samples._force_for(Stiffening(), unit, 0.5, 0.2) == (0.5, 1.0)
-    assert samples._force_for(Stiffening(), unit, 1.0, 1.0)[1] == 0.61
-    shares = iter([1.0, 0.61, 0.99, 0.75])
-    monkeypatch.setattr(samples, "_force_for", lambda *_: (1.0, next(shares)))
-    with pytest.warns(UserWarning, match=r"^bodies\.slab: 2 of 4 loads do not .*, but by 61 % to 75 % of it"):
-        pick_loads(count=4)
 
 
 @pytest.fixture

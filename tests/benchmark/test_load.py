@@ -12,7 +12,7 @@ from palpate.effects.patch_load import patch_at, spread
 from palpate.errors import InputError, NotConverged
 from palpate.models.depths import find_forces
 from palpate.models.fem_statics import ContactShares, Simulation, to_surface
-from palpate.models.kinds import FEM, ContactModes, Interpolation, LinearFEM, LocalFEM, WarpedCompliance
+from palpate.models.kinds import FEM, ContactModes, LinearFEM, WarpedCompliance
 from palpate.models.model_registry import MODELS
 from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
@@ -160,14 +160,6 @@ def test_linear_responses_add_up_and_find_forces(case, places, order):
         assert np.abs(answer.forces - [force, -0.5 * force]).max() < 1e-5 * np.abs(force).max()
 
 
-def test_stored_coarse_answers_add_up(case, places):
-    one, other, _, force = places
-    coarse = Interpolation(coarse="linear").prepare(case)
-    both = Load((Press(one, force), Press(other, -0.5 * force)))
-    parts = [coarse.respond(Load((press,))) for press in both.presses]
-    assert np.allclose(coarse.respond(both), sum(parts), rtol=1e-12, atol=0.0) and np.abs(parts[1]).max() > 1e-3
-
-
 def test_two_warped_responses_are_one_warp_of_their_sum(case, places):
     """To the first order they are linear; under large forces they are nearer to the elements' answer."""
     one, other, _, force = places
@@ -203,17 +195,6 @@ def test_a_search_for_forces_ends_or_says_that_it_does_not():
     for bad in (lambda forces: np.full((1, 3), np.nan), lambda forces: np.full((1, 3), 0.3)):
         with pytest.raises(NotConverged, match="no force was found"):
             find_forces(bad, ways, gives)
-
-
-def test_a_local_mesh_is_pushed_to_a_depth(case, places):
-    one, *_, force = places
-    local = LocalFEM(order=1, tolerance=TOLERANCE).prepare(case)
-    expected = local.respond(Load.at(one, force))
-    simulation = local._meshes.of(one)[0]
-    way = simulation.means(Load.at(one, force), simulation.displacement(Load.at(one, force)))[0]
-    answer = local.respond(Load((Press(one, moved=way),)))
-    assert np.abs(answer.displacement - expected).max() < 1e-6 * np.abs(expected).max()
-    assert np.abs(answer.forces[0] - force).max() < 1e-6 * np.abs(force).max()
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from fixtures.poked_bar import poked
 
-from palpate.benchmark import richardson
 from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.truth import INVERTED
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.quadratic_motion import QuadraticMotion
-from palpate.stores import store, stored
 
 
 @pytest.fixture(scope="module")
@@ -74,22 +72,6 @@ def test_the_motions_it_is_made_of_are_told(scene, truth):
 def test_a_motion_that_inverts_an_element_is_not_believed(scene, monkeypatch):
     monkeypatch.setattr(QuadraticMotion, "least_det", lambda self, x: -0.5)
     assert INVERTED in found(scene, 8).rejected
-
-
-@pytest.mark.slow
-def test_levels_that_do_not_approach_each_other_are_not_believed(scene, truth, monkeypatch):
-    monkeypatch.setattr(richardson, "ratio", lambda levels: 1.1)
-    monkeypatch.setattr(richardson, "estimate", lambda levels, rate: (levels[-1], (0.1 * levels[-1],)))
-    assert "too far apart (ratio 1.1" in found(scene, 8).rejected
-
-
-def test_a_truth_is_kept(truth, tmp_path):
-    store(truth, tmp_path / "truth.h5")
-    again = stored(MotionTruth, tmp_path / "truth.h5")
-    assert np.array_equal(again.displacement, truth.displacement) and again.rejected == ""
-    found, kept = again.described(0.32), truth.described(0.32)
-    np.testing.assert_equal(found, kept)  # forces are NaN where nothing touches
-    assert found["reference_step_s"] == 0.04
 
 
 BALL = {"kind": "sphere", "center_m": [0.07, 0.02, 0.062], "radius_m": 0.02, "times_s": [0.0, 0.16, 0.32]}

@@ -1,18 +1,17 @@
 """Every answer and every failure is counted, costs add up, and errors are against the truth."""
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
-from fixtures.stub import Made, Stub, made_up
+from fixtures.stub import Stub, made_up
 
 from palpate.benchmark.accuracy import truth_errors
 from palpate.benchmark.judge import TRAINING
 from palpate.benchmark.load import Answer, Doubted, Refused
-from palpate.benchmark.measuring import CALLS, Kind, ask
-from palpate.benchmark.model import BODYS, Solver, refuse_bed
+from palpate.benchmark.measuring import ask
+from palpate.benchmark.model import Solver
 from palpate.benchmark.press_measure import (
     ACCURACY_VS_TIME,
     COARSER,
@@ -22,13 +21,10 @@ from palpate.benchmark.press_measure import (
     Presses,
     bounds,
     measure,
-    warn_unanswered,
 )
 from palpate.benchmark.ranking import averaged
 from palpate.benchmark.timing import WARM_UP
-from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
-from palpate.files import read_table
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.studies.tradeoff.jobs import accuracy_vs_time, commit
 
@@ -199,24 +195,6 @@ def test_errors_are_against_the_truth_and_not_the_fine_mesh(slab_case, slab_judg
     assert measured(slab_case, judge, exact)[1][OPERATOR].isna().all()
 
 
-def test_it_is_said_what_a_model_is_told(slab_case, slab_judge):
-    class Coarse(Made):
-        coarse: str
-
-    def right(case, setting):
-        return Scaled(slab_judge, 1.0)
-
-    def made(**about):
-        kind = type("Told", (Coarse,), {"__module__": __name__, **about})
-        return [kind(setting={"coarse": each}, how=right, coarse=each) for each in ("linear", "loose")]
-
-    settings = measure(slab_case[0], "mine", made(sees="deformation", law="linear"), slab_judge, 6, 0.0)[1]
-    assert (settings["sees"] == "deformation").all() and settings["prepared"].tolist() == [True, False]
-    assert (settings["law"] == "linear").all()
-    settings = measure(slab_case[0], "mine", made(law=BODYS), slab_judge, 6, 0.0)[1]
-    assert (settings["law"] == slab_case[0].body.material.law).all()
-
-
 def test_a_solver_sees_the_frame_before(slab_judge):
     """It is shown every load just before it is asked for, once for each query; a failure there is one of the query."""
     seen, solver = [], Scaled(slab_judge, 1.0)
@@ -247,16 +225,6 @@ def test_failures_are_counted_and_told(slab_case, slab_judge):
     chooses = int(judge.samples.contact[judge.side == "validation"][0])
     settings = measured(slab_case, judge, Scaled(judge, 0.5, chooses))[1]
     assert settings["failures"].item() == 0 and np.isnan(settings["validation_rmse_of_peak"].item())
-
-
-def test_a_body_that_a_model_does_not_know_leaves_it_out_and_is_no_failure(slab_case, slab_judge, tmp_path):
-    case = replace(slab_case[0], body=replace(slab_case[0].body, bed=Bed(np.zeros(3), 0.05, 1e5)))
-    nailed = made_up([{}], lambda case, setting: refuse_bed(case, "such models"))
-    with pytest.warns(UserWarning, match="nailed is left out: such models have no elastic bed, which slab lies on"):
-        samples, settings = measure(case, "nailed", nailed, slab_judge, 0, 0.0)
-    assert samples.empty and settings.empty
-    samples.to_csv(tmp_path / "samples.csv", index=False)
-    assert read_table(tmp_path / "samples.csv", ["model", "rmse_of_peak"]).empty
 
 
 def test_what_is_asked_cannot_be_changed_by_who_answers(slab_judge):
@@ -296,11 +264,6 @@ def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
     assert settings["rmse_of_peak"].iloc[0] == pytest.approx(0.002)
 
 
-def test_the_largest_time_is_that_of_the_slowest_press_and_not_of_one_late_call():
-    rows = [{"failure": "", CALLS: each} for each in [[0.001, 0.002, 0.5]] * 5 + [[0.03, 0.04, 0.05]]]
-    assert Kind.means(rows)["online_max_s"] == 0.04
-
-
 def test_queries_that_pay_back():
     row = dict.fromkeys(ACCURACY_VS_TIME.columns, 1)
     fine = row | {"model": SAVED_AGAINST, "offline_s": 0.0}
@@ -319,12 +282,3 @@ def test_queries_that_pay_back():
     paid = [0.0, np.inf, 50.0, np.inf, np.inf, 200.0, np.inf, 100.0]
     assert table["break_even_queries"].tolist() == pytest.approx(paid)
     assert 0 < len(commit()) < 20
-
-
-def test_a_model_of_ones_own_that_answers_nothing_is_warned_of():
-    settings = pd.DataFrame({"samples": [3, 3], "failures": [3, 3], "failure": ["mine.py: not finite"] * 2})
-    with pytest.warns(UserWarning, match="^own_models.mine answered no sample: mine.py: not finite"):
-        warn_unanswered("mine", settings)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        warn_unanswered("mine", settings.assign(failures=[3, 2]))

@@ -20,7 +20,6 @@ from palpate.benchmark.ranking import (
     read_errors,
     resampled,
 )
-from palpate.errors import InputError
 
 
 def test_an_unknown_own_error_is_the_largest_that_is_known():
@@ -84,20 +83,6 @@ def test_reads_what_a_run_leaves_behind(trade_off, trade_off_folder):
     both = found.merge(wanted, on=["model", "setting", "sample"])
     assert (both["contact_x"] == both["contact_y"]).all()
     np.testing.assert_allclose(both["rmse_of_peak_x"], both["rmse_of_peak_y"])
-
-
-def test_what_is_missing_is_named(trade_off, trade_off_folder):
-    table, _ = trade_off
-    liver = table[table["scene"] == "liver_small"]
-    place = trade_off_folder / "data/liver/small"
-    (place / "tradeoff/1/detail_correction_samples.csv").write_text("model,setting,sample\n")
-    with pytest.raises(
-        InputError, match=r"detail_correction_samples\.csv lacks the column\(s\) split, side, contact, rmse"
-    ):
-        read_errors(trade_off_folder / "data", liver)
-    (place / "tradeoff/1/detail_correction_samples.csv").unlink()
-    with pytest.raises(InputError, match=r"^liver_small: the sample errors of detail_correction are missing"):
-        read_errors(trade_off_folder / "data", liver)
 
 
 def tied(*rows):

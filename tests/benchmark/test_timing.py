@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from palpate.benchmark.timing import WARM_UP, measure, said, time_calls, timing_rows
+from palpate.benchmark.timing import WARM_UP, measure, said, time_calls
 from palpate.errors import NotConverged
 
 
@@ -60,13 +60,3 @@ def test_one_thread_inside():
         assert 2 in {pool["num_threads"] for pool in threadpool_info()}
         measure([lambda: threads.extend(pool["num_threads"] for pool in threadpool_info())], 1)
     assert set(threads) == {1}
-
-
-def test_rows():
-    calls = {"unordered": [lambda: None] * 5, "detail_correction": [lambda: None] * 5}
-    table = timing_rows("liver", calls, 2, {"unordered": 0.603})
-    each = [f"d{i}_s" for i in range(1, 6)]
-    assert table.columns.tolist() == ["body", "method", *each, "mean_s", "paper_mean_s"]
-    deformations = table[each]
-    assert table["mean_s"].to_numpy() == pytest.approx(deformations.mean(axis=1).to_numpy())
-    assert table["paper_mean_s"].iloc[0] == 0.603 and np.isnan(table["paper_mean_s"].iloc[1])

@@ -16,7 +16,7 @@ from palpate.bodies.refinement import finer
 from palpate.bodies.supports import Bed
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.tradeoff.truth_table import TRUTH, other_element, truth_table, widened
+from palpate.studies.tradeoff.truth_table import other_element, truth_table, widened
 
 RADIUS_M = 0.03
 
@@ -154,22 +154,6 @@ def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner
     assert row.rmse_of_peak == pytest.approx(found.own[0, OWN.index("rmse_of_peak")])
 
 
-def test_only_samples_with_the_finest_level_say_how_exact_the_truth_is(slab_truth):
-    levels = slab_truth.levels.copy()
-    levels[1, -1] = np.nan
-    [both] = truth_table({"slab": slab_truth}).itertuples()
-    [one] = truth_table({"slab": replace(slab_truth, levels=levels)}).itertuples()
-    assert (both.samples, one.samples, one.rejected) == (2, 1, 0)
-    assert one.patch_rms_of_peak == slab_truth.own[0, OWN.index("patch_rms_of_peak")] != both.patch_rms_of_peak
-    assert (both.validation_samples, one.validation_samples) == (0, 1) and np.isnan(both.validation_rmse_of_peak)
-    assert one.validation_rmse_of_peak == slab_truth.own[1, OWN.index("rmse_of_peak")]
-    assert one.validation_patch_rms_of_peak == slab_truth.own[1, OWN.index("patch_rms_of_peak")]
-    less = replace(slab_truth, levels=np.full_like(levels, np.nan))
-    [mine] = truth_table({"slab": less}).itertuples()
-    assert mine.validation_rmse_of_peak_max == slab_truth.own[:, OWN.index("rmse_of_peak")].max()
-    assert mine.validation_patch_rms_of_peak_max == slab_truth.own[:, OWN.index("patch_rms_of_peak")].max()
-
-
 @pytest.mark.parametrize(
     ("rate", "own", "change", "believed"),
     [(3.0, 0.2, 0.2, True), (1.0, 0.02, 0.02, True), (2.0, 0.04, 0.02, False), (np.nan, 0.02, 0.04, False)],
@@ -203,21 +187,3 @@ def test_a_bed_gives_a_truth_and_nails_one_that_is_less_sure(bean):
     rms = OWN.index("rmse_of_peak")
     assert lying.ratio[0] > 3.0 and lying.own[0, rms] < 0.01
     assert held.ratio[0] < lying.ratio[0] and held.own[0, rms] > lying.own[0, rms]
-
-
-def test_the_table_says_how_well_it_is_known(slab_truth):
-    found = {"rmse_of_peak": [0.001, 0.003], "patch_rms_of_peak": 0.02}
-    other = pd.DataFrame({"sample": slab_truth.sample[[1, 1]]} | found)
-    table = truth_table({"slab_small": slab_truth}, {"slab_small": other})
-    assert table.columns.tolist() == TRUTH.columns
-    [row] = table.itertuples()
-    assert row.samples == 2 and row.rejected == row.inverted == 0 and row.why_rejected == ""
-    assert row.relative_l2 == pytest.approx(slab_truth.own[:, OWN.index("relative_l2")].mean())
-    assert row.patch_rms_of_peak_max == pytest.approx(slab_truth.own[:, OWN.index("patch_rms_of_peak")].max())
-    assert row.ratio_min == slab_truth.ratio.min() and row.least_det == slab_truth.least_det.min()
-    assert row.volume_change == pytest.approx(slab_truth.volume_change.mean())
-    assert (row.iterations, row.cycles) == (slab_truth.iterations.mean(), slab_truth.products.mean())
-    assert row.other_element == pytest.approx(0.002) and row.other_element_samples == 2
-    assert row.other_element_patch == pytest.approx(0.02)
-    assert row.other_element_own == slab_truth.own[1, OWN.index("rmse_of_peak")] != row.rmse_of_peak
-    assert row.other_element_own_patch == slab_truth.own[1, OWN.index("patch_rms_of_peak")]

@@ -13,9 +13,9 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.contacts import contacts_of, kept_contacts, pressed_contacts, row_of
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
+from palpate.bodies.mesh_quality import mesh_sizes
 from palpate.bodies.refinement import finer
-from palpate.bodies.settings import Anchors, Box, Cylinder, Plane, Rule, Sheet, Sphere
+from palpate.bodies.settings import Anchors, Box, Cylinder, Plane, Rule, Sphere
 from palpate.bodies.simple_shapes import sheet
 from palpate.bodies.supports import Bed, choose_anchors, default_anchors
 from palpate.errors import InputError
@@ -62,16 +62,6 @@ def test_a_solid_has_its_counts_and_is_nested(kind, counted, held):
     assert 8 <= len(back) <= 0.2 * 140 and body.coarse.normals[back].mean(axis=0)[1] > 0.5
 
 
-def test_sheet():
-    held = Anchors(nodes=[0, 4])
-    body = Sheet(
-        sizes_m=[0.3, 0.2], divisions=[6, 4], thickness_m=0.001, young_pa=3000, poisson=0.3, anchors=held
-    ).make()
-    assert counts(body) == [[35, 48, 35, 0]]
-    assert body.anchors[0].tolist() == [0, 4]
-    assert mesh_quality(body).empty
-
-
 BED = {"sphere": {"center_m": [0.0, -0.03, 0.1], "radius_m": 0.05}, "stiffness_n_m3": 1e5}
 
 
@@ -88,10 +78,7 @@ def test_a_body_on_a_bed_needs_no_anchors():
     ("change", "message"),
     [
         ({"poisson": 0.5}, "poisson"),
-        ({"poisson": -1}, "poisson"),
-        ({"poisson": float("nan")}, "poisson"),
         ({"young_pa": -3000}, "young_pa"),
-        ({"young_pa": float("inf")}, "young_pa"),
         ({"density_kg_m3": 0}, "density_kg_m3"),
         ({"bed": {}}, "bed lacks sphere"),
     ],
@@ -216,9 +203,8 @@ def test_numbers_of_nodes_and_a_mask_hold_the_same_nodes(skfem_cube):
 @pytest.mark.parametrize(
     "given",
     [
-        {"young_pa": np.nan}, {"young_pa": -1.0}, {"poisson": 0.6}, {"density_kg_m3": -1.0},
-        {"law": "hooke"}, {"refinements": 9}, {"refinements": -1}, {"anchors": np.ones(3, dtype=bool)},
-        {"anchors": [0, 1, 99]}, {"anchors": []}, {"anchors": "z"}, {"anchors": [1.5]},
+        {"young_pa": np.nan}, {"poisson": 0.6}, {"law": "hooke"}, {"refinements": 9},
+        {"anchors": np.ones(3, dtype=bool)}, {"anchors": [0, 1, 99]}, {"anchors": [1.5]},
     ],
 )  # fmt: skip
 def test_a_mesh_of_scikit_fem_makes_no_body_that_a_box_would_not(skfem_cube, given):
@@ -233,22 +219,9 @@ def test_a_mesh_of_scikit_fem_makes_no_body_that_a_box_would_not(skfem_cube, giv
         (lambda mesh: skfem.MeshTet(np.where(mesh.p == 0.05, np.nan, mesh.p), mesh.t), "NaN"),
         (lambda mesh: skfem.MeshTet(np.hstack([mesh.p, [[0.1], [0.2], [0.3]]]), mesh.t), "no tetrahedron"),
         (skfem.MeshTet2.from_mesh, "MeshTet"),
-        (lambda mesh: skfem.MeshTri(), "MeshTet"),
         (lambda mesh: skfem.MeshHex(), "MeshTet"),
     ],
 )
 def test_a_mesh_of_scikit_fem_that_is_no_body_is_refused(skfem_cube, change, said):
     with pytest.raises(InputError, match=said):
         from_skfem(change(skfem_cube))
-
-
-@pytest.mark.parametrize("level", [-1, 2])
-def test_a_body_ends_at_one_of_its_levels(skfem_cube, level):
-    with pytest.raises(InputError, match="levels 0 to 1"):
-        from_skfem(skfem_cube, refinements=1).up_to(level)
-
-
-@pytest.mark.parametrize("point", [(np.nan, 0.0, 0.0), (0.0, 0.0)])
-def test_nothing_is_near_a_place_that_is_none(skfem_cube, point):
-    with pytest.raises(InputError, match="three finite numbers"):
-        from_skfem(skfem_cube).node_at(point)

@@ -5,15 +5,13 @@ import warnings
 import meshio
 import numpy as np
 import pytest
-import pyvista
 from fixtures.mesh_encodings import gmsh
 from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_ply, write_binary_stl, write_blender_obj
 
 from palpate.bodies.make_body import build, make_body, taken
-from palpate.bodies.mesh_file import load_shape, load_surface
+from palpate.bodies.mesh_file import load_shape
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.settings import File
-from palpate.bodies.simple_shapes import box
 from palpate.bodies.surfaces.solid import sample
 from palpate.bodies.surfaces.triangles import distances, weld
 from palpate.errors import InputError
@@ -90,9 +88,8 @@ def test_what_holds_no_body_is_refused(cube, tmp_path, name, elements, message):
 
 
 @pytest.mark.parametrize("name", ["a.msh", "a.vtk", "a.vtu", "a.mesh", "a.stl", "a.obj", "a.ply"])
-@pytest.mark.parametrize("text", ["", "no mesh at all\n", "$MeshFormat\n4.1 0 8\n"])
-def test_malformed(tmp_path, capsys, name, text):
-    (tmp_path / name).write_text(text)
+def test_malformed(tmp_path, capsys, name):
+    (tmp_path / name).write_text("no mesh at all\n")
     with pytest.raises(InputError, match=r"a\.\w+: (malformed|it has neither|it holds|it is cut off).*\.$") as caught:
         load_file(tmp_path / name, 1.0)
     assert "\n" not in str(caught.value)
@@ -104,13 +101,6 @@ def test_a_gmsh_script_is_not_run(tmp_path):
     with pytest.raises(InputError, match="does not start like a gmsh mesh"):
         load_file(tmp_path / "a.msh", 1.0)
     assert not (tmp_path / "ran").exists()
-
-
-def test_a_surface_too_small_to_tell_its_corners_apart(tmp_path):
-    pyvista.Cube().triangulate().save(tmp_path / "probe.stl")
-    assert len(load_surface(tmp_path / "probe.stl", 1e-3)[1]) == 12
-    with pytest.raises(InputError, match=r"probe\.stl: none of its triangles .* scale_m 1e-300; give"):
-        load_surface(tmp_path / "probe.stl", 1e-300)
 
 
 def made(path, **changes):
@@ -169,14 +159,6 @@ def test_without_snapping_every_level_has_the_files_volume(tmp_path):
     assert len(said) == 1  # anchors: what was asked for is no assumption
 
 
-@pytest.mark.slow
-def test_a_shape_that_few_nodes_cannot_show_is_said(tmp_path):
-    write_binary_stl(tmp_path / "lobed.stl", *organ("lobed", 3000))
-    body, said = made(tmp_path / "lobed.stl", scale_m=1, surface_nodes=60, refinements=1)
-    assert len(body.coarse.surface) == 60
-    assert any("with 60 surface nodes the refined body's surface is up to" in text for text in said)
-
-
 def test_numbers_of_the_files_nodes_mean_nothing_once_remeshed(tmp_path):
     write_binary_stl(tmp_path / "femur.stl", *organ("femur", 3000))
     with pytest.raises(InputError, match=r"nodes counts nodes of a mesh that is remeshed; hold nodes by plane"):
@@ -205,28 +187,12 @@ def test_what_cannot_become_a_body_is_refused_in_one_sentence(tmp_path, fault, m
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("divisions", [3, 8])
-def test_remeshing_bad_tetrahedra_is_advised_where_it_changes_them(tmp_path, divisions):
-    """Flat boxes of 32 and of 162 surface nodes, one fewer and one more than it would be remeshed to."""
-    mesh = box([0.2, 0.2, 0.02 / divisions], [divisions, divisions, 1])
-    meshio.write_points_cells(tmp_path / "flat.vtk", mesh.nodes, [("tetra", mesh.tetrahedra)])
-    plane = {"plane": {"axis": "x", "side": "min", "depth_m": 0.01}}
-    body, (said,) = made(tmp_path / "flat.vtk", scale_m=1, anchors=plane, refinements=0)
-    dense = divisions == 8
-    assert len(body.coarse.surface) == 2 * (divisions + 1) ** 2
-    assert said.endswith(
-        "in the program that made it" + ", or give surface_nodes: 140 to have it remeshed" * dense + "."
-    )
-
-
 @pytest.mark.parametrize(
     ("name", "data", "said"),
     [
         ("png.obj", b"\x89PNG\r\n\x1a\n" + bytes(99), "it holds a PNG picture and no mesh"),
         ("page.vtk", b"<!doctype html><html></html>", "it holds a web page and no mesh"),
-        ("text.stl", b"Dear all,\nthe organ is attached.\n" * 9, "it holds a text that does not begin with solid"),
         ("short.stl", b"hello\n", "it holds a text that does not begin with solid"),
-        ("random.stl", np.random.default_rng(1).bytes(5000), "it holds neither the text nor the triangles of an STL"),
         ("lfs.stl", b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\n", "it holds a pointer of Git LFS"),
         ("stl.obj", b"solid a".ljust(80) + bytes([1, 0, 0, 0]) + bytes(50), "it holds what a .stl file holds; give it"),
         ("ply.off", b"ply\nformat ascii 1.0\n", "it holds what a .ply file holds; give it"),
@@ -237,11 +203,3 @@ def test_what_is_no_mesh_of_a_body_is_called_what_it_is(tmp_path, name, data, sa
     (tmp_path / name).write_bytes(data)
     with pytest.raises(InputError, match=f"{name}: {said}"):
         load_shape(tmp_path / name)
-
-
-def test_a_plate_that_is_too_thin_is_not_said_to_have_slices(tmp_path):
-    plate = box([0.1, 0.1, 1e-4], [24, 24, 1])
-    lines = [f"v {x} {y} {z}" for x, y, z in plate.nodes] + [f"f {a} {b} {c}" for a, b, c in plate.triangles + 1]
-    (tmp_path / "plate.obj").write_text("\n".join(lines))
-    with pytest.raises(InputError, match=r"plate\.obj: the body is too thin beside its length to be remeshed"):
-        build(ENTRY.but(path=str(tmp_path / "plate.obj"), scale_m=1.0))

@@ -3,7 +3,6 @@
 import warnings
 
 import gmsh
-import meshio
 import numpy as np
 import pytest
 from fixtures.bodies import made
@@ -241,23 +240,3 @@ def test_a_region_that_reaches_the_surface_by_its_elements_alone_is_told(block):
             made("block", block | {"regions": {"lump": {"sphere": sphere, "young_pa": STIFF}}})
         said = [str(one.message) for one in caught if "on the body's surface" in str(one.message)]
         assert len(said) == told and all("tetrahedra of lump have 5 nodes" in text for text in said)
-
-
-@pytest.mark.slow
-def test_tags_of_what_has_none_or_is_remeshed_are_refused(entry, tagged, two_cubes, tmp_path):
-    mesh = box([1.0, 1.0, 1.0], [2, 2, 2])
-    cells, whole = [("tetra", mesh.tetrahedra)], np.arange(len(mesh.tetrahedra))
-    meshio.Mesh(mesh.nodes, cells).write(tmp_path / "bare.vtk")
-    meshio.Mesh(mesh.nodes, cells, cell_data={"a": [whole], "b": [whole]}).write(tmp_path / "two.vtk")
-    meshio.Mesh(mesh.nodes, [("triangle", mesh.triangles)]).write(tmp_path / "skin.stl")
-    for path, tag, message in (
-        (two_cubes, "rigth", r"no tetrahedron has the tag rigth \(did you mean right\?\); it has 3 labels: 11 \("),
-        (tmp_path / "bare.vtk", 1, r"bare\.vtk: its tetrahedra have no tags, or give the region by a sphere\.$"),
-        (tmp_path / "two.vtk", 1, "its cell data a, b could all be tags; name the right one region, or give"),
-        (tmp_path / "skin.stl", 1, r"skin\.stl: it has no tetrahedra and so no tags; give the region"),
-    ):
-        with pytest.raises(InputError, match=message):
-            tagged(path, half={"tag": tag})
-    file = entry | {"kind": "file", "path": str(two_cubes), "scale_m": 0.05, "surface_nodes": 30, "snap": False}
-    with pytest.raises(InputError, match=r"regions\.half\.tag counts elements of a mesh that is remeshed; leave"):
-        made("cubes", file | {"regions": {"half": {"tag": 9, "young_pa": STIFF}}})

@@ -98,15 +98,10 @@ def test_a_cube_as_exporters_write_it(tmp_path, name):
 
 CUT = {
     "binary.stl": stl()[:-120],
-    "solid.stl": stl(b"solid")[:-100],
-    "head.stl": stl(b"x\0")[:60],
     "ascii.stl": ASCII_STL[:-300].encode(),
     "little.ply": ply()[:-40],
-    "points.ply": ply()[:-180],
     "text.ply": ply("")[:-3],
-    "head.ply": ply()[:90],
     "line.obj": (V + faces("{i}"))[:-6].encode(),
-    "points.obj": V.encode(),
     "a.off": CUBES["a.off"][:-12],
     "a.vtu": b"<VTKFile><UnstructuredGrid>",
     "binary.msh": SOLIDS["v4.1_binary_one.msh"](lopsided().nodes, lopsided().tetrahedra, "")[:-150],
@@ -188,19 +183,6 @@ def test_single_precision_far_from_the_origin_is_refused(tmp_path, name):
     (tmp_path / name).write_bytes(SURFACES[name](1e3 * mesh.nodes + 1e8, mesh.triangles, ""))
     with pytest.raises(InputError, match=r"its coordinates are of single precision, 8 units apart .* length of 20\d"):
         load_shape(tmp_path / name)
-
-
-@pytest.mark.parametrize(
-    ("head", "said"),
-    [
-        ("SPACE=scanner", "says SPACE=SCANNER; write LPS or RAS"),
-        ("SPACE=RAS SPACE=LPS", "says SPACE=LPS and RAS; write"),
-    ],
-)
-def test_a_frame_that_is_none_or_two_is_refused(tmp_path, head, said):
-    (tmp_path / "a.obj").write_bytes(SURFACES["plain.obj"](lopsided().nodes, lopsided().triangles, head))
-    with pytest.raises(InputError, match=said):
-        read(tmp_path / "a.obj")
 
 
 def box(size):

@@ -2,14 +2,13 @@
 
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from palpate.benchmark.load import Refused
 from palpate.bodies.body import nest
-from palpate.bodies.material import LAWS, Material, exponential, kind_of, stiffening_of
+from palpate.bodies.material import Material, exponential
 from palpate.bodies.particles import particles_of
 from palpate.effects.law import evaluate, fault, law_of
 from palpate.effects.laws.exponential import LARGEST
@@ -22,7 +21,6 @@ from palpate.solvers.system import System
 
 MU, LAM, B = 1100.0, 1700.0, 6.0
 STRETCHES = [0.5, 0.8, 1.0, 1.2, 1.6]
-STRETCHED = np.array([1.3, 1.1, 0.7])
 
 
 def principal(s, b=B, lam=LAM):
@@ -30,28 +28,9 @@ def principal(s, b=B, lam=LAM):
     return evaluate(law_of(exponential(b)), s, MU, lam)[1] * np.asarray(s) / np.prod(s)
 
 
-def test_the_stiffening_is_in_the_name():
-    for b in (0.0, 1e-5, 0.5, 8.0, 32.25, 1e6):
-        assert kind_of(exponential(b)) == "exponential" and stiffening_of(exponential(b)) == b
-    assert exponential(8.0) == "exponential(8)" and stiffening_of("exponential(8.0)") == 8.0
-    for wrong in ("exponential", "exponential()", "exponential(-1)", "exponential(nan)", "exponential(8) ", "a.py"):
-        assert kind_of(wrong) == "" and stiffening_of(wrong) is None
-    assert [stiffening_of(law) for law in LAWS] == [None] * len(LAWS)
-
-
 @pytest.mark.parametrize("b", [0.0, 1e-6, 1.0, 30.0])
 def test_at_rest_it_has_the_moduli_whatever_the_stiffening(b):
     assert fault(law_of(exponential(b))) == ""
-
-
-@pytest.mark.slow
-def test_two_stiffenings_compiled_at_a_time_are_not_taken_for_each_other(monkeypatch, tmp_path):
-    """What two processes compile of two stiffenings has one symbol, so that neither is stored for a third."""
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    soft, stiff = (evaluate(law_of.__wrapped__(exponential(b)), STRETCHED, MU, LAM)[0] for b in (1.25, 7.75))
-    assert not list(tmp_path.rglob("exponential.shape_of*"))
-    again = evaluate(law_of.__wrapped__(exponential(1.25)), STRETCHED, MU, LAM)[0]
-    assert again == soft < stiff
 
 
 @pytest.mark.parametrize("stretch", STRETCHES)

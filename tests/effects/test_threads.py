@@ -181,18 +181,6 @@ def test_tying_takes_the_length_that_ends_have_then():
     )  # it begins just taut, not with what the body has stretched
 
 
-@pytest.mark.parametrize("surface", [False, True])
-def test_levels_have_the_same_ends(surface):
-    body = bar(refinements=2)
-    ends = []
-    for level in range(3):
-        particles = particles_of(body, level, surface)
-        nodes, weights, away = nearest_on_surface(particles, np.add(ACROSS, [0, 0, 0.001]))
-        assert np.allclose(away, 0.001, rtol=1e-9) and weights.min() >= 0.0
-        ends.append(np.einsum("ea,eai->ei", weights, particles.nodes[nodes]))
-    assert np.allclose(ends, ACROSS, atol=1e-15)
-
-
 def test_the_nearest_point_is_no_farther_than_any_of_a_fine_net():
     organ = particles_of(nest("liver", liver(0.2), 0, np.array([0]), MATERIAL), 0, surface=False)
     points = organ.nodes[organ.surface][::20] + 0.01 * np.random.default_rng(2).normal(size=(7, 3))

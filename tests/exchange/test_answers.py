@@ -84,52 +84,34 @@ def own_nodes(found, questions):
 FAULTS = {
     "no digest": (put(digest=None), r"digest is missing; add it"),
     "another digest": (put(digest="0" * 64), r"digest is of other questions than these, of block_large"),
-    "an empty engine": (put(engine="  "), r"engine is empty; give 1 to 200 printable letters"),
-    "a name of two lines": (put(hardware="a\nb"), r"hardware is no name"),
-    "a name without end": (put(version="x" * 201), r"version is no name"),
     "palpate's own name": (put(engine="palpate"), r"engine is palpate, as tables call its own models"),
-    "no hardware": (put(hardware=None), r"hardware is missing"),
     "a setting that is a text": (put(settings="fine"), r"settings is text; give a list of texts"),
-    "a setting without a name": (put(settings=["a", "", "c"]), r"settings has the name ''"),
     "a setting twice": (put(settings=["a", "a", "b"]), r"settings has 'a' twice"),
     "a setting more": (put(settings=["a", "b", "c", "d"]), r"converged has 3 values for 4 settings"),
-    "a setting less": (
-        put(settings=["a", "b"], converged=[False, True]),
-        r"settings has 2 names, and there is",
-    ),
-    "marks that are words": (put(converged=["no", "no", "yes"]), r"converged is text of the shape \(3,\); give truth"),
     "a misspelt field": (
         put(at_second=1.0),
         r"setting_2/second is no name of an answer; did you mean setting_2/seconds\?$",
     ),
     "no displacements": (put(at_displacement_m=None), r"setting_2/displacement_m is missing"),
-    "complex displacements": (moved(lambda u, q: u * 1j), r"displacement_m is complex numbers of the shape"),
-    "a question less": (moved(lambda u, q: u[:-1]), r"displacement_m has the shape \(3, 162, 3\); give \(4, 162, 3\)"),
-    "axes first": (moved(lambda u, q: u.transpose(0, 2, 1)), r"displacement_m has the shape \(4, 3, 162\)"),
     "a NaN": (entry(MOVED, (1, 7, 2), np.nan), r"displacement_m is not finite in question 1; mark that as failed"),
     "a solver that burst": (entry(MOVED, (2, 3, 1), 1e300), r"displacement_m is 1e\+300 m in question 2; give NaN for"),
     "failed and answered": (
         put(at_failed=[True, False, False, False]),
         r"failed marks question 0, which has an answer",
     ),
-    "a failure more": (put(at_failed=[False] * 5), r"failed is truth values of the shape \(5,\); give truth values, 4"),
     "one time for all": (put(at_seconds=0.5), r"seconds has the shape \(\); give \(4,\)"),
     "a negative time": (entry(SECONDS, (2, 0), -0.1), r"seconds has -0.1 s; give times above 0"),
-    "a time that is not known": (entry(SECONDS, (3, 1), np.nan), r"seconds is not finite in question 3"),
     "a negative preparation": (put(at_preparation_s=-1.0), r"preparation_s is \[-1.0\]; give one number of 0 or more"),
-    "memories": (put(at_memory_mb=[1.0, 2.0]), r"memory_mb is \[1.0, 2.0\]; give one number"),
     "nodes without triangles": (
         put(at_nodes_m=np.zeros((4, 3))),
         r"triangles is missing; a mesh of your own has nodes",
     ),
     "a node that is nowhere": (own(nodes=lambda x: np.where(x == x[0, 0], np.nan, x)), r"nodes_m is not finite"),
-    "triangles that are not whole": (own(triangles=lambda t: t + 0.5), r"triangles is float64 of the shape"),
     "triangles from 1 on": (own(triangles=lambda t: t + 1), r"triangles names nodes that nodes_m does not have"),
     "a mesh in millimetres": (own(nodes=lambda x: 1000 * x), r"nodes_m lies between .* m; the body lies between"),
     "triangles of one corner": (own(triangles=lambda t: t[:3]), r"triangles has nodes between .* m; the body lies"),
     "a mesh in another order": (own_nodes, r"has the lengths of the truth at other points"),
     "millimetres": (moved(lambda u, q: 1000 * u), r"displacement_m is \d+ times the truth, as if in millimetres"),
-    "inches": (moved(lambda u, q: 39.37 * u), r"times the truth, as if in inches"),
     "x, y and z in another order": (
         moved(lambda u, q: u[..., [1, 2, 0]]),
         r"if its x, y, z are taken as z, x, y;",
@@ -211,30 +193,15 @@ def test_objects_and_groups_are_no_answers(questions, answers, tmp_path):
         read_answers(tmp_path / "a.h5", questions, {})
 
 
-def test_memory_may_be_left_out(questions, answers, tmp_path):
-    answers.pop("setting_2/memory_mb")
-    np.savez(tmp_path / "a.npz", **answers)
-    rows = score_answers(tmp_path / "a.npz", questions, questions.truth).settings
-    assert rows["memory_mb"].isna().tolist() == [False, False, True]
-
-
-def test_few_settings_and_none_that_is_converged_are_said_and_scored(questions, answers, tmp_path):
-    few = {name: value for name, value in answers.items() if not name.startswith(("setting_1", "setting_2"))}
-    few |= {"settings": np.array(["coarse"]), "converged": np.array([False])}
-    np.savez(tmp_path / "a.npz", **few)
-    found = score_answers(tmp_path / "a.npz", questions, questions.truth)
-    assert len(found.warnings) == 2 and "1 of the 3 settings" in found.warnings[0] and len(found.settings) == 1
-
-
-@pytest.mark.parametrize("bad", ["far too soft", "far too stiff", "zero", "noise", "rigid", "exploded", "rough"])
+@pytest.mark.parametrize("bad", ["zero", "noise", "rigid", "exploded"])
 def test_an_answer_that_is_only_bad_is_scored(questions, answers, tmp_path, bad):
     """No engine is refused for being wrong: only slips of an adapter are."""
     truth, random = questions.truth["displacement_m"], np.random.default_rng(1)
     size = np.abs(truth).max()
     made = {
-        "far too soft": 8.0 * truth, "far too stiff": 0.01 * truth, "zero": 0.0 * truth,
+        "zero": 0.0 * truth,
         "noise": size * random.normal(size=truth.shape), "rigid": np.broadcast_to([0.0, 0.0, -size], truth.shape),
-        "exploded": 1e6 * random.normal(size=truth.shape), "rough": truth * random.uniform(0.5, 1.5, truth.shape),
+        "exploded": 1e6 * random.normal(size=truth.shape),
     }[bad]  # fmt: skip
     answers["setting_2/displacement_m"] = made
     np.savez(tmp_path / "a.npz", **answers)

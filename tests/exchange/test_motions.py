@@ -5,11 +5,9 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.engine_scores import score_table
 from palpate.benchmark.motion_truth import force_errors, motion_truth
 from palpate.benchmark.moving_scene import MovingScene
 from palpate.bodies.body_file import save
@@ -20,9 +18,7 @@ from palpate.exchange import motions
 from palpate.exchange.ask import ask
 from palpate.exchange.folder import packed, read
 from palpate.exchange.judging import score_answers
-from palpate.exchange.picture import draw_score
 from palpate.exchange.readme import readme
-from palpate.exchange.score import _printed, floor_of, score
 from palpate.exchange.suspects import over_time
 from palpate.run.settings import complete, read_settings
 from palpate.stores import store
@@ -206,43 +202,6 @@ def test_what_is_no_motion_over_time_is_told(share):
     assert "last instant first" in over_time(share * truth[::-1], truth, 0.02)
     assert "velocity" in over_time(share * velocity, truth, 0.02)
     assert not over_time(share * truth, truth, 0.02)
-
-
-def test_a_motion_under_weight_alone_has_no_dent(run, tmp_path):
-    scene = replace(run.scene, loads=run.scene.loads.but(push=None))
-    questions = motions.questions_of([scene], {"levels": 3, "steps_per_frame": 1})
-    page = readme(questions, "corotational").decode()
-    assert "dent" not in page and "Nothing is pressed" in page
-    moved = run.truth.displacement[None]
-    truth = {f"own_{name}": np.array([1e-3]) for name in motions.OWN} | {"own_force_rms_of_peak": np.array([np.nan])}
-    truth |= {"displacement_m": moved, "force_n": np.empty((1, 4, 0, 3)), "seconds": np.ones(1)}
-    answers = {"digest": questions.digest, "engine": "a", "version": "1", "hardware": "b", "law": "corotational"}
-    answers |= {"settings": ["one"], "converged": [True], "setting_0/displacement_m": 0.9 * moved}
-    answers |= {"setting_0/seconds": [0.32], "setting_0/preparation_s": 0.0}
-    (tmp_path / "a.npz").write_bytes(packed({name: np.array(value) for name, value in answers.items()}))
-    table = score_table(score_answers(tmp_path / "a.npz", questions, truth).settings, floor_of(truth), None)
-    head, line = _printed(table)
-    assert "dent" not in head and "median" not in head and "s per s" in head and line.split()[-2] == "2"
-    (axis,) = draw_score(table, floor_of(truth)).axes
-    assert axis.get_xlabel() == "seconds for a second of motion" and axis.lines[0].get_xdata() == pytest.approx([2.0])
-
-
-def test_models_of_the_run_stand_beside_and_a_failure_counts(run, folder, answered, tmp_path):
-    row = {"scene": "poke", "body": "bar", "failures": 0, "force_rms_of_peak": np.nan, "real_time_factor": 0.5}
-    rows = [row | {"model": "fem_coarse", "setting": f"step_s={h}", "rmse_of_peak": e} for h, e in ((4, 0.2), (1, 0.1))]
-    (run.results / "tables").mkdir(exist_ok=True)
-    pd.DataFrame(rows).to_csv(run.results / "tables/dynamic_accuracy.csv", index=False)
-    with np.load(answered) as file:
-        found = {name: file[name] for name in file.files}
-    found["setting_0/failed"] = np.array([True])
-    found["setting_0/displacement_m"] = np.full_like(found["setting_0/displacement_m"], np.nan)
-    (tmp_path / "a.npz").write_bytes(packed(found))
-    said = score(tmp_path / "a.npz", folder, run.results, tmp_path, False)
-    table = pd.read_csv(tmp_path / "score.csv")
-    assert "1/1" in said and (tmp_path / "score.png").is_file()
-    assert table["engine"].tolist() == ["elements"] * 3 + ["palpate"] * 2
-    assert table["failures"].tolist() == [1, 0, 0, 0, 0]
-    assert table["online_median_s"].iloc[-1] == pytest.approx(0.5 * 0.16)
 
 
 def test_forces_of_instruments_are_compared_as_those_of_models(run):

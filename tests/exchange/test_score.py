@@ -20,9 +20,8 @@ from palpate.errors import InputError
 from palpate.exchange import presses
 from palpate.exchange.ask import ask
 from palpate.exchange.asked_body import law_named
-from palpate.exchange.folder import packed
 from palpate.exchange.judging import OwnMesh, score_answers
-from palpate.exchange.score import kept_truth, score, truth_beside
+from palpate.exchange.score import score, truth_beside
 from palpate.models.kinds import FEM
 
 SCRIPT = Path(__file__).with_name("independent_p1.py")
@@ -157,14 +156,6 @@ def test_a_truth_is_found_once_and_kept_beside_its_questions(questions, folder):
     assert np.allclose(found["own_rmse_of_peak"], questions.truth["own_rmse_of_peak"], rtol=0.01)
     again = truth_beside(questions, folder, "corotational", find)
     assert asked == ["corotational"] and np.array_equal(again["displacement_m"], found["displacement_m"])
-
-
-@pytest.mark.parametrize("content", [b"junk", packed({"digest": np.array("0")})[:60]])
-def test_a_kept_truth_that_is_damaged_is_found_anew(questions, tmp_path, content):
-    kept_truth(tmp_path / "q", "corotational").write_bytes(content)
-    for _ in range(2):
-        found = truth_beside(questions, tmp_path / "q", "corotational", lambda law: {"seconds": np.ones(2)})
-        assert found["seconds"].tolist() == [1.0, 1.0]
 
 
 def test_the_command_writes_a_table_and_a_picture_beside_palpate_s_models(rows_of_run, folder, answers, tmp_path):

@@ -20,14 +20,6 @@ def test_the_sparse_grid_reproduces_what_its_polynomials_can():
         assert curves._basis(at, degrees) @ found == pytest.approx(curves._basis(at, degrees) @ weights)
 
 
-def test_places_of_the_grid_are_those_of_their_values():
-    ranges = Ranges(0.5, (0.35, 0.49), (0.1, 1.5), (0.0, 12.0))
-    for place in np.random.default_rng(1).uniform(-1.0, 1.0, (5, 3)):
-        values = dict(zip(curves.FREE, curves._values(ranges, place), strict=True))
-        assert [curves._place(ranges, name, values[name]) for name in curves.FREE] == pytest.approx(place)
-    assert curves._values(ranges, (-1.0, -1.0, -1.0)) == pytest.approx((0.35, 0.1, 0.0))
-
-
 @pytest.mark.slow
 def test_a_family_meets_curves_between_its_nodes_and_is_kept(tmp_path, monkeypatch):
     ranges = Ranges(0.5, (0.35, 0.49))
@@ -40,18 +32,6 @@ def test_a_family_meets_curves_between_its_nodes_and_is_kept(tmp_path, monkeypat
     assert forces[2] == pytest.approx(hertz(0.41) * 0.01**1.5, rel=0.02)
     monkeypatch.setattr(curves, "_computed", None)
     assert family_of("neo_hookean", ranges, tmp_path).forces(depth, 0.41) == pytest.approx(forces, rel=1e-14)
-
-
-@pytest.mark.slow
-def test_without_stiffening_a_family_has_the_error_of_neo_hookean_curves_alone(monkeypatch):
-    """On a grid of three by three alone, where stiff laws are met within some per cent."""
-    monkeypatch.setattr(curves, "GRIDS", ((1, 2),))
-    stiff = SlabForward(1.0, 0.4, "exponential", None, (0.3, 0.49), (0.0, 20.0), 0.0)
-    soft = stiff.without_stiffening()
-    depth = np.array([0.1, 0.25, 0.4])
-    exact = BallOnSlab("neo_hookean", 0.4).curve(0.4).at(depth)
-    off = np.abs(soft.forces(0, depth, {"poisson": 0.4}) / exact - 1.0).max()
-    assert off <= soft.relative_error < 0.7 * stiff.relative_error
 
 
 def test_a_slab_scales_with_its_ball():

@@ -8,7 +8,7 @@ from fixtures.pressed_layer import Layer, draw_presses
 from scipy.stats import chi2
 
 from palpate.effects.instrument import Instrument
-from palpate.errors import InputError, NotConverged
+from palpate.errors import NotConverged
 from palpate.identification import fit
 from palpate.identification.fit import POINTS, Data, MixedModel, Options, best_fit, fitted, loading, scaling_near
 from palpate.identification.forward import Parameter
@@ -142,15 +142,6 @@ def test_thresholds_are_those_of_one_degree_of_freedom_for_many_places():
     assert threshold(0.9, 5) == pytest.approx(5 * np.log(1 + 2.132**2 / 4), rel=1e-3)
 
 
-def test_what_is_held_stays_and_costs_likelihood():
-    model, best, least = fit_of(Layer(0.008), {"poisson": 0.45})
-    unknown, value = fitted(model, best, {"offset": 0.9})
-    assert unknown["offset"] == 0.9 and value > least + 5.0
-    unknown, value = fitted(model, best, young=float(np.log(model.values(best)["young_pa"] * 1.02)))
-    assert model.values(unknown)["young_pa"] == pytest.approx(1.02 * model.values(best)["young_pa"])
-    assert value == pytest.approx(least, abs=0.05)  # ν makes up for it
-
-
 def test_round_coordinates_end_where_others_do():
     """With a modulus far from the best, so that parameters reach the ends of their ranges."""
     model, best, least = fit_of(Layer(0.004, (NU, THICKNESS)), {"poisson": 0.45, "thickness_m": 0.01})
@@ -183,11 +174,10 @@ def touched(seed, zero=0.0, slope=0.0, pull=0.0, rows=31):
     return PressRecords(Instrument("sphere", 0.004), tuple(presses), "presses.csv")
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
-def test_a_noisy_row_at_first_touch_leaves_e_in_its_interval_and_no_start_finds_a_better_fit(seed):
-    found = identify(touched(seed), {"hertz": Layer(0.004, (), 0.003)}, QUICK)
+def test_a_noisy_row_at_first_touch_leaves_e_in_its_interval_and_no_start_finds_a_better_fit():
+    found = identify(touched(1), {"hertz": Layer(0.004, (), 0.003)}, QUICK)
     assert found.young_pa.low < 4000.0 < found.young_pa.high < 1.1 * found.young_pa.low
-    model, best, rng = found.models["hertz"], found.best["hertz"], np.random.default_rng(seed)
+    model, best, rng = found.models["hertz"], found.best["hertz"], np.random.default_rng(1)
     for _ in range(3):
         drawn = best | {"log_noise": np.log(rng.uniform(0.005, 0.3)), "offset": rng.uniform(-1.0, 1.0)}
         drawn["log_floor"] = np.log(model.data.typical_n) - rng.uniform(0.0, 8.0)
@@ -196,14 +186,7 @@ def test_a_noisy_row_at_first_touch_leaves_e_in_its_interval_and_no_start_finds_
 
 
 @pytest.mark.parametrize(
-    "sensor",
-    [
-        {"slope": 5.0},
-        *(
-            pytest.param(each, marks=pytest.mark.slow)
-            for each in ({"zero": 0.015}, {"slope": -5.0, "zero": 0.005}, {"pull": 0.004}, {"pull": 0.002})
-        ),
-    ],
+    "sensor", [{"slope": 5.0}, pytest.param({"slope": -5.0, "zero": 0.005, "pull": 0.004}, marks=pytest.mark.slow)]
 )
 def test_a_line_of_the_sensor_or_a_pull_is_doubted_where_no_rows_are_before_contact(sensor):
     found = identify(touched(1, **sensor), {"hertz": Layer(0.004, (), 0.003)}, QUICK)
@@ -220,9 +203,3 @@ def test_searches_that_do_not_agree_are_no_fit(monkeypatch):
     model = MixedModel.of(Data.of(touched(1)), Layer(0.004, ()), QUICK)
     with pytest.raises(NotConverged, match="has not converged"):
         best_fit(model, sure=True)
-
-
-def test_presses_of_no_force_are_refused():
-    records = draw_presses(Layer(0.004), {"poisson": 0.45}, np.random.default_rng(0), young_pa=0.0)
-    with pytest.raises(InputError, match="no forces"):
-        best_fit(MixedModel.of(Data.of(records), Layer(0.004), QUICK))

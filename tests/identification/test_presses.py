@@ -8,7 +8,7 @@ import pytest
 
 from palpate.effects.instrument import SPHERE, Instrument
 from palpate.errors import InputError
-from palpate.identification.presses import doubts, join, read_presses
+from palpate.identification.presses import doubts, read_presses
 
 BALL = Instrument(SPHERE, 0.004)
 DEPTH = np.linspace(0.0, 0.002, 6)
@@ -71,7 +71,7 @@ def written(rng, rows):
     return raw, f"has {wrong} and lacks" if wrong else "two columns for force_n" * twice
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(12))
 def test_presses_are_the_same_in_every_encoding_or_refused_in_a_sentence(seed, tmp_path):
     rows = table(time_s=np.tile(np.arange(6.0), 2)).round(7)
     raw, refused = written(np.random.default_rng(seed), rows)
@@ -87,21 +87,18 @@ def test_presses_are_the_same_in_every_encoding_or_refused_in_a_sentence(seed, t
             assert (getattr(press, name) == rows[name][number : number + 6]).all()
 
 
-@pytest.mark.parametrize("column", ["thickness_mm", "x_mm", "Time (ms)", "Thickness", "Y [cm]", "z"])
+@pytest.mark.parametrize("column", ["thickness_mm", "Time (ms)", "z"])
 def test_columns_that_look_like_others_are_refused(column, tmp_path):
     with pytest.raises(InputError, match=r"and lacks .*; convert it to"):
         read(table().drop(columns=["x_m", "y_m", "z_m"]).assign(**{column: 1.0}), tmp_path)
 
 
-@pytest.mark.parametrize("radius", [4.0, 0.4, 40.0])
-def test_a_ball_in_another_unit_is_refused(radius, tmp_path):
+def test_a_ball_in_another_unit_is_refused(tmp_path):
     with pytest.raises(InputError, match="the ball with its unit, such as sphere:4mm"):
-        read(table(), tmp_path, instrument=Instrument(SPHERE, radius))
+        read(table(), tmp_path, instrument=Instrument(SPHERE, 4.0))
 
 
-@pytest.mark.parametrize("zero", [0.0, 0.015, -0.02])
-@pytest.mark.parametrize("slope", [0.0, 5.0, -5.0])
-@pytest.mark.parametrize("pull", [0.0, 0.004])
+@pytest.mark.parametrize(("zero", "slope", "pull"), [(0.0, 0.0, 0.0), (0.015, -5.0, 0.0), (-0.02, 5.0, 0.004)])
 def test_the_line_before_contact_is_subtracted(zero, slope, pull, tmp_path):
     """Of Hertz presses of 4 kPa, whose pull by adhesion of 5 % begins with contact."""
     rng, depth = np.random.default_rng(0), np.linspace(-1e-3, 3e-3, 41)
@@ -133,23 +130,17 @@ def cell(column, row, value):
         (lambda rows: rows.drop(columns="force_n"), r"presses\.csv lacks the column force_n"),
         (lambda rows: rows.rename(columns={"depth_m": "depth_mm"}), "has depth_mm and lacks depth_m; convert it"),
         (lambda rows: rows.drop(columns="z_m"), "has x_m and not all of x_m, y_m, z_m"),
-        (lambda rows: rows.assign(Force_N=1.0), "two columns for force_n, force_n and Force_N"),
         (cell("force_n", 3, None), "row 5: force_n is empty, which is no number"),
-        (cell("force_n", 3, "0,1"), "row 5: force_n is 0,1, which is no number"),
         (cell("x_m", slice(6, 12), None), r"row 8: x_m is empty, and other rows have it; .* \(1 of 2 lack some\)"),
         (cell("depth_m", 4, 0.0003), r"row 6: depth_m falls from 0\.0012 to 0\.0003 m in the press a"),
         (lambda rows: rows.assign(time_s=[0, 1, 1, 2, 3, 4] * 2), "row 4: time_s of the press a goes from 1 to 1 s"),
         (lambda rows: rows.assign(press=["a", "b"] * 6), "the press a stands above already"),
-        (lambda rows: rows.assign(press="a"), "row 8: x_m of the press a differs"),
         (lambda rows: rows.drop(index=[1, 2]), "the press a has 4 points, fewer than 5"),
         (lambda rows: rows.assign(depth_m=1e3 * rows["depth_m"]), "a depth_m of 2 m, deeper than any organ"),
-        (lambda rows: rows.assign(depth_m=25 * rows["depth_m"]), "12.5 radii of the instrument"),
         (lambda rows: rows.assign(depth_m=-rows["depth_m"]), "the press a is nowhere deeper than 0 m"),
         (lambda rows: rows.assign(force_n=1e5 * rows["force_n"]), r"a modulus of 3e\+08 Pa, of no soft tissue"),
         (lambda rows: rows.assign(force_n=-rows["force_n"]), "force_n falls with depth in most presses"),
         (cell("force_n", 0, -0.5), "the press a has a force_n of -0.5 N"),
-        (lambda rows: rows.iloc[:0], "has no rows"),
-        (lambda rows: rows.assign(thickness_m=8.0), "a thickness_m of 8 m"),
     ],
 )
 def test_faults_are_named(change, message, tmp_path):
@@ -173,9 +164,7 @@ def test_grams_are_refused_by_the_name_of_the_column_and_doubted_by_values(tmp_p
         read(grams.rename(columns={"force_n": "force_g"}), tmp_path)
 
 
-@pytest.mark.parametrize(
-    "name", ["Load_lbf", "Load (mN) raw", "Load [millinewton]", "stress_kPa", "Sensor (V)", "F / µN"]
-)
+@pytest.mark.parametrize("name", ["Load_lbf", "Load (mN) raw", "stress_kPa"])
 def test_columns_that_are_named_by_hand_have_no_other_unit_in_their_names(name, tmp_path):
     rows = table().rename(columns={"force_n": name})
     with pytest.raises(InputError, match="whose name has another unit; convert it to newtons"):
@@ -189,17 +178,3 @@ def test_a_press_in_another_unit_than_the_others_is_doubted(tmp_path):
     rows.loc[:5, "force_n"] *= 102.0
     (doubt,) = doubts(read(rows, tmp_path))
     assert ": a of 3 presses are 90 times as stiff or soft" in doubt
-
-
-def test_files_are_joined_unless_names_repeat(tmp_path):
-    one, other = read(table(), tmp_path), read(table("cd"), tmp_path)
-    assert [press.name for press in join([one, other]).presses] == ["a", "b", "c", "d"]
-    with pytest.raises(InputError, match="both have a press a; rename one"):
-        join([one, one])
-
-
-def test_presses_of_nothing_are_doubted(tmp_path):
-    rows = table("abc")
-    rows.loc[:5, "force_n"] = 0.001
-    (doubt,) = doubts(read(rows, tmp_path))
-    assert "does not rise with depth in 1 of 3 presses (a)" in doubt

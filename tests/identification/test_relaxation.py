@@ -14,7 +14,6 @@ from palpate.identification.relaxation import (
     fit_branches,
     fit_fading,
     hold_of,
-    information,
     noise_of,
     relaxed,
 )  # fmt: skip
@@ -54,12 +53,6 @@ def test_a_relaxed_press_has_the_relaxed_force():
     assert late.force_n[3:] == pytest.approx(wanted[3:], rel=0.01)
 
 
-def test_as_many_branches_are_taken_as_there_are():
-    hold = hold_of(pressed(noise=0.01, seed=3))
-    told = [information(hold, fit_branches([hold], count)) for count in (1, 2, 3)]
-    assert np.argmin(told) == 1
-
-
 def test_errors_with_a_memory_are_recovered():
     rng, times = np.random.default_rng(2), np.arange(4000) * 0.1
     error = np.zeros(4000)
@@ -81,11 +74,6 @@ def test_intervals_hold_the_truth():
         true = np.array([*TRUE.series.shares, TRUE.series.times_s[1]])
         held += int(((low <= true) & (true <= high)).sum())
     assert held >= 17
-
-
-def test_specimens_are_drawn_where_there_are_enough():
-    holds = [hold_of(pressed(noise=0.01, seed=k, specimen=str(k))) for k in range(8)]
-    assert draw_branches(holds, TRUE, 2, np.random.default_rng(0)).drawn == "specimens"
 
 
 def test_what_is_not_held_is_refused():

@@ -1,19 +1,11 @@
 """``palpate identify``: presses in a file, and out sentences, tables and a picture; or a sentence on what is wrong."""
 
-from dataclasses import replace
-
-import meshio
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from fixtures.pressed_layer import Layer, draw_presses
 
-from palpate.benchmark.touch import Touch
-from palpate.benchmark.touch_mesh import TouchedMeshes
-from palpate.bodies.simple_shapes import box
 from palpate.cli import main
-from palpate.effects.instrument import Instrument
 from palpate.init import identify_command
 
 
@@ -91,13 +83,10 @@ def test_sessions_that_contradict_are_said_and_fitted_alone(layer, tmp_path, cap
     [
         ({}, ["--instrument", "punch:0.004"], "forces are known for a ball"),
         ({}, ["--instrument", "sphere:0.004", "--thickness", "0.03:0.02"], "is no range"),
-        ({}, ["--instrument", "sphere:0.004", "--hold", "below"], "give --body"),
         ({}, ["--instrument", "sphere:0.004", "--law", "hooke", "--body", "none.stl"], "--law hooke"),
         ({}, ["--instrument", "sphere:4"], "give both in metres, or the ball with its unit"),
-        ({}, ["--instrument", "sphere:4in"], "such as sphere:8mm"),
         ({}, ["--instrument", "sphere:4mm", "--thickness", "8"], "--thickness is 8 m"),
         ({"thickness_m": 0.02}, ["--instrument", "sphere:4mm", "--thickness", "8mm:12mm"], "correct or leave out"),
-        ({}, ["--instrument", "sphere:4mm", "--offset", "0:1"], "--offset -0.2mm:0.1mm"),
         ({"depth_m": list(range(10, 0, -1)) * 8}, ["--instrument", "sphere:0.004"], "depth"),
     ],
 )
@@ -107,51 +96,3 @@ def test_what_cannot_be_used_gets_one_sentence_and_leaves_nothing(layer, tmp_pat
     said = capsys.readouterr().err
     assert expected in said and said.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["presses.csv"]
-
-
-def test_a_body_may_stand_in_settings_that_ask_for_no_study(tmp_path):
-    block = {
-        "kind": "box", "sizes_m": [0.1, 0.1, 0.04], "divisions": [3, 3, 2], "refinements": 1, "young_pa": 4000.0,
-        "poisson": 0.3, "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.01}},
-    }  # fmt: skip
-    (tmp_path / "config.yaml").write_text(yaml.safe_dump({"bodies": {"block": block}}), encoding="utf-8")
-    assert identify_command.body_of("block", tmp_path / "config.yaml", None, None).name == "block"
-
-
-def test_a_model_without_a_force_is_said_in_a_sentence(layer, tmp_path, capsys, monkeypatch):
-    file = write(tmp_path / "presses.csv", drawn(layer))
-    monkeypatch.setattr(Layer, "forces", lambda self, press, depth_m, values: np.zeros(len(depth_m)))
-    assert main(["identify", file, "--instrument", "sphere:0.004"]) == 1
-    said = capsys.readouterr().err
-    assert "no positive force" in said and said.count("\n") == 1
-
-
-@pytest.mark.slow
-def test_a_mesh_file_that_lies_on_a_bed_gives_back_the_modulus(tmp_path, capsys):
-    """Presses by elements that are a third as long as those of the fit, on the body that the mesh file becomes."""
-    block, ball = box([60.0, 60.0, 40.0], [3, 3, 2]), Instrument("sphere", 0.012)
-    file = tmp_path / "block.stl"
-    meshio.write_points_cells(file, block.nodes, [("triangle", block.triangles)])
-    body = identify_command.body_of(str(file), None, 1e-3, "below")
-    tissue = replace(body, material=replace(body.material, law="neo_hookean"))
-    depth, way, rows = 0.012 * np.array([0.15, 0.25, 0.35, 0.45, 0.55]), np.array([0.0, 0.0, -1.0]), []
-    for name, at in (("a", (0.02, 0.02, 0.04)), ("b", (0.04, 0.02, 0.04))):
-        node = int(np.linalg.norm(body.fine.nodes - at, axis=1).argmin())
-        meshes, touch = TouchedMeshes(tissue), Touch(ball, node, way, float(depth[-1]))
-        mesh = meshes.around(touch, 0, meshes.level_for(touch, 1.0) + 1)
-        for state in mesh.contact.push(way, list(depth), 1e-3):
-            force = 1.4 * float(state.force @ way)
-            rows.append((name, *body.fine.nodes[node], *way, state.depth_m, force))
-    columns = ["press", "x_m", "y_m", "z_m", "direction_x", "direction_y", "direction_z", "depth_m", "force_n"]
-    pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "presses.csv", index=False)
-    asked = f"--body {file} --scale 0.001 --hold below --instrument sphere:0.012 --law neo_hookean --poisson 0.3:0.3"
-    more = ["--sticking", "0:0", "--offset", "0:0", "-o", str(tmp_path / "out")]
-    assert main(["identify", str(tmp_path / "presses.csv"), *asked.split(), *more]) == 0
-    table = pd.read_csv(tmp_path / "out/identified.csv").set_index("quantity")
-    young = 1.4 * body.material.young_pa
-    assert table.loc["young_pa", "best"] == pytest.approx(young, rel=0.05)
-    assert table.loc["young_pa", "low"] < young < table.loc["young_pa", "high"]
-    written = yaml.safe_load((tmp_path / "out/engines/block_palpate.yaml").read_text())["bodies"]["block"]
-    stiffer = written["young_pa"] / body.material.young_pa
-    assert written["bed"]["stiffness_n_m3"] == pytest.approx(stiffer * body.bed.stiffness_n_m3, rel=1e-3)
-    assert "lies on is assumed to be as stiff" in capsys.readouterr().out

@@ -1,9 +1,7 @@
 """``palpate try``: what ``palpate init`` writes, and small settings of it that are run at once."""
 
 import re
-from contextlib import nullcontext
 from pathlib import Path
-from types import SimpleNamespace
 
 import meshio
 import pytest
@@ -22,8 +20,6 @@ from palpate.init.recognise import HOLDS, sides_of
 from palpate.init.try_command import MODELS, is_unchanged
 from palpate.report.tables import read
 from palpate.run.settings import complete
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -101,37 +97,6 @@ def test_try_goes_on_in_its_own_folder_and_leaves_any_other_alone(capsys, data, 
     assert len(ran) == 3
 
 
-@pytest.mark.slow
-def test_try_goes_on_where_it_was_killed_and_never_over_results_of_all_settings(capsys, data, tmp_path, ran):
-    words = ["try", str(data / "block.vtk"), "--scale", "0.1", "-o", str(tmp_path / "own")]
-    (tmp_path / "own").mkdir()
-    for name in ("body.png", ".config.part123.yaml"):  # what it writes before its settings
-        (tmp_path / "own" / name).write_text("")
-    assert main(words) == 0 and len(ran) == 1
-    for regime in ("small", "large"):
-        folder = tmp_path / "own/results/data/block" / regime
-        folder.mkdir(parents=True)
-        (folder / "database.h5").write_text("")
-    capsys.readouterr()
-    assert main(words) == 1 and len(ran) == 1
-    assert "holds results of all its config.yaml, and is kept" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("code", [0, 3])
-def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path, code):
-    asked = []
-
-    def run(command, **_):
-        asked.append(command)
-        return SimpleNamespace(returncode=code)
-
-    monkeypatch.setattr(try_command.subprocess, "run", run)
-    failed = pytest.raises(InputError, match=r"try\.yaml did not finish; what it has is kept, and")
-    with failed if code else nullcontext():
-        try_command.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
-    assert asked[0][-4:] == ["--directory", str(tmp_path), "--configfile", str(tmp_path / "try.yaml")]
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -174,44 +139,3 @@ def test_a_block_can_lie_on_each_of_its_sides_and_the_left_of_a_patient_is_the_p
     assert "if the largest piece between 30 and 120 is not the organ" in _too_few_nodes(scan, "ct", None)
     assert "mask" not in _too_few_nodes(scan.but(mask="organs.nii.gz"), "ct", None)
     assert _too_few_nodes(mesh, "file", None).endswith("enough nodes to lie on; give a mesh with more triangles")
-
-
-def init_of_bar(longest: float, folder: Path) -> int:
-    """Write the configuration of a bar into folder/new, and return the exit code."""
-    bar = box([longest, longest / 4, longest / 4], [8, 2, 2])
-    meshio.write_points_cells(folder / "bar.vtk", bar.nodes, [("tetra", bar.tetrahedra)])
-    return main(["init", str(folder / "bar.vtk"), "-o", str(folder / "new")])
-
-
-@pytest.mark.parametrize("size", [2e-7, 1e7])
-def test_a_size_that_no_unit_explains_asks_for_the_scale(capsys, tmp_path, size):
-    assert init_of_bar(size, tmp_path) == 1
-    assert "an organ's in no unit from micrometres to metres; give --scale" in capsys.readouterr().err
-    assert not (tmp_path / "new").exists()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("longest", "unit", "length", "twice", "others"),
-    [
-        (190.0, 0.001, "19 cm", 0.002, None),
-        (0.25, 1.0, "25 cm", 2.0, None),
-        (6.481, 0.01, "64.8 mm", 0.02, "the inch, which makes it 16.5 cm long (--scale 0.0254), or one of its own"),
-        (22.0, 0.001, "22 mm", 0.002, "22 cm long (--scale 0.01), or the inch, which makes it 55.9 cm long"),
-        (1.2, 0.167, "20 cm", 0.334, "the inch, which makes it 30.5 mm long"),
-        (0.01, 20.0, "20 cm", 40.0, "its unit may be one of its own"),
-    ],
-)
-def test_a_guessed_unit_is_said_with_the_size_it_makes_and_doubted_where_others_make_an_organ_too(
-    capsys, tmp_path, longest, unit, length, twice, others
-):
-    """SOFA's liver is 6.481 of its own units long, and no one could tell."""
-    assert init_of_bar(longest, tmp_path) == 0
-    printed = capsys.readouterr().out
-    said = re.escape(f"of {longest:.4g} is {length}; --scale {twice:g} makes it twice as long\n")
-    assert re.search(rf"assumed  a unit of the file is {unit:g} m \(.*\), so that its longest side {said}", printed)
-    warned = [line for line in printed.splitlines() if line.startswith("warning: ")]
-    assert len(warned) == (others is not None)
-    if others:
-        assert others in warned[0] and "; compare the length with the organ's, and give --scale" in warned[0]
-    assert read_yaml(tmp_path / "new/config.yaml")["bodies"]["bar"]["scale_m"] == pytest.approx(unit)

@@ -13,7 +13,6 @@ from palpate.bodies.refinement import finer
 from palpate.bodies.simple_shapes import cylinder
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
-from palpate.models.families import Families
 from palpate.models.fem import BEFORE
 from palpate.models.fem_statics import to_surface
 from palpate.models.kinds import FEM, FastFEM, LinearFEM, Springs
@@ -88,26 +87,6 @@ def test_a_linear_start_is_the_linear_response_and_needs_prepared_contacts(press
     with pytest.raises(InputError, match="not one of the contacts that are prepared"):
         lacking.respond(Load.at(contact, force))
     assert model.needs_contacts and not FEM(order=2).needs_contacts
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_settings_end_with_the_finest_level_solved_from_rest(slab_case, grid, order):
-    case, model = slab_case[0], FEM(order=order)
-    tried, tight = model.tried(case, grid), Families(fem={"tolerances": [1e-3, 1e-8]})
-    for given, end in ((grid, 1e-3), (tight, 1e-8 if order == 1 else 1e-3)):
-        assert model.tried(case, given)[-1] == model.having(level=1, tolerance=end)
-    assert {(each.level, each.start) for each in tried} >= {(0, start) for start in STARTS}
-    assert all(each.start != "linear" for each in model.tried(replace(case, response=None), grid))
-
-
-def test_frames_are_not_held_but_the_last(pressed):
-    case, contact, force = pressed
-    solver = FEM(order=1, level=1, start="frame", iterations=1).prepare(case)
-    solver.precede(Load.at(contact, 0.5 * force))
-    one = solver.memory_mb
-    for factor in (0.6, 0.7, 0.8):
-        solver.precede(Load.at(contact, factor * force))
-    assert solver.memory_mb == one
 
 
 def test_quadratic_answers_stand_on_the_fine_surface_as_they_are(slab):

@@ -7,7 +7,6 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.models import model_registry
-from palpate.models.load_model import load_model
 
 MEASURE = """
 import palpate.benchmark.judge, palpate.benchmark.press_measure
@@ -56,27 +55,3 @@ def test_what_models_are_tried_with_is_named_after_families(grid):
         "warped_compliance", "pod_of_loads",
     }  # fmt: skip
     assert set(type(grid).model_fields) - {"coarse_answers"} == families - tried_alike
-
-
-def test_a_recipe_makes_the_model_again():
-    for recipes in model_registry.families(list(model_registry.MODELS), {}).values():
-        for name, recipe in recipes.items():
-            assert load_model(name, **recipe) == model_registry.MODELS[name] and load_model(name, **recipe).name == name
-
-
-def test_what_a_model_is_told_stands_with_it():
-    """Models on top of a coarse deformation know no load; those that hold responses of contacts say so."""
-    made = model_registry.MODELS
-    unaware = {name for name, model in made.items() if model.sees == "deformation"}
-    assert unaware == {"interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf"} | {
-        name for name, family in model_registry.FAMILY_OF.items() if family == "paper_enrichment"
-    }
-    assert {name for name, model in made.items() if model.prepared} == {
-        "linear_fem", "linear_residual", "warped_compliance", "detail_correction", "contact_modes", "fem_local",
-    }  # fmt: skip
-    assert {name for name, model in made.items() if not model.reduces} == {
-        "fem_p1", "fem_p2", "fem_local", "interpolation",
-        "xpbd", "vertex_block_descent", "projective_dynamics",
-    }  # fmt: skip
-    assert all(model.law for model in made.values())
-    assert made["pod_rbf"].having(coarse="linear").needs_contacts and not made["pod_rbf"].needs_contacts

@@ -10,7 +10,6 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
-from palpate.models import fem, relaxed
 from palpate.models.fem_statics import Simulation
 from palpate.models.kinds import FEM
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
@@ -100,24 +99,6 @@ def test_a_frame_before_helps_as_far_as_the_method_has_come_by_itself(pressed, e
     cold = ask(pressed, method, **FEW[method])
     assert found < 0.5 * errors(cold, equilibrium).rmse_of_peak and found < behind
     assert np.array_equal(none.respond(load), cold)
-
-
-def test_a_press_grows_evenly_up_to_the_frame_before(pressed):
-    case, load = pressed
-    model, grown = relaxed.Relaxed(case, LONG["xpbd"].having(start="frame")), []
-    model._body.relax = lambda x, force, before=None: (x, grown.append(force))
-    model.precede(load)
-    shares = fem.BEFORE * np.arange(1, relaxed.FRAMES + 1) / relaxed.FRAMES
-    assert np.allclose(grown, shares[:, None, None] * model._nodal(load), rtol=1e-12, atol=0.0)
-
-
-def test_a_motion_goes_on_where_it_was_left(pressed):
-    """Ten steps at once are five and five."""
-    case, load = pressed
-    nodal, rest, held = Simulation(case, 0, 1e-8).nodal(load), case.body.coarse.nodes, coarse(case)[1]
-    once, twice = (relaxed.ByXpbd(case.body, 0, held, LONG["xpbd"].having(steps=steps)) for steps in (5, 10))
-    whole, (middle, before) = twice.relax(rest, nodal)[0], once.relax(rest, nodal)
-    assert np.abs(once.relax(middle, nodal, before)[0] - whole).max() < 1e-9 * np.abs(whole).max()
 
 
 def test_a_radius_that_is_too_large_does_no_harm(pressed, equilibrium):

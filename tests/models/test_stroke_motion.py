@@ -18,7 +18,7 @@ from palpate.models import local_answers, stroke_motion, strokes
 from palpate.models.stroke_motion import Learnt
 from palpate.scenes.run_scene import compose, run
 from palpate.scenes.settings import Scene
-from palpate.solvers.touched_motion import STIFFER, TouchedMotion
+from palpate.solvers.touched_motion import STIFFER
 
 DURATION_S, STEP_S = 0.24, 0.01
 SHIFTS = [[0, 0, 0], [0, 0, -0.008], [0, 0, -0.008], [0.015, 0, -0.006]]
@@ -215,12 +215,6 @@ def test_forces_and_stiffness_of_contact_are_derivatives(pad, tool):
     assert alone == pytest.approx(stiff[inside, None, None] * normals[0, inside, :, None] * normals[0, inside, None, :])
 
 
-def test_a_body_that_hardly_changes_its_volume_is_refused_before_it_is_learnt(pad):
-    soft = replace(pad, material=replace(pad.material, poisson=0.47))
-    with pytest.raises(InputError, match=r"scenes\.pad\.integrator is touching: Poisson's ratio of pad is 0\.47"):
-        run(scene(), soft)
-
-
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
@@ -232,19 +226,6 @@ def test_a_body_that_hardly_changes_its_volume_is_refused_before_it_is_learnt(pa
 def test_what_it_has_no_modes_for_is_refused(pad, changed, said):
     with pytest.raises(InputError, match=said):
         run(scene(CONTACT.but(**changed)), pad)
-
-
-def test_other_effects_and_other_bodies_are_refused(pad, shown):
-    with pytest.raises(InputError, match="the scene has gravity"):
-        run(scene().but(gravity={"acceleration_m_s2": [0, 0, -9.81]}), pad)
-    with pytest.raises(InputError, match="it is for a body that instruments touch"):
-        run(scene().but(contact=None), pad)
-    asked = few(pad, shown)
-    stiffer = replace(pad, body=replace(pad.body, material=replace(pad.material, young_pa=6000.0)))
-    with pytest.raises(InputError, match="modes are those of another body"):
-        run(scene(modes=asked), stiffer)
-    with pytest.raises(InputError, match="motions of 74 nodes"):
-        few(pad, shown[:, :74])
 
 
 def test_a_finger_that_goes_through_the_body_is_raised_and_one_nearly_through_doubted(pad, shown):
@@ -259,15 +240,6 @@ def test_a_finger_that_goes_through_the_body_is_raised_and_one_nearly_through_do
         with pytest.raises(NotConverged, match="driven into held nodes"):
             pressed(depth_m)
     assert np.isinf(pressed(0.0299).doubts_m[-1])
-
-
-def test_a_ball_that_was_inside_between_frames_is_doubted_at_the_next(pad, shown):
-    """Led through the pad from side to side, which no modes of presses follow, it is outside again where it ends."""
-    through = {"times_s": [0.0, 0.24], "shifts_m": [[0, 0, 0], [0.085, 0, 0]]}
-    contact = CONTACT.but(instruments=[BALL.but(center_m=[-0.0125, 0.03, 0.022], **through)])
-    asked = scene(contact, few(pad, shown, contact), step_s=0.005)
-    for frames in (1, 12):
-        assert np.isinf(run(asked.but(frames=frames), pad).doubts_m.max())
 
 
 def test_energies_are_those_of_the_integrator_and_balance(pad, shown):
@@ -310,32 +282,3 @@ def test_a_step_in_which_the_finger_would_pass_through_the_pad_unseen_is_refused
     through = CONTACT.but(instruments=[BALL.but(times_s=[0.0, 0.04], shifts_m=[[0, 0, 0], [0, 0, -0.06]])])
     with pytest.raises(InputError, match=r"step_s is 0\.04 s, and touching takes steps of up to 0\.008 s"):
         run(scene(through, asked, step_s=0.04), pad)
-
-
-def test_random_strokes_press_into_the_surface_and_stay_in_the_region(pad):
-    found = strokes.roaming(pad, CONTACT, 0.025, 6, seed=2)
-    assert found == strokes.roaming(pad, CONTACT, 0.025, 6, seed=2) != strokes.roaming(pad, CONTACT, 0.025, 6, seed=3)
-    middle = np.array([0.03, 0.03]) + np.array(SHIFTS).mean(axis=0)[:2]
-    for contact in found:
-        tool = contact.instruments[0]
-        places = np.array(tool.center_m) + np.array(tool.shifts_m)
-        assert np.abs(places[:, :2] - middle).max() <= 0.025 + 1e-12
-        depths = 0.03 + tool.radius_m - places[:, 2]
-        assert depths[0] < 0.0 and depths[-1] < 0.0
-        assert depths[1] == pytest.approx(depths[3]) and strokes.DEPTHS_M[0] <= depths[1] <= strokes.DEPTHS_M[1]
-
-
-def test_strokes_that_elements_do_not_find_are_left_out_and_most_must_be_found(pad, monkeypatch):
-    real, failing = TouchedMotion.touched_steps, {0.3}
-
-    def steps(self, *asked, **more):
-        if self.contact.friction in failing:
-            raise NotConverged("lost", [])
-        return real(self, *asked, **more)
-
-    monkeypatch.setattr(TouchedMotion, "touched_steps", steps)
-    numbered = [CONTACT.but(friction=each) for each in (0.3, 0.2, 0.1)]
-    assert strokes.shown(pad.body, numbered, RAYLEIGH, 0.02).shape[0] == 2 * strokes.LEAST_STEPS
-    failing.add(0.2)
-    with pytest.raises(NotConverged, match="2 of 3 strokes are not found: lost"):
-        strokes.shown(pad.body, numbered, RAYLEIGH, 0.02)

@@ -4,28 +4,10 @@ import base64
 from io import BytesIO
 
 import numpy as np
-import pandas as pd
 import pytest
 from PIL import Image
 
 from palpate.report import markup
-
-
-@pytest.mark.parametrize(
-    ("values", "number"),
-    [
-        (["5 ms", "20\u00a0µs", "<\u00a00.001\u00a0%"], True),
-        (["6 % [5 %, 7 %]", "4 % (fitted)"], True),
-        (["-0.0959", "1.2e-05"], True),
-        ([1, None], True),
-        (["0 crossing pairs missed, 8 reported wrongly"], False),
-        (["4.7 times as fast"], False),
-        (["none"], False),
-    ],
-)
-def test_columns_of_quantities_are_aligned_as_numbers(values, number):
-    assert ('<th scope="col" class=number>' in markup.table(pd.DataFrame({"a": values}), "")) == number
-
 
 SVG = '<svg xmlns:xlink="x"\n width="360.0pt" height="216pt" viewBox="0 0 360 216" version="1.1"></svg>'
 

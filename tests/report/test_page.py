@@ -74,12 +74,6 @@ def test_shows_what_is_asked_for_and_reads_nothing_else(results_folder, studies,
     assert not re.search(r"\{[a-z_]+\}", shown(text))
 
 
-def test_the_order_is_that_of_the_studies_with_claims_and_failures_last(results_folder):
-    page = written(results_folder, STUDIES[::-1])
-    assert re.findall(r'<section id="([a-z_]+)">\n<h2>', page) == [*STUDIES[::-1], "verdicts", "limits"]
-    assert page.index(report.QUESTION) < page.index("The <strong>error</strong>") < page.index('id="findings"')
-
-
 @pytest.mark.parametrize(
     ("asked", "said"),
     [

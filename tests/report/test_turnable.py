@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 import pytest
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import Normalize
 
 from palpate.report import render, turnable
 from palpate.scenes.motion import Motion, Moved
@@ -96,18 +96,3 @@ def test_a_large_motion_loses_frames_and_not_its_ends(tmp_path):
     assert kept[0] == 0 and kept[-1] == 2 and len(kept) == len(found) < 60
     nearest = np.abs(np.array(kept) - times[30]).min()
     assert abs(kept[head["frames"]["start"]] - times[30]) == pytest.approx(nearest)
-
-
-@pytest.mark.parametrize(
-    ("norm", "texts"), [(LogNorm(0.05, 50), ["0.1", "1", "10"]), (Normalize(0, 8), ["0", "2", "4", "6", "8"])]
-)
-def test_the_legend_tells_where_values_lie(norm, texts):
-    legend = turnable.legend("error [%]", norm, "YlOrRd")
-    assert [text for _, text in legend["ticks"]] == texts
-    assert all(share == pytest.approx(float(norm(float(text))), abs=1e-4) for share, text in legend["ticks"])
-    assert len(base64.b64decode(legend["palette"])) == 3 * 256
-
-
-def test_values_outside_the_limits_get_its_ends():
-    found = turnable.shades(np.array([0.0, 1e-9, 0.1, 10.0, 99.0]), LogNorm(0.1, 10))
-    assert found.tolist() == [0, 0, 0, 253, 253]

@@ -28,11 +28,6 @@ def script(tmp_path, monkeypatch):
 PLAIN = "from palpate.bodies.simple_shapes import box\n\n\ndef sides():\n    return box\n"
 
 
-def test_a_function_that_is_not_there_is_refused(script):
-    with pytest.raises(LookupError, match="sides"):
-        script(PLAIN.replace("def sides", "def other"))
-
-
 def test_words_and_layout_do_not_count(script):
     said = PLAIN.replace("    return", '    """Return it."""\n    # the one\n    return')
     assert script(PLAIN) == script(f'"""Boxes."""\n{said}') == script(PLAIN.replace("\n\n\n", "\n"))

@@ -10,7 +10,7 @@ from palpate.bodies.particles import particles_of
 from palpate.effects import linear_elements
 from palpate.errors import InputError, about
 from palpate.run import dependencies
-from palpate.run.job import job, load_warnings, save_warnings, steps
+from palpate.run.job import job, load_warnings, save_warnings
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.hard_cases import fem_cases
 
@@ -61,13 +61,6 @@ def test_a_job_keeps_what_it_warns_of_and_forgets_it_when_it_no_longer_does(tmp_
     assert load_warnings([warned]) == [] and warned.read_text() == ""
 
 
-def test_a_failed_job_leaves_no_file_of_warnings(tmp_path):
-    with pytest.raises(SystemExit), job(str(tmp_path / "a.log"), str(tmp_path / "warned.txt")):
-        warnings.warn("careful", stacklevel=1)
-        raise InputError("no")
-    assert not (tmp_path / "warned.txt").exists()
-
-
 @pytest.mark.parametrize("error", [InputError("liver.msh: node 3 is infinite; repair it."), ZeroDivisionError("oh")])
 def test_a_failure_is_the_last_line_of_the_log_after_the_traceback_of_a_fault(tmp_path, error):
     with pytest.raises(SystemExit) as ended, job(tmp_path / "a.log"):
@@ -76,12 +69,6 @@ def test_a_failure_is_the_last_line_of_the_log_after_the_traceback_of_a_fault(tm
     foreseen = isinstance(error, InputError)
     assert ended.value.code == 1 and lines[-1].startswith("error: ") and str(error) in lines[-1]
     assert (len(lines) == 1) == foreseen and ("Traceback" in lines[0]) != foreseen
-
-
-def test_steps_hands_on_everything_and_says_the_first_and_last():
-    said = []
-    assert list(steps(said.append, "sample")([7, 8, 9])) == [7, 8, 9]
-    assert said == ["sample 1 of 3", "sample 3 of 3"]
 
 
 def test_an_edit_of_a_kernel_compiles_again_what_calls_it_and_nothing_else(tmp_path, monkeypatch):

@@ -276,8 +276,8 @@ def pulled(mesh, order: int) -> np.ndarray:
     return load
 
 
-@pytest.mark.parametrize(("contrast", "tolerance"), [(1.0, 1e-6), (10.0, 1e-6), (1e4, 1e-3)])
-@pytest.mark.parametrize(("level", "order"), [(0, 1), (2, 1), (0, 2), (1, 2)])
+@pytest.mark.parametrize(("contrast", "tolerance"), [(10.0, 1e-6), (1e4, 1e-3)])
+@pytest.mark.parametrize(("level", "order"), [(0, 1), (2, 1), (1, 2)])
 def test_two_layers_stretch_as_springs_in_a_row(contrast, tolerance, level, order):
     """Under a dead load F and with ν = 0 the law is P = E (s − 1), so each layer stretches by F/(A E), however far."""
     body = two_layers(box([LENGTH, 0.04, 0.04], [6, 2, 2]), 2, contrast, 0, LENGTH / 2)

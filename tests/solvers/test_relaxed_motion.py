@@ -127,16 +127,22 @@ def test_energy_that_steps_of_one_iteration_gain_vanishes_with_the_step(bar, met
     assert (gains[10] > 1.0) == (method == "xpbd")
 
 
+DAMPED = (5.0, 0.01)
+
+
+@pytest.fixture(scope="module")
+def sagged(bar):
+    return run(scene("backward_euler", 200, damping=DAMPED, duration_s=2.0), bar).motion
+
+
 @pytest.mark.slow
 @methods
-@pytest.mark.parametrize("start", ["inverted", "random", "point"])
-def test_a_bar_comes_back_from_any_start_and_stays_finite_at_steps_of_40_ms(bar, method, start):
+@pytest.mark.parametrize("start", ["inverted", "point"])
+def test_a_bar_comes_back_from_any_start_and_stays_finite_at_steps_of_40_ms(bar, sagged, method, start):
     """To its equilibrium; XPBD's single iterations bear less weight, so that it hangs lower."""
     long = run(scene(method, 40, damping=(1.0, 0.01), duration_s=1.6, own=FEW[method], start=start), bar).motion
     assert np.abs(long.positions - long.rest).max() < 0.5
-    damping = (5.0, 0.01)
-    short = run(scene(method, 2000, damping=damping, duration_s=2.0, own=FEW[method], start=start), bar).motion
-    sagged = run(scene("backward_euler", 200, damping=damping, duration_s=2.0), bar).motion
+    short = run(scene(method, 2000, damping=DAMPED, duration_s=2.0, own=FEW[method], start=start), bar).motion
     off = np.abs(short.positions[-1] - sagged.positions[-1]).max() / np.abs(sagged.positions[-1] - sagged.rest).max()
     assert off < (0.3 if method == "xpbd" else 0.02)
 

@@ -118,29 +118,6 @@ def test_nothing_is_made_of_what_no_effect_offers(particles, effects, state):
     assert len(system.pattern.indices) == len(particles.nodes)  # the masses' diagonal
 
 
-def test_time_is_booked_on_the_effects_that_were_called(effects, anchored, state):
-    (x, v), system = state, anchored
-    assert system.elastic is effects["springs"]
-    assert list(system.seconds) == [*effects, "held"]
-
-    def called() -> set[str]:
-        found = {name for name, seconds in system.seconds.items() if seconds > 0.0}
-        system.seconds = dict.fromkeys(system.seconds, 0.0)
-        return found
-
-    assert called() == set()
-    system.energy(x)
-    assert called() == {"springs", "gravity", "volume", "body_springs"}
-    system.outer_force(x, v)
-    assert called() == {"push"}
-    system.stiffness(x, True)
-    assert called() == {"springs", "volume", "body_springs"}
-    system.damping(x)
-    assert called() == {"body_springs", "kelvin", "velocity_damping"}
-    system.project(x, x.copy(), v.copy(), 0.1)
-    assert called() == {"velocity_damping"}
-
-
 def test_times_and_inner_variables_are_handed_on(particles, effects):
     class Listener:
         def at(self, t):

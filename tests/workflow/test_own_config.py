@@ -16,7 +16,7 @@ from palpate.init.command import init, run_of
 from palpate.init.recognise import recognise
 
 ROOT = Path(__file__).parents[2]
-NAMES = ["my block", "it's $HOME `touch evil` $(touch evil)", 'a"b;touch evil&(c) \\n# ü']
+NAMES = ["it's $HOME `touch evil` $(touch evil)", 'a"b;touch evil&(c) \\n# ü']
 """Of folders, with what a shell or make would read."""
 
 

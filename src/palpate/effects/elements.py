@@ -18,7 +18,7 @@ PLAIN_POISSON = 0.45
 """Poisson's ratio up to which plain elements do; above, quadratic ones resist volume on average."""
 LOCKED = {0.3: 0.04, 0.45: 0.06, 0.49: 0.12, 0.499: 0.28, 0.4999: 0.49}
 """Share of the displacement under a finger, its mean weighted by the pressure, that linear elements miss by Poisson's
-ratio: the bedded liver on level 2, 7865 nodes, 2 % deep, as tests/benchmarks/incompressible.py measures."""
+ratio: the bedded liver on level 2, 7865 nodes, 2 % deep (docs/numerics.md)."""
 
 
 def largest_poisson(tissue: Tissue) -> float:

@@ -16,7 +16,7 @@ from palpate.identification.progress import Follow, unfollowed
 
 MEASURED_ERROR = 0.003
 """Of the force off quadratic elements in three dimensions: 0.3, 0 and 0 % at depths of 0.25, 0.5 and 0.75 radii with
-elements of 0.18 radii, 0.1 to 0.2 % off their limit; tests/benchmarks/slab_curves.py measures it, on one slab."""
+elements of 0.18 radii, 0.1 to 0.2 % off their limit, measured on one slab."""
 Range = float | tuple[float, float]
 """A value that is known, or the least and greatest that one may have."""
 

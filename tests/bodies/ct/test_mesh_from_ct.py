@@ -2,7 +2,6 @@
 
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,24 +11,19 @@ from scipy.spatial.transform import Rotation
 
 from palpate.bodies.ct import mesh_from_ct
 from palpate.bodies.ct.config_scan import scan_of
-from palpate.bodies.ct.image import AIR_HU, Image, read, read_mask
+from palpate.bodies.ct.image import AIR_HU, Image, read
 from palpate.bodies.ct.masses import organ_densities, voxel_mass
 from palpate.bodies.ct.mesh_from_ct import THINNEST, cut_off, refuse_thin
 from palpate.bodies.ct.segmentation import segment
 from palpate.bodies.ct.synthetic_abdomen import abdomen, mri_abdomen
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_quality import check_boundary, check_closed, quality
+from palpate.bodies.mesh_quality import check_boundary, check_closed
 from palpate.bodies.settings import Ct, Plane
-from palpate.bodies.surfaces.mask_surface import surface
-from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
 from palpate.studies.ct.imaging import dice
 
-SHARED = Path(__file__).parents[3].parent / "shared" / "ct"
-real = pytest.mark.skipif(not SHARED.is_dir(), reason="no shared CT beside the checkout")
 ABDOMEN = Ct(young_pa=3000, poisson=0.3, refinements=1, anchors=Plane(axis="y", side="max", depth_m=0.03))
-REAL = {"image": str(SHARED / "ct_liver_crop.nii.gz"), "mask": str(SHARED / "liver_mask_crop.nii.gz")}
 
 
 def check_whole(mesh: TetMesh):
@@ -50,30 +44,6 @@ def files(tmp_path_factory):
     image, truth = abdomen(spacing_m=(0.004, 0.004, 0.004))
     mask = write_scan(folder / "mask.nii.gz", truth["liver"].astype(np.uint8), image)
     return {"image": write_scan(folder / "scan.nii.gz", image.hu, image), "mask": mask}, truth
-
-
-@pytest.mark.slow
-@real
-def test_a_real_liver_snapped():
-    body = make_body("liver", ABDOMEN.but(**REAL, snap=True, refinements=2))
-    check_whole(body.fine)
-    missing = [1022.6e-6 - mesh.volumes.sum() for mesh in body.levels]
-    assert missing[0] > 2 * missing[1] > 0 and missing[2] == pytest.approx(missing[1])
-    assert missing[2] < 0.05 * 1022.6e-6
-    assert quality(body.fine)["min_dihedral_deg"] >= 5
-
-
-@pytest.mark.slow
-@real
-def test_a_real_liver_from_its_grey_values():
-    image, mask = mesh_from_ct.segment_entry(ABDOMEN.but(image=REAL["image"]))
-    truth = read_mask(Path(REAL["mask"]), image)
-    assert 2 * (mask & truth).sum() / (mask.sum() + truth.sum()) >= 0.90
-    # rougher than a mask that was drawn, and yet to be meshed
-    mesh = tetrahedralize(*surface(mask, image, 140))
-    check_whole(mesh)
-    assert mesh.volumes.sum() == pytest.approx(mask.sum() * image.voxel_m3, rel=1e-6)
-    assert quality(mesh)["min_dihedral_deg"] >= 5
 
 
 def test_a_crop_keeps_places_and_warns_where_it_cuts(files):
@@ -132,11 +102,6 @@ def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):
     assert np.array_equal(kept, truth["liver"])
 
 
-def test_more_nodes_than_voxels_can_resolve_are_reported(files):
-    with pytest.raises(InputError, match=r"surface_nodes is 1000000, which are too many for this organ: .* are 4 mm;"):
-        mesh_of(ABDOMEN.but(**files[0], surface_nodes=1_000_000))
-
-
 @pytest.mark.parametrize(
     ("crop_m", "message"),
     [
@@ -147,18 +112,6 @@ def test_more_nodes_than_voxels_can_resolve_are_reported(files):
 def test_crops_that_leave_nothing_are_reported(files, crop_m, message):
     with pytest.raises(InputError, match=message):
         mesh_from_ct.segment_entry(ABDOMEN.but(**files[0], crop_m=crop_m))
-
-
-@pytest.mark.slow
-def test_slices_ten_times_as_thick_as_pixels_give_the_same_body(tmp_path):
-    image, truth = abdomen(spacing_m=(0.0012, 0.0012, 0.012))
-    mesh = mesh_of(ABDOMEN.but(image=write_scan(tmp_path / "thick.nii.gz", image.hu, image)))
-    check_whole(mesh)
-    assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"], rel=0.02)
-    assert quality(mesh)["min_dihedral_deg"] >= 5
-    # 0.085 along the longest half axis, turned by 0.35
-    length = 2 * np.hypot(0.085 * np.cos(0.35), 0.05 * np.sin(0.35))
-    assert np.ptp(mesh.nodes[:, 0]) == pytest.approx(length, rel=0.05)
 
 
 @pytest.mark.parametrize(("axis", "name"), [(0, "z"), (1, "y"), (2, "x")])

@@ -94,13 +94,10 @@ def balls(spacing_m, beside_hu, *others):
     return Image(hu, origin, spacing)
 
 
-CASES = [(m, hu, 0.0) for m in (0.001, 0.002, 0.003) for hu in (-100, -800, 0, 400)] + [(0.002, -100, 15.0)]
+CASES = [(m, hu, 0.0) for m in (0.002, 0.003) for hu in (-100, -800, 0, 400)] + [(0.002, -100, 15.0)]
 
 
-@pytest.mark.parametrize(
-    ("spacing_m", "beside_hu", "noise_hu"),
-    [pytest.param(*case, marks=pytest.mark.slow) if case[0] == 0.001 else case for case in CASES],
-)
+@pytest.mark.parametrize(("spacing_m", "beside_hu", "noise_hu"), CASES)
 def test_a_ball_keeps_its_volume_in_fat_air_water_and_bone_and_with_noise(spacing_m, beside_hu, noise_hu):
     """Blurring by a voxel alone takes 1.4 % at 3 mm: it moves a sphere's half level inward by the variance over 2 r."""
     image = balls(spacing_m, beside_hu)
@@ -144,8 +141,7 @@ def ball_drawn_slices():
     return image, np.linalg.norm(places - [0.001, 0.002, 0.0015], axis=-1) < 0.03
 
 
-@pytest.mark.parametrize(("axis", "along"), [("z", 0), ("y", 1), ("x", 2)])
-@pytest.mark.parametrize("first", [0, 2, 4])
+@pytest.mark.parametrize(("axis", "along", "first"), [("z", 0, 0), ("y", 1, 2), ("x", 2, 4)])
 def test_a_ball_comes_back_from_every_fifth_slice_across_each_axis(ball_drawn_slices, axis, along, first):
     image, whole = ball_drawn_slices
     drawn = only_every(whole, 5, first, along)

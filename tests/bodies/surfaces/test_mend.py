@@ -169,11 +169,6 @@ def ball():
     return points, triangulate(points)
 
 
-def test_spacing_sets_the_number_of_inner_nodes(ball):
-    fine, coarse = (len(tetrahedralize(*ball, spacing_m=spacing).nodes) - 300 for spacing in (0.15, 0.3))
-    assert fine > 3 * coarse > 0
-
-
 def test_is_the_same_every_time_and_off_the_main_thread_and_leaves_no_state_behind(ball):
     first = tetrahedralize(*ball)
     found = []

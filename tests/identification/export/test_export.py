@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from fixtures.exported_flex import forces_there
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material, Series
@@ -173,9 +172,3 @@ def test_no_node_is_left_inside_the_ball(body, touches):
 
 def test_locked_elements_are_not_pressed(body, touches):
     assert pressed(body, 0, "corotational", 0.49, touches[:1], np.ones(1)).poisson == 0.45
-
-
-def test_mujoco_finds_the_force_of_the_organ(folder):
-    pytest.importorskip("mujoco")
-    there, right = forces_there(folder, "slab")
-    assert np.log(there / right).mean() == pytest.approx(0.0, abs=0.05)

@@ -1,7 +1,6 @@
 """Reduced models of contacts: what they reduce, small loads, places never prepared, the limit, and the guard."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from palpate.benchmark.load import Doubted, Load, Press, Refused
 from palpate.bodies.material import NAMED
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError, NotConverged
-from palpate.models.contact_modes import contact_modes
 from palpate.models.contact_modes.offline import SOUND, TRIAL_RESIDUAL, Offline, bearing
 from palpate.models.kinds import FEM, ContactModes
 from palpate.solvers.compliance import compute_compliance
@@ -136,21 +134,6 @@ def test_what_it_does_not_know_is_refused_or_told(pressed, modes_of):
     way = np.array([0.0, 0.0, -1e-3])
     with pytest.raises(Refused, match="same place"):
         modes_of.respond(Load((Press(contact, moved=way), Press(contact, moved=2 * way))))
-
-
-def test_settings_come_from_the_config_and_contacts_are_charged(pressed, grid):
-    case = replace(pressed[0], used={})
-    tried = SNAPSHOTS.tried(case, grid)
-    assert len(tried) >= 5 and SNAPSHOTS in tried
-    modes_of = tried[0].prepare(case)
-    modes_of.precede(Load.at(pressed[1], pressed[2]))
-    assert case.used["contacts"] > 0.0 and 0.0 < modes_of.memory_mb < 2.0
-
-
-def test_presses_count_as_one_up_to_a_radius_apart_and_as_two_from_two_radii_on():
-    nodes = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.015, 0.0, 0.0], [0.02, 0.0, 0.0]])
-    case = SimpleNamespace(body=SimpleNamespace(fine=SimpleNamespace(nodes=nodes)), radius_m=0.01)
-    assert contact_modes._together(case, range(4))[0] == pytest.approx([1.0, 1.0, 0.5, 0.0])
 
 
 @pytest.mark.slow

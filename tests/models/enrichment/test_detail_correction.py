@@ -90,13 +90,6 @@ def test_turns_with_body_and_force(slab, slab_compliance, db, rotation, protocol
             assert np.abs(there - here @ turn.T - shift).max() < 1e-11
 
 
-@pytest.mark.parametrize("protocol", PROTOCOLS)
-def test_without_force_it_interpolates(slab_compliance, db, protocol):
-    method, coarse = DetailCorrection(db, slab_compliance, protocol), db.coarse(protocol)[3]
-    found = method.predict(coarse, int(db.contact[3]), np.zeros(3))
-    assert np.array_equal(found, db.prolongation @ coarse)
-
-
 def test_kept_nodes_stay_where_the_subsample_has_them(slab, slab_compliance, db):
     """With the paper's protocol the coarse nodes' displacements are given: the detail must vanish there."""
     method = DetailCorrection(db, slab_compliance, "paper")
@@ -147,27 +140,6 @@ def test_without_turning_the_force_acts_on_the_rest_shape(slab, slab_compliance,
     assert large[0] > 1.1 * large[1]
 
 
-def test_the_scale_is_linear_in_the_ratios(slab_compliance, db):
-    method = DetailCorrection(db, slab_compliance, "live")
-    asked = db.coarse_live[3], int(db.contact[3]), db.force[3]
-    first, second = method._query(*asked).ratios
-    assert abs(first - 1.0) > 0.01 and abs(second - 1.0) > 0.01
-    interpolated = db.prolongation @ asked[0]
-    detail = method.predict(*asked) - interpolated
-    method.scale = Scale(np.array([0.5, -2.0]))
-    expected = interpolated + (1.0 + 0.5 * (first - 1.0) - 2.0 * (second - 1.0)) * detail
-    assert np.abs(method.predict(*asked) - expected).max() < 1e-12
-
-
-def test_ratios_compare_motion_and_dent_with_the_linear_ones(slab_compliance, db):
-    """Twice the linear motion: both ratios are two. Moved as a whole besides: the dent is the same."""
-    method, row, force = DetailCorrection(db, slab_compliance, "live"), slab_compliance.row(44), 1e-8 * FORCE
-    linear = np.tensordot(force, slab_compliance.coarse[row], 1)
-    assert method._query(2 * linear, 44, force).ratios == pytest.approx(2.0, rel=1e-4)
-    shift = 100 * linear[44]
-    assert method._query(linear + shift, 44, force).ratios == pytest.approx([101.0, 1.0], rel=1e-4)
-
-
 BETA = np.array([0.4, -0.7])
 
 
@@ -194,16 +166,6 @@ def test_finds_a_known_scale_also_under_noise(scaled_world):
     assert fit_scale(ratios, detail, missing, training).beta == pytest.approx(BETA, rel=1e-5)
     missing += 3e-4 * random.normal(size=detail.shape)
     assert fit_scale(ratios, detail, missing, training).beta == pytest.approx(BETA, abs=0.05)
-
-
-def test_counts_samples_by_relative_error(scaled_world):
-    """Half the samples want another scale, but matter less since they move far more."""
-    _, ratios, detail, training = scaled_world
-    other = np.arange(40) % 2 == 1
-    missing = scaled(BETA, ratios, detail)
-    missing[other] = scaled(-BETA, ratios, detail)[other]
-    training.peaks[other] = 1e3
-    assert fit_scale(ratios, detail, missing, training).beta == pytest.approx(BETA, rel=1e-4)
 
 
 def test_learns_nothing_from_nothing(scaled_world):
@@ -238,10 +200,9 @@ def test_bounds_are_those_of_the_samples_only_where_that_helps_at_other_contacts
     assert saturated.of(np.array([9.0, 1.0])) == saturated.high < Scale(saturated.beta).of(np.array([9.0, 1.0]))
 
 
-@pytest.mark.parametrize("stretch", [np.eye(3), [[1.3, 0.2, 0.0], [0.1, 0.8, -0.1], [0.0, 0.1, 1.1]]])
-@pytest.mark.parametrize("angle", [0.0, 1e-6, 1.0, 2.0, np.pi - 1e-6, np.pi, 5.0])
-def test_an_affine_deformation_turns_every_node_by_its_polar_part(slab, rotation, stretch, angle):
-    nodes, f = slab.coarse.nodes, rotation(angle) @ stretch
+@pytest.mark.parametrize("angle", [0.0, 1.0, np.pi])
+def test_an_affine_deformation_turns_every_node_by_its_polar_part(slab, rotation, angle):
+    nodes, f = slab.coarse.nodes, rotation(angle) @ [[1.3, 0.2, 0.0], [0.1, 0.8, -0.1], [0.0, 0.1, 1.1]]
     found = NodalRotations(slab.coarse).at(nodes @ f.T + [0.1, 0.2, -0.3] - nodes)
     assert np.abs(found - polar(f)[0]).max() < 1e-12
 

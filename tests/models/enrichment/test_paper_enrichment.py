@@ -11,11 +11,9 @@ from palpate.models.enrichment.paper_enrichment import (
     LinearRegressor,
     gaussian,
     inverse,
-    normalise,
     query_weights,
     squared_distances,
 )
-from palpate.models.enrichment.ridge import dual_weights
 from palpate.models.enrichment.training_samples import Fitting
 
 RANDOM = np.random.default_rng(0)
@@ -30,7 +28,7 @@ def test_narrow_kernels_give_the_nearest_sample(kind):
     assert found.ravel() == pytest.approx(np.eye(15)[6], abs=1e-12)
 
 
-@pytest.mark.parametrize("sigma", np.geomspace(1e-12, 1e12, 13))
+@pytest.mark.parametrize("sigma", np.geomspace(1e-12, 1e12, 5))
 @pytest.mark.parametrize("kind", WEIGHTS)
 @pytest.mark.parametrize("known", [KNOWN, TWICE], ids=["distinct", "duplicates"])
 def test_weights_are_finite_and_sum_to_one(kind, sigma, known):
@@ -63,17 +61,6 @@ def test_wide_kernels_tend_to_the_mean():
         assert BlendWeights(kind, SQUARED, 1e10)(SQUARED) == pytest.approx(np.full((15, 15), 1 / 15))
 
 
-def test_kernel_values_that_are_denormal_are_borne():
-    """By the inverse and by ridges. Of 24 000 such matrices this is the one on which numpy's eigh does not converge."""
-    rng = np.random.default_rng(742)
-    x = np.repeat(rng.normal(size=(12, 12)), 3, axis=0) * rng.choice([1.0, 0.8, 0.6], size=36)[:, None]
-    x += rng.normal(scale=0.01, size=(36, 12))
-    squared = ((x[:, None] - x) ** 2).sum(axis=-1)
-    phi = np.exp(-squared / np.median(squared) * 700)
-    assert phi @ inverse(phi) @ phi == pytest.approx(phi, abs=1e-10)
-    assert phi @ dual_weights(phi, phi, np.array([1e-14]))[0] == pytest.approx(phi, abs=1e-10)
-
-
 def test_the_inverse_is_one_where_there_is_one():
     phi = np.exp(-SQUARED / 2)
     assert inverse(phi) @ phi == pytest.approx(np.eye(15), abs=1e-10)
@@ -87,12 +74,6 @@ def test_the_nonnegative_matrix_is_the_nearest():
     assert (matrix >= 0).all()
     assert gradient.min() > -1e-12
     assert np.abs(gradient[matrix > 0]).max() < 1e-12
-
-
-def test_cancelling_weights_fall_back_on_the_kernel_values():
-    blend = np.array([[1.0, 2.0, 0.0], [-1.0, 2.0, 0.0]])
-    w = np.array([[1.0, 1.0, 0.2], [0.25, 1.0, 0.6]])
-    assert normalise(blend, w) == pytest.approx(np.array([[0.8, 0.5, 0.25], [0.2, 0.5, 0.75]]))
 
 
 @pytest.mark.parametrize("sigma", [1.0, 2.0])

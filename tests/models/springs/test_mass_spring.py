@@ -80,14 +80,6 @@ def test_small_loads_need_one_iteration(slab_case, network):
     assert np.linalg.norm(one - all_of_them) < 1e-3 * np.linalg.norm(all_of_them)
 
 
-def test_what_the_moduli_took_is_paid_by_each_setting(slab_case):
-    case = replace(slab_case[0], database=replace(slab_case[0].database), used={})
-    Springs(iterations=1).prepare(case)
-    assert "moduli" not in case.used
-    Springs(iterations=2).prepare(case)
-    assert case.used["moduli"] > 0.0
-
-
 def test_nothing_is_answered_unchecked(slab_case):
     case = slab_case[0]
     solver = Springs(iterations=1).prepare(case)

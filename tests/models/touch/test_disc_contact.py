@@ -99,8 +99,7 @@ def test_a_small_rotation_is_its_own_spin(pad):
     ],
     ids=["punch", "sharp punch", "capsule", "sphere"],
 )
-@pytest.mark.parametrize("tilt", [0.0, 0.5])
-@pytest.mark.parametrize("warped", [False, True], ids=["linear", "warped"])
+@pytest.mark.parametrize(("tilt", "warped"), [(0.0, False), (0.5, True)], ids=["linear", "tilted and warped"])
 def test_any_instrument_is_felt_more_the_deeper_it_is(pad, middle, instrument, tilt, warped):
     case = TouchCase(pad, instrument, DEEPEST, 1)
     solver = linear.online(case, discs=30, held=0, level=2, warped=warped)

@@ -8,13 +8,11 @@ import pytest
 from fixtures.touched_block import block_of, mirrored, reflection, rmse_of_peak, touch_at
 
 from palpate.benchmark.model import LeftOut
-from palpate.benchmark.touch import Touched
 from palpate.bodies.supports import Bed
-from palpate.errors import InputError, NotConverged
+from palpate.errors import InputError
 from palpate.models import shape_matching
 from palpate.models.springs import mass_spring as springs
 from palpate.models.touch import fem
-from palpate.models.touch import pushing as calibrating
 from palpate.models.touch.pushing import calibration, force_scale
 
 SETTLED = {"level": 0, "iterations": 60}, {"level": 0, "mode": "linear", "clusters": "cubes", "steps": 160}
@@ -84,38 +82,3 @@ def test_bodies_that_they_cannot_hold_are_refused(calibrated, model):
     bed = Bed(np.array([0.05, 0.05, 0.0]), 0.1, 3e5, np.array([0.0, 0.0, -1.0]))
     with pytest.raises(LeftOut):
         online(replace(calibrated, body=replace(loose, bed=bed)), **setting)
-
-
-def test_a_level_that_is_not_felt_anywhere_is_not_calibrated(calibrated):
-    _, right = calibration(calibrated)[0]
-    with pytest.raises(NotConverged, match="is felt"):
-        force_scale([right._replace(force_n=0.0)], [right])
-
-
-class Answers:
-    """Stands for meshes on which every second touch has an answer, a force of twice its depth."""
-
-    def __init__(self, body):
-        self.asked = []
-
-    def level_for(self, touch, along):
-        return 0
-
-    def around(self, touch, held, level):
-        self.asked.append(touch.depth_m)
-        return self
-
-    def answer(self, tolerance):
-        if len(self.asked) % 2:
-            raise NotConverged("the body gives way", [])
-        return Touched(np.zeros((1, 3)), 2.0 * self.asked[-1]), None
-
-
-def test_touches_without_an_answer_calibrate_nothing(block, monkeypatch):
-    """They are made less deep, and all are within the depths that may be asked; they are found once for a case."""
-    monkeypatch.setattr(calibrating, "TouchedMeshes", Answers)
-    case = replace(block, kept={})
-    found = calibration(case)
-    assert len(found) == calibrating.COUNT and calibration(case) is found
-    assert all(0.0 < touch.depth_m <= case.deepest_m for touch, _ in found)
-    assert all(answer.force_n == 2.0 * touch.depth_m for touch, answer in found)

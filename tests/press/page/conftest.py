@@ -24,12 +24,6 @@ def liver():
     return make_body("liver", LIVER.but(refinements=1))
 
 
-@pytest.fixture(scope="session")
-def smooth_liver():
-    """The same with refined nodes on the smooth shape."""
-    return make_body("liver", LIVER.but(refinements=1, smooth=True))
-
-
 def _answer(body, path):
     """The coarse mesh's answer for a body, as it comes back from its file, and its model of a page."""
     coarse_rival.save(coarse_rival.coarse_answer(body, RADIUS_M), path)
@@ -39,11 +33,6 @@ def _answer(body, path):
 @pytest.fixture(scope="session")
 def answer(liver, tmp_path_factory):
     return _answer(liver, tmp_path_factory.mktemp("press") / "coarse.bin")
-
-
-@pytest.fixture(scope="session")
-def smooth_answer(smooth_liver, tmp_path_factory):
-    return _answer(smooth_liver, tmp_path_factory.mktemp("press") / "coarse.bin")
 
 
 @pytest.fixture(scope="session")

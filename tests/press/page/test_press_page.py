@@ -2,8 +2,6 @@
 
 import base64
 import json
-from dataclasses import replace
-from html import escape
 
 import numpy as np
 import pytest
@@ -12,7 +10,6 @@ from press.page.press_stage import NOW, READY, RESTING, STAGE, rest, same, spots
 from report import browser as chromium
 
 from palpate.press.page.page import PressModel, held_nodes, policy, press_document
-from palpate.press.portable.file import FOUR_ERRORS
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(chromium.PROGRAM is None, reason=chromium.NEEDS)]
 
@@ -233,13 +230,6 @@ def test_a_server_answers_and_its_doubts_are_shown(browser, doubtful, answer):
         assert page.text_content(".doubt") == "No new answer: the server has ended; start palpate press again"
 
 
-def test_a_page_on_which_contact_modes_answer_joins_their_errors():
-    modes = PressModel("contact_modes", "contact modes", b"file")
-    coarse = PressModel("coarse", "linear, coarse mesh", b"file", kind="coarse")
-    joined = escape(" ".join(FOUR_ERRORS))
-    assert press_document([modes, coarse]).count(joined) == 1 and joined not in press_document([coarse])
-
-
 def test_only_a_page_with_a_server_may_ask_one(model, doubtful):
     assert "connect-src" not in policy([model]) and "connect-src 'self'" in policy([model, doubtful])
 
@@ -270,28 +260,8 @@ def test_two_touches_are_two_fingers(opened, model, answer):
         assert page.evaluate(f"[{STAGE}.camera.yaw, {STAGE}.camera.pitch]") == seen[:2]
 
 
-def test_a_smooth_body_is_shown_and_pressed_as_smooth(opened, liver, smooth_liver, smooth_answer):
-    """Nodes between those of the coarse mesh lie on the smooth shape, millimetres above the facets."""
-    with opened([smooth_answer[1]]) as page:
-        (x, y), *_ = spots(page, 1)
-        page.mouse.click(x, y)
-        pressed = rest(page)
-        same(pressed, smooth_answer[0])
-        nodes = np.reshape(pressed["nodes"], (-1, 3))
-        smooth, facets = (body.fine.nodes[body.fine.surface] for body in (smooth_liver, liver))
-        np.testing.assert_allclose(nodes, smooth, atol=1e-7)
-        assert np.linalg.norm(nodes - facets, axis=1).max() > 1e-3
-
-
 PEAK_M = 0.02
 """Of the pages' models: the fixtures' INFO."""
-
-
-@pytest.fixture
-def twins(opened, model):
-    """The page with the same model twice, the second one as "other"."""
-    with opened([model, replace(model, name="other", title="other")]) as shown:
-        yield shown
 
 
 def bear(page, metres):
@@ -302,12 +272,6 @@ def bear(page, metres):
 def depth(page):
     rest(page)
     return page.evaluate(f"{STAGE}.active.depth")
-
-
-def begin(page, metres):
-    """Let the stage begin with a model whose places bear so many metres."""
-    page.evaluate(f"{STAGE}.depth = null, {STAGE}.choices[0].model.depth = () => {metres}")
-    page.evaluate(f"{STAGE}.take({STAGE}.choices[0])")
 
 
 def slide_keys(page):
@@ -342,77 +306,6 @@ def test_a_carried_wish_stops_at_what_is_known_and_only_the_reader_goes_beyond(p
     bear(page, 0.020)
     page.mouse.click(x2, y2)
     assert depth(page) == pytest.approx(1.2 * 0.010 - 0.04 * PEAK_M)
-
-
-def test_another_model_presses_as_deep_as_it_is_known_to_bear(twins):
-    page = twins
-    (x, y), *_, (x2, y2) = spots(page, 9)
-    bear(page, 0.010)
-    page.mouse.click(x, y)
-    page.evaluate(f"{STAGE}.deepen(1)")
-    page.get_by_role("button", name="Pin this finger").click()
-    page.mouse.click(x2, y2)
-    assert depth(page) == pytest.approx(0.010)
-    page.evaluate(f"{STAGE}.choices[1].model.depth = () => 0.006")
-    page.get_by_label("model").select_option("other")
-    rest(page)
-    np.testing.assert_allclose(page.evaluate(f"{STAGE}.fingers.map((finger) => finger.depth)"), [0.006, 0.006])
-    page.get_by_label("model").select_option("coarse")  # which bears what was asked for
-    rest(page)
-    np.testing.assert_allclose(page.evaluate(f"{STAGE}.fingers.map((finger) => finger.depth)"), [0.010, 0.010])
-    slide_keys(page)
-    assert depth(page) == pytest.approx(0.010)  # of the wish, in a place that bears so much
-
-
-def test_a_body_is_seen_at_first_from_where_it_can_be_pressed(opened, model, liver):
-    """Whatever side is held, it does not lie toward the viewer."""
-    nodes = liver.fine.nodes[liver.fine.surface]
-    places = nodes - (nodes.min(axis=0) + nodes.max(axis=0)) / 2
-    for side in (*np.eye(3), *-np.eye(3)):
-        with opened([model], held=places @ side > 0.6 * (places @ side).max()) as page:
-            rest(page)
-            camera = page.evaluate(f"({{ toward: {STAGE}.camera.rows[2], back: {STAGE}.camera.back }})")
-            assert np.dot(camera["toward"], camera["back"]) <= 0.2 * np.linalg.norm(camera["back"])
-
-
-def test_what_one_model_knows_holds_for_one_that_does_not_say(twins):
-    page = twins
-    (x, y), *_, (x2, y2) = spots(page, 9)
-    begin(page, 0.003)
-    page.mouse.click(x, y)
-    page.get_by_label("model").select_option("other")
-    assert depth(page) == pytest.approx(0.003)
-    page.mouse.click(x2, y2)
-    assert depth(page) == pytest.approx(0.003)
-    page.evaluate(f"{STAGE}.deepen(1)")
-    assert depth(page) == pytest.approx(1.2 * 0.003)
-
-
-def test_a_first_press_shows_and_is_no_deeper_than_its_place_is_known_to_bear(page):
-    (x, y), *_ = spots(page, 1)
-    begin(page, 1.0)
-    page.mouse.click(x, y)
-    assert depth(page) == pytest.approx(0.4 * PEAK_M)
-    # colours go beyond the middle of their scale
-    assert 0.5 < max(page.evaluate(f"[...{STAGE}.main.shades]")) <= 1
-    page.evaluate(f"{STAGE}.release()")
-    rest(page)
-    begin(page, 0.002)
-    page.mouse.click(x, y)
-    assert depth(page) == pytest.approx(0.002)
-    # a tenth of the scale is seen as a third of it
-    shades = np.array(page.evaluate(f"[...{STAGE}.main.shades]"))
-    moved = np.linalg.norm(np.reshape(rest(page)["displacement"], (-1, 3)), axis=1)
-    np.testing.assert_allclose(shades, np.sqrt(moved / PEAK_M), atol=1e-3)
-    assert page.locator(".legend .ticks span").all_text_contents() == ["0", "1", "5", "10", "20"]
-
-
-def test_a_pointer_that_trembles_takes_nothing_from_the_wish(page):
-    (x, y), *_ = spots(page, 1)
-    begin(page, 0.002)
-    chromium.drag(page, x, y, (2, -2), (-1, 1))
-    rest(page)
-    assert page.evaluate(f"[{STAGE}.active.depth, {STAGE}.active.wish]") == pytest.approx([0.002, 0.4 * PEAK_M])
 
 
 def test_nothing_is_pressed_where_all_of_a_triangle_is_held(opened, model, liver):

@@ -72,19 +72,3 @@ def test_what_a_file_cannot_hold_is_refused(pressed, tmp_path):
         with pytest.raises(InputError, match=said):
             export_model(wrong, MODEL, 4, tmp_path / "none")
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-def test_an_export_tells_how_far_it_has_come_all_the_time(pressed, tmp_path):
-    told = []
-
-    def progress(what):
-        def wrapped(sequence):
-            told.append((what, len(sequence)))
-            return iter(sequence)
-
-        return wrapped
-
-    export_model(pressed[0], MODEL, 2, tmp_path / "slab.palpate", progress)
-    assert [what for what, _ in told] == ["contact", "linear responses, part", "error at place"]
-    assert told[0][1] == 2 and told[1][1] > 1 and told[2][1] >= 9

@@ -1,6 +1,5 @@
 """Portable model files: what is refused, and in which words."""
 
-import os
 import struct
 
 import pytest
@@ -9,7 +8,6 @@ from press.portable.conftest import headed, repaired
 from palpate.cli import main
 from palpate.errors import InputError
 from palpate.press.portable.file import FOUR_ERRORS, describe, read
-from palpate.run.job import kernel_cache
 
 
 @pytest.fixture
@@ -81,11 +79,3 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_is_prepared(tm
         printed = capsys.readouterr().err
         assert printed.startswith(f"error: {out} cannot be written") and len(printed.splitlines()) == 1
     assert [each.name for each in tmp_path.iterdir()] == ["file"]
-
-
-def test_an_export_takes_the_functions_that_make_has_compiled(monkeypatch, capsys):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", "unset")
-    monkeypatch.delenv("NUMBA_CACHE_DIR")
-    monkeypatch.setattr("palpate.press.portable.command.export", lambda *_: os.environ["NUMBA_CACHE_DIR"])
-    assert main(["export", "--scene", "liver_large", "--out", "none.palpate"]) == 0
-    assert capsys.readouterr().out == f"{kernel_cache()}\n"

@@ -123,21 +123,6 @@ def test_an_answer_that_starts_from_an_earlier_one_is_the_same(cold, warm):
     assert compared >= 20
 
 
-@pytest.mark.slow
-def test_a_drag_ends_where_it_would_have_begun(exported):
-    """Forty answers, each from the one before, away from a contact and ever deeper; none is doubted."""
-    contact, answer = exported.contacts[0], None
-    way = np.cross(contact.normal, np.roll(contact.normal, 1))
-    for step in range(40):
-        press = press_near(exported, contact.place + 0.0005 * step * way, 0.0001 * (step + 1))
-        answer = exported.respond([press], start=answer)
-        assert answer.doubt == ""
-    cold = exported.respond([press])
-    peak = np.linalg.norm(cold.displacement, axis=1).max()
-    assert np.abs(answer.displacement - cold.displacement).max() <= 1e-5 * peak
-    assert answer.forces == pytest.approx(cold.forces, abs=1e-4 * np.linalg.norm(cold.forces))
-
-
 @pytest.fixture(scope="module")
 def top(exported):
     """A point in the middle of the slab's top, and a depth of 1 % of its size."""
@@ -166,17 +151,6 @@ def test_two_discs_at_one_place_share_the_force_of_one(exported, top):
     total = two.forces.sum(axis=0)
     assert np.linalg.norm(total - one.forces[0]) < 0.05 * np.linalg.norm(one.forces)
     assert reached(exported, [press, press], two) == pytest.approx(np.array([press["moved"]] * 2), abs=1e-5 * top[1])
-
-
-@pytest.mark.slow
-def test_two_discs_at_one_place_do_not_move_differently(exported, top):
-    """They are moved by the mean, which is neither, and the answer says by how much they miss it."""
-    point, depth = top
-    presses = [press_near(exported, point, depth), press_near(exported, point, 3.0 * depth)]
-    answer = exported.respond(presses)
-    mean = np.mean([press["moved"] for press in presses], axis=0)
-    assert "too near another, and misses its way by 45 %" in answer.doubt and answer.error == 1.0
-    assert reached(exported, presses, answer) == pytest.approx(np.array([mean, mean]), abs=1e-5 * depth)
 
 
 @pytest.mark.slow

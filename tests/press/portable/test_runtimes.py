@@ -168,13 +168,12 @@ def test_javascript_says_how_deep_a_place_can_be_pressed(node, made_up, model, t
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["data", "touched"])
-def test_thousands_of_changed_files_are_refused_or_answer_finite_numbers(compiled, made_up, name, tmp_path):
-    """5000 of each kind take 720 of the runtime's 782 branches; twice as many took 725."""
+def test_a_thousand_changed_files_are_refused_or_answer_finite_numbers(compiled, made_up, name, tmp_path):
     (tmp_path / "model").write_bytes(getattr(made_up, name))
-    done = subprocess.run([compiled("fuzz"), str(tmp_path / "model"), "5000"], capture_output=True, text=True)
+    done = subprocess.run([compiled("fuzz"), str(tmp_path / "model"), "1000"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     refused, answered = map(int, done.stdout.split())
-    assert refused + answered <= 5000 and refused > 1000 and answered > 1000
+    assert refused + answered <= 1000 and refused > 200 and answered > 200
 
 
 def test_javascript_refuses_what_is_no_press(node, made_up, tmp_path):

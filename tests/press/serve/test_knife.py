@@ -12,8 +12,7 @@ from palpate.bodies.cutting.settings import CutSettings
 from palpate.errors import InputError
 from palpate.models.kinds import FEM
 from palpate.press.finished_run import FinishedRun
-from palpate.press.serve.command import _page
-from palpate.press.serve.knife import MOST_CUTS, KnifeModel, read_cuts
+from palpate.press.serve.knife import KnifeModel
 from palpate.press.serve.live_models import LiveModels
 from palpate.press.serve.pressed_model import Asked
 
@@ -153,35 +152,3 @@ def test_a_cut_where_the_body_is_held_is_refused(slab_case):
     model = KnifeModel(replace(case, body=held), linear=True)
     with pytest.raises(InputError, match="the body is held there, and a cut opens nothing; cut another place"):
         model.follow([CutSettings(path_m=[skewed(0.06, -0.01), skewed(0.06, 0.11)], depth_m=0.06)])
-
-
-@pytest.mark.parametrize(
-    "sent",
-    [
-        "[]",
-        '{"cuts": 3}',
-        '{"cuts": [{"path_m": [[0, 0], [1, 1]], "depth_m": 0.1}]}',
-        '{"cuts": [{"path_m": [[0, 0, 0], [NaN, 1, 1]], "depth_m": 0.1}]}',
-        '{"cuts": [{"path_m": [[0, 0, 0], [1, 1, 1]], "depth_m": -0.1}]}',
-        '{"cuts": [{"path_m": [[0, 0, 0], [1, 1, 1]], "depth_m": 0.1, "at_s": 1}]}',
-        '{"cuts": [{"path_m": [], "depth_m": 0.1}]}',
-    ],
-)
-def test_whatever_else_is_sent_for_a_cut_is_refused(sent):
-    with pytest.raises(InputError, match=r"post \{.cuts.: "):
-        read_cuts(sent.encode())
-
-
-def test_a_body_bears_so_many_cuts_and_other_models_none(live):
-    with pytest.raises(InputError, match="there are 5 cuts; make the body whole after 4 of them"):
-        read_cuts(json.dumps({"cuts": CUT * (MOST_CUTS + 1)}).encode())
-    press = {"triangle": 0, "weights": [1, 0, 0], "force": [0, 0, 0]}
-    with pytest.raises(InputError, match="prepared for the whole body and follows no cut; choose another"):
-        live.answer("fem_p1", json.dumps({"presses": [press], "cuts": CUT}).encode())
-
-
-def test_the_page_names_the_models_that_follow_a_knife_and_what_asks_them(live, finished):
-    page = _page(live, FinishedRun(finished / "config.yaml", finished / "results"), "slab_large", None)
-    head = json.loads(page.split('<script class="head" type="application/json">')[1].split("</script>")[0])
-    knives = {each["name"]: each.get("knife") for each in head["models"]}
-    assert knives["cut_elements"] == "cut/cut_elements" and not knives["fem_p1"] and not knives["coarse"]

@@ -80,16 +80,15 @@ def cut_across(page, x=0.11, beyond=0.15):
     page.mouse.up()
 
 
-@pytest.mark.parametrize("name", ["cut_elements", "cut_linear"])
-def test_a_drag_cuts_a_pull_opens_the_lips_and_the_body_is_made_whole(page, live, name):
-    choose(page, name)
+def test_a_drag_cuts_a_pull_opens_the_lips_and_the_body_is_made_whole(page, live):
+    choose(page, "cut_elements")
     before = rest(page)["nodes"]
     page.get_by_role("slider", name="blade").fill("0.04")
     way(page, "Cut")
     cut_across(page)
     chromium.until(page, CUT)
     cuts, nodes, skin = page.evaluate(f"[{STAGE}.cuts, [...{STAGE}.main.surface.nodes], {STAGE}.main.model.skin]")
-    model = live.knife(name)
+    model = live.knife("cut_elements")
     surface = model.follow([CutSettings(**cut) for cut in cuts]).surface
     assert cuts[0]["depth_m"] == 0.04 and surface.skin_nodes == skin < len(nodes) / 3
     np.testing.assert_allclose(np.reshape(nodes, (-1, 3)), surface.nodes, atol=1e-7)
@@ -120,26 +119,6 @@ def test_a_drag_cuts_a_pull_opens_the_lips_and_the_body_is_made_whole(page, live
     assert rest(page)["nodes"] == before and rest(page)["presses"] == []
 
 
-def test_both_models_show_one_cut_beside_each_other_and_one_that_cannot_makes_whole(page):
-    choose(page, "cut_linear")
-    page.get_by_label("beside it").select_option("cut_elements")
-    way(page, "Cut")
-    cut_across(page)
-    chromium.until(page, CUT)
-    counts = page.evaluate(f"{STAGE}.views.map((view) => view.surface.nodes.length)")
-    assert counts[0] == counts[1]
-    choose(page, "fem_p1")
-    chromium.until(page, WHOLE)
-    rest(page)
-    counts = page.evaluate(f"{STAGE}.views.map((view) => view.surface.nodes.length)")
-    assert counts[0] == counts[1]
-    radio = page.locator(".ways input[value=cut]")
-    assert radio.is_disabled() and page.evaluate(f"{STAGE}.mode") == "press"
-    said = page.text_content(NOTE)
-    assert said.startswith("This model was prepared for the whole body and follows no knife; choose")
-    assert page.get_by_role("slider", name="blade").is_disabled()
-
-
 def test_a_refused_cut_is_said_in_one_sentence_and_changes_nothing(page):
     choose(page, "cut_linear")
     before = rest(page)["nodes"]
@@ -151,31 +130,6 @@ def test_a_refused_cut_is_said_in_one_sentence_and_changes_nothing(page):
     page.wait_for_timeout(250)
     assert page.text_content(NOTE).startswith("This cut severs nothing, as elements are 30 mm long")
     assert page.evaluate(f"{STAGE}.cuts.length") == 0 and rest(page)["nodes"] == before
-
-
-def test_all_of_the_knife_by_keyboard(page):
-    choose(page, "cut_linear")
-    page.get_by_role("slider", name="blade").fill("0.04")
-    page.focus("canvas")
-    page.keyboard.press("Tab")
-    page.keyboard.press("Shift+Tab")
-    page.keyboard.press("6")
-    page.keyboard.press("Enter")
-    for _ in range(16):
-        page.keyboard.press("ArrowDown")
-    assert page.evaluate(f"{STAGE}.trace.path.length") > 8
-    page.keyboard.press("Enter")
-    chromium.until(page, CUT)
-    page.keyboard.press("5")
-    page.keyboard.press("Enter")
-    for _ in range(4):
-        page.keyboard.press("ArrowRight")
-    (press,) = rest(page)["presses"]
-    right = page.evaluate(f"{STAGE}.camera.rows[0]")
-    assert np.dot(press["moved"], right) == pytest.approx(np.linalg.norm(press["moved"]), rel=1e-6)
-    assert np.linalg.norm(press["moved"]) > 0.003
-    page.keyboard.press("Escape")
-    assert rest(page)["presses"] == []
 
 
 def test_what_a_page_sends_for_a_cut_fits_into_a_request():

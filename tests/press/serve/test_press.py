@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -23,9 +22,8 @@ from palpate.benchmark.load import Load
 from palpate.cli import main
 from palpate.errors import InputError, NotConverged
 from palpate.models.kinds import FEM
-from palpate.press import coarse_rival
 from palpate.press.finished_run import FinishedRun
-from palpate.press.serve.command import _page, find_run
+from palpate.press.serve.command import find_run
 from palpate.press.serve.live_models import LiveModels
 from palpate.press.serve.server import MAX_BYTES, PressServer
 
@@ -65,24 +63,14 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 COMMAND = "import sys; from palpate.cli import main; sys.exit(main(sys.argv[1:]))"
-# an answer that never comes, as its functions are compiled for ever
-FOR_EVER = """
-from numba import njit
-from palpate.press.serve.live_models import LiveModels
-def answer(self, name, body):
-    print("asked", flush=True)
-    while True:
-        njit(lambda x: x + 1)(1)
-LiveModels.answer = answer
-"""
 
 
 @contextmanager
-def pressed(finished: Path, folder: Path, before: str = "") -> Iterator[tuple[subprocess.Popen, str]]:
-    """Start the command, after what changes it, and yield it with its address; it is gone afterwards."""
+def pressed(finished: Path, folder: Path) -> Iterator[tuple[subprocess.Popen, str]]:
+    """Start the command, and yield it with its address; it is gone afterwards."""
     words = ["press", "--config", str(finished / "config.yaml"), "--no-browser"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    run = subprocess.Popen([sys.executable, "-c", before + COMMAND, *words], cwd=folder, env=dict(os.environ), **pipes)
+    run = subprocess.Popen([sys.executable, "-c", COMMAND, *words], cwd=folder, env=dict(os.environ), **pipes)
     try:
         found = re.search(r"slab_large can be pressed at (http://127\.0\.0\.1:\d+/[\w-]+/)", run.stdout.readline())
         yield run, found[1]
@@ -91,42 +79,15 @@ def pressed(finished: Path, folder: Path, before: str = "") -> Iterator[tuple[su
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_serves_until_it_is_stopped_writes_nothing_and_ends_well(finished, tmp_path, number):
+def test_it_serves_until_it_is_stopped_writes_nothing_and_ends_well(finished, tmp_path):
     before = files(finished)
     with pressed(finished, tmp_path) as (run, address):
         page = urllib.request.urlopen(address, timeout=20).read().decode()
-        run.send_signal(number)
+        run.send_signal(signal.SIGINT)
         out, err = run.communicate(timeout=20)
     assert "Press it: slab large" in page and '"url":"answer/fem_p1"' in page
     assert (run.returncode, out.splitlines()[-1], err) == (0, "closed", "preparing slab_large ...\n")
     assert files(finished) == before and list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-def test_it_ends_in_the_middle_of_an_answer(finished, live, tmp_path):
-    body = posted(live)
-    with pressed(finished, tmp_path, FOR_EVER) as (run, address):
-        client = socket.create_connection(("127.0.0.1", urlsplit(address).port), timeout=20)
-        head = f"POST {urlsplit(address).path}answer/fem_p1 HTTP/1.1\r\nHost: {urlsplit(address).netloc}\r\n"
-        kind = f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
-        with client:
-            client.sendall((head + kind).encode() + body)
-            assert [run.stdout.readline() for _ in range(2)][-1] == "asked\n"
-            run.send_signal(signal.SIGINT)
-            out, err = run.communicate(timeout=20)
-    assert (run.returncode, out.splitlines()[-1], err) == (0, "closed", "preparing slab_large ...\n")
-
-
-def test_the_coarse_meshs_answer_can_stand_beside_the_model(live, finished):
-    page = _page(live, FinishedRun(finished / "config.yaml", finished / "results"), "slab_large", None)
-    head = json.loads(re.search(r'<script class="head" type="application/json">(.*?)</script>', page)[1])
-    kinds = {each["name"]: each["kind"] for each in head["models"]}
-    knives = {"cut_elements": "portable", "cut_linear": "portable"}
-    assert kinds == {"fem_p1": "portable"} | knives | {"coarse": "coarse"}
-    assert head["models"][-1]["info"] == {"peak_m": live.peak, "hardest_n": live.hardest}
-    packed = base64.b64decode(re.search(r'data-model="coarse">(.*?)</script>', page)[1])
-    assert packed == coarse_rival.packed(coarse_rival.coarse_answer(live.case.body, 0.03))
 
 
 @pytest.mark.parametrize(
@@ -238,14 +199,14 @@ def test_each_model_answers_under_its_name_or_says_why_it_cannot(served):
     assert get(served, path, b'"hard"')[::2] == (422, "the solver stopped.\n")
 
 
-@pytest.mark.parametrize("path", ["/", "/{t}", "/{t}x/", "/{t}/..", "/{u}/", "/{t}/answer/other", "/x/answer/modes"])
+@pytest.mark.parametrize("path", ["/", "/{t}", "/{t}/..", "/{u}/", "/{t}/answer/other"])
 @pytest.mark.parametrize("body", [None, b"{}"])
 def test_there_is_nothing_elsewhere(served, path, body):
     path = path.format(t=served.token, u=served.token.swapcase())
     assert get(served, path, body)[::2] == (404, "there is nothing here.\n")
 
 
-@pytest.mark.parametrize("host", ["palpate.example", "127.0.0.1", "localhost:1", "", None])
+@pytest.mark.parametrize("host", ["palpate.example", "localhost:1", None])
 def test_other_names_of_this_machine_are_refused(served, host):
     """A page of elsewhere may have its own name point here."""
     for path, body in ((f"/{served.token}/", None), (f"/{served.token}/answer/modes", b"{}")):
@@ -256,12 +217,9 @@ def test_other_names_of_this_machine_are_refused(served, host):
     ("headers", "status"),
     [
         ({"Origin": "http://palpate.example"}, 403),
-        ({"Origin": "null"}, 403),
         ({"Origin": "http://{host}"}, 200),
         ({"Content_Type": "text/plain"}, 415),
-        ({"Content_Type": None}, 415),
         ({"Content_Length": str(MAX_BYTES + 1)}, 413),
-        ({"Content_Length": "-1"}, 413),
         ({"Content_Length": None}, 413),
     ],
 )
@@ -278,13 +236,3 @@ def test_a_model_that_breaks_is_said_to_and_shown_in_the_terminal(capfd):
         status, _, said = get(server, f"/{server.token}/answer/modes", b"{}")
         assert (status, said) == (500, "this model failed; the terminal of palpate press says how.\n")
     assert "ZeroDivisionError: of a model" in capfd.readouterr().err
-
-
-def test_clients_that_leave_in_the_middle_are_not_spoken_of(capfd):
-    large = 4_000_000  # more than a connection holds
-    with serving("x" * large, answer) as server:
-        with socket.create_connection(server.server_address, timeout=5) as client:
-            client.sendall(f"GET /{server.token}/ HTTP/1.1\r\nHost: {server.hosts[0]}\r\n\r\n".encode())
-            client.recv(1)
-        assert len(get(server, f"/{server.token}/")[2]) == large
-    assert capfd.readouterr().err == ""

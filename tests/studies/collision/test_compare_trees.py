@@ -32,14 +32,6 @@ def test_no_structure_of_palpate_misses_a_pair_or_makes_one_up_in_any_scene(tabl
     assert (tested["frame_ms"] >= tested[["refit_ms", "query_ms"]].max(axis=1)).all()
 
 
-def test_a_rival_that_builds_anew_has_no_refit_and_none_meets_itself(table):
-    rivals = table[table["rival"]]
-    assert "folding_sheet" not in set(rivals["scene"])
-    refitted = rivals["structure"].str.endswith("_refit")
-    assert (rivals["refit_ms"].notna() == refitted).all()
-    assert rivals["node_tests"].isna().all()
-
-
 class Careless:
     """Leaves out the first true pair and reports one that does not cross."""
 
@@ -87,23 +79,6 @@ def test_pairs_are_ours_in_every_frame(kind, package):
         found = rival.query()
         assert len(found)
         assert np.array_equal(found[np.lexsort((found[:, 1], found[:, 0]))], crossing(points, scene.triangles))
-
-
-def test_a_package_that_is_not_there_is_named_and_left_out(monkeypatch):
-    monkeypatch.setattr(compare_trees, "find_spec", lambda package: None if package == "coal" else "here")
-    found, missing = compare_trees.installed()
-    assert list(found) == ["obb_rss_fcl"]
-    assert missing == ["coal"]
-
-
-def test_each_structure_is_timed_at_each_size():
-    done = []
-    table = compare_trees.measure_growth([400, 900], [[1, 1]], done.append)
-    assert done == [400, 900]
-    tested = table[~table["rival"]]
-    assert (tested.groupby(["structure", "depths"]).size() == 2).all()
-    assert (tested[list(compare_trees.STAGES)] > 0).all(axis=None)
-    assert tested.groupby("triangles")["pairs"].nunique().eq(1).all()
 
 
 def test_exponents_are_those_of_the_powers_and_leave_small_meshes_out_and_one_size_has_none():

@@ -7,13 +7,12 @@ from scipy.spatial.transform import Rotation
 
 from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
 from palpate.collision.contact_points import ContactPoints
-from palpate.collision.trees.build_tree import CHILD
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import Counts
 from palpate.studies.brute_force import crossing
 from palpate.studies.collision import stopped_precision
 from palpate.studies.collision.settings import Apart, Stopped
-from palpate.studies.collision.stopped_precision import Frame, Overlap, distance, overlap, searched_pairs
+from palpate.studies.collision.stopped_precision import Frame, Overlap, distance, overlap
 from palpate.studies.prescribed_motions import two_bodies
 
 FRAMES = 5
@@ -163,20 +162,6 @@ def _spread(points, triangles, parts=12):
     kept = u + v <= parts
     share = np.column_stack([u[kept], v[kept], parts - u[kept] - v[kept]]) / parts
     return np.einsum("pc,tci->tpi", share, points[triangles]).reshape(-1, 3)
-
-
-def test_a_test_of_volumes_is_timed_on_the_pairs_of_a_search(apart_table):
-    plain = ~apart_table["rival"] & (apart_table["structure"] != "composite")
-    assert (apart_table.loc[plain, "test_ns"] > 0).all() and apart_table.loc[~plain, "test_ns"].isna().all()
-    assert apart_table["gap_m"].tolist()[:2] == GAPS
-    (points, cells), _ = two_bodies(0)["two_livers"]
-    for structure in ("sphere", "aabb", "obb", "dop18"):
-        trees = [Tree(at, cells, structure) for at in (points, points + 0.01)]
-        pairs = searched_pairs(*trees)
-        assert len(np.unique(pairs, axis=0)) == len(pairs) and (pairs[0] == 0).all()
-        # all leaves that overlap are reached: as many as the search tests
-        leaves = [tree.nodes[column, CHILD] < 0 for tree, column in zip(trees, pairs.T, strict=True)]
-        assert (leaves[0] & leaves[1]).sum() > 0
 
 
 def test_no_structure_finds_a_crossing_and_wider_gaps_take_fewer_tests(apart_table):

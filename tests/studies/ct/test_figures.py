@@ -94,9 +94,3 @@ def test_ray_casting_shows_the_organ_bone_and_gaps_and_repeats(scan):
     assert covered == pytest.approx(np.pi * 0.018**2 / 0.1**2, rel=0.3)
     assert np.ptp(bone) < np.ptp(middle) / 2  # grey-white, through muscle
     assert bare[50, 25].min() > bone.min()  # muscle and skin alone let more of the white ground through
-
-
-def test_masses_are_drawn_with_and_without_the_rim(ct_results):
-    deviation = figures.draw_node_mass(ct_results["node_mass"]).axes[0]
-    dashed, plain = deviation.lines[:2]
-    assert plain.get_ydata().tolist() == [2.0, 0.1] and dashed.get_ydata().tolist() == [-9.0, -1.0]

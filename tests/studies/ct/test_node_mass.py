@@ -1,18 +1,13 @@
 """Masses over resolutions: as good as asked, on the synthetic abdomen and on a real liver."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.bodies.ct.image import read, read_mask
 from palpate.studies.ct import node_mass
 from palpate.studies.ct.claims import node_masses
 
 pytest.importorskip("SimpleITK")
-
-SHARED = Path(__file__).parents[3].parent / "shared" / "ct"
 
 
 def check(table):
@@ -43,15 +38,6 @@ def test_the_synthetic_liver_has_its_true_mass():
     table = node_mass.measure("abdomen", image, truth["liver"], [140, 800])
     check(table)
     assert table["total_mass_kg"].to_numpy() == pytest.approx(truth["mass_kg"], rel=0.01)
-
-
-@pytest.mark.slow
-def test_a_real_liver():
-    if not SHARED.is_dir():
-        pytest.skip("no shared CT beside the checkout")
-    image = read(SHARED / "ct_liver_crop.nii.gz")
-    mask = read_mask(SHARED / "liver_mask_crop.nii.gz", image)
-    check(node_mass.measure("liver", image, mask, [140, 1000]))
 
 
 def table(raw, own, density):

@@ -1,7 +1,7 @@
 """What the report and the claims say of cuts follows from their tables."""
 
 import pytest
-from fixtures.material import failures, page
+from fixtures.material import page
 
 from palpate.report.claims import CONFIRMED, REFUTED
 from palpate.studies.cut.claims import compared, limited
@@ -17,11 +17,6 @@ def test_a_truth_that_judges_no_model_leaves_no_errors_to_tell(tables):
     text = page("cut", tables | {"cut": unknown})
     assert "nearest" not in text and "no model answers within 100 ms" in text
     assert list(limited({"cut": unknown})) == []
-
-
-def test_what_fails_is_listed(tables):
-    failed = failures("cut", tables)
-    assert failed[0] == ("XPBD (level=1, steps=20)", "liver cut", "lost") and len(failed) == 2
 
 
 def test_elements_stand_beside_the_best_springs_of_their_level_and_way(cut):

@@ -12,7 +12,6 @@ from palpate.effects.settings import Springs
 from palpate.errors import InputError, NotConverged
 from palpate.run.settings import defaults
 from palpate.setting_types import plain
-from palpate.stores import store, stored
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import ComparedScene, training_of
 from palpate.studies.dynamic.reference import Reference, reference, resolved_frames, tabulate_truth
@@ -62,13 +61,6 @@ def test_what_cannot_be_converged_or_compared_is_told(pressed):
 def test_frames_count_until_halving_changes_one_of_them_too_much():
     for off, frames in (([0.1, 0.1, 0.1, 0.1], 4), ([0.01, 0.03, 0.2, 0.1], 2), ([0.2, 0.0, 0.0, 0.0], 0)):
         assert resolved_frames(np.array(off), np.array([1.0, 2.0, 4.0, 4.0]), 0.03) == frames
-
-
-def test_a_reference_is_kept(truth, tmp_path):
-    store(truth, tmp_path / "r.h5")
-    again = stored(Reference, tmp_path / "r.h5")
-    assert np.array_equal(again.truth, truth.truth) and again.change == truth.change and again.peak == truth.peak
-    assert (again.of_frames, again.training_s) == (5, truth.training_s)
 
 
 @pytest.mark.slow

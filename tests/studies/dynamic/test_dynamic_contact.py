@@ -1,7 +1,6 @@
 """Scenes that need a motion of their own to fit models to: bodies that fall and meet something, sheets, plasticity."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,15 +8,14 @@ import pytest
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.effects.settings import ShapeMatching
-from palpate.errors import InputError
 from palpate.models.shape_matching import cubes
 from palpate.scenes.settings import Scene
 from palpate.stores import store
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, training_of
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit
-from palpate.studies.dynamic.reference import read_truth, reference, tabulate, tabulate_truth
-from palpate.studies.dynamic.settings import Training, _check_training
+from palpate.studies.dynamic.reference import read_truth, reference, tabulate
+from palpate.studies.dynamic.settings import Training
 
 FLOOR = {"instruments": [{"kind": "floor", "height_m": -0.005}], "friction": 0.5}
 ACTING = {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}, "contact": FLOOR, "rayleigh": {}}
@@ -68,18 +66,6 @@ def test_meshes_agree_on_a_fall_and_their_steps_differ_by_what_the_scheme_leaves
     assert space < 1e-6 and time == pytest.approx(np.sqrt(np.mean((0.5 * 9.81 * times * h) ** 2)) / peak, rel=0.03)
     assert found.own[3, 1] == pytest.approx(time, rel=1e-6) and np.isnan(found.own_force)
     assert found.peaks_m[:2] == pytest.approx(peak - 9.81 * 0.03**3 / 6, rel=1e-3)
-
-
-@pytest.mark.slow
-def test_meshes_part_when_a_pile_topples_the_later_the_more_they_may_differ(block):
-    compared = ComparedScene.of(PILE, block, 0.2, 10, 1)
-    never, strict, loose = (linear_limit(compared, 2, part) for part in (1e-9, 0.06, 0.1))
-    assert never.until_s == 0.0 < FALL_S < strict.until_s < loose.until_s == pytest.approx(0.2)
-    assert 0.0 < strict.own[3, 1] < 0.06 and 1.3 * strict.own[3, 1] < loose.own[3, 1] < 0.1
-    assert never.own[3, 1] == loose.own[3, 1] and 0.0 < strict.own_force < loose.own_force
-    assert "at no time" in never.said and f"until {strict.until_s:.3g} s and no longer" in strict.said
-    row = tabulate_truth(compared, strict).iloc[0]
-    assert row["rejected"] == strict.said and row["elements"] == "linear" and row["until_s"] == strict.until_s
 
 
 @pytest.mark.slow
@@ -140,20 +126,6 @@ def test_forces_are_compared_with_those_of_the_standard(falling):
     assert table["reference_force_error"].isna().all()
 
 
-@pytest.mark.slow
-def test_what_is_not_resolved_is_left_out_with_a_warning(falling):
-    with pytest.warns(UserWarning, match=r"scenes\.drop: models are compared in its first 0\.0\d s of 0\.06 s, as"):
-        found = reference(*falling, 0.002, 3)
-    assert 1 <= found.frames < 6 and found.tried.shape[1] == found.frames and found.changes.shape == (2, 6)
-    grid = GRID | {"fem_coarse": {"steps_per_frame": [1, 2], "tolerances": [0.1], "gaps": [4.0]}}
-    table = accuracy.measure(*falling, found, grid)[0]
-    assert set(table["resolved_s"]) == {found.duration_s} and set(table["duration_s"]) == {0.06}
-    # there is no coarser level
-    assert set(table["model"]) == {"fem_fine", "springs", "springs_volume", "shape_matching"}
-    assert table["varied"].value_counts().to_dict() == {"step": 7, "tolerance": 1, "gap": 1}
-    assert not table["failures"].any() and (table["rmse_of_peak"] < 0.4).all()
-
-
 def test_what_nothing_can_be_fitted_to_is_a_failure(falling, monkeypatch):
     monkeypatch.setattr("palpate.studies.dynamic.fitted.error_of", lambda *_: 1.0)
     found = reference(*falling, 0.05, 6)
@@ -173,40 +145,3 @@ def test_the_motion_that_is_fitted_to_has_frames_of_the_same_length(block):
     assert (made.nodes(0), lesson.nodes(0)) == (81, 54)
     gap = made.widen(4.0).loads.contact.gap_m
     assert gap == pytest.approx(4.0 * 1e-3 * 0.04)
-
-
-def test_where_nothing_is_fitted_no_other_motion_is_simulated(block):
-    own = {"duration_s": 0.04, "frames": 4, "level": 0, "models": ["fem_coarse"]}
-    made, lesson = Compared(scene=DROP, own=own).and_training(block)
-    assert lesson is None
-    found = reference(made, lesson, 0.05, 6)
-    assert found.training.shape == (0, *found.truth.shape[1:]) and found.training_s == 0.0
-    assert list(accuracy._models(made, lesson, found, {"fem_coarse": {}}, {})) == ["fem_coarse"]
-
-
-def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
-    clay = DROP.but(plasticity={"yield_strain": 0.05, "creep_1_s": 20, "max_strain": 0.8})
-    made = ComparedScene.of(clay, block, 0.05, 5, 0)
-    grid = {name: {"steps_per_frame": [1], "evaluations": 5} for name in ("fem_coarse", "springs", "shape_matching")}
-    taught = SimpleNamespace(training=None)  # a reference of which the motion to fit to alone is asked
-    assert list(accuracy._models(made, made, taught, grid, {})) == ["fem_coarse", "shape_matching"]
-    assert made.shapes(5, ShapeMatching(), 1.0).plasticity == clay.plasticity
-
-
-LOAD = {"at_m": [0, 0, 0], "force_n": [0, 0, 1]}
-
-
-@pytest.mark.parametrize(
-    ("training", "said"),
-    [
-        (
-            {"push": {"loads": [{"at_m": [0, 0, 0], "force_n": [0, 0, 1]}]}},
-            "here describes push, which the scene has not; leave it out",
-        ),
-        ({"others": [{"body": "bar", "shift_m": [0, 0, 1]}]}, "here.others names another body than block; name that"),
-        ({"contact": {"instruments": [{"kind": "floor", "height_m": 0, "times_s": [0.0]}]}}, "give one shift"),
-    ],
-)
-def test_a_wrong_motion_to_fit_to_is_told(training, said):
-    with pytest.raises(InputError, match=said):
-        _check_training("here", DROP, Training(**training))

@@ -9,7 +9,6 @@ import pytest
 from fixtures.poked_bar import poked
 from scipy.linalg import eigh
 
-from palpate.benchmark.motion_truth import motion_truth
 from palpate.effects.settings import Loads, Rayleigh
 from palpate.scenes.run_scene import compose
 from palpate.studies.dynamic import accuracy
@@ -104,12 +103,5 @@ def test_models_are_measured_at_each_place_and_places_that_are_not_resolved_have
     assert set(table["model"]) == {"fem_fine", "fem_coarse", "detail_correction", "moving_modes"}
     assert (table["rmse_of_peak"] > 0.0).all()
     assert set(table["reference"]) == {"fem_fine"} and table["reference_error"].isna().all()
-    acts = pressed.body, pressed.placed_loads(), pressed.rayleigh, pressed.duration_s
-    like = motion_truth(*acts, pressed.frames, 2 * pressed.frames)
-    judged = measure_places(pressed, own, grid, 1, like=like)
-    assert set(judged["reference"]) == {"fem_p2"} and (judged["reference_error"] < 0.02).all()
-    errors = judged.groupby("model")["rmse_of_peak"].min()
-    assert errors["fem_p2"] < errors["fem_fine"] < errors["fem_coarse"]
-    assert errors["fem_fine"] > 3.0 * table.groupby("model")["rmse_of_peak"].min()["fem_fine"]
     never = measure_places(pressed, own | {"change_of_peak": 1e-9, "max_halvings": 2}, grid, 1)
     assert len(never) == 2 and pd.isna(never["model"]).all()

@@ -5,12 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.benchmark.comparable import unable
 from palpate.bodies.body import nest
 from palpate.bodies.body_file import save
 from palpate.bodies.material import Material
 from palpate.bodies.simple_shapes import box
-from palpate.effects.settings import Ball, Contact, Floor, Rayleigh
+from palpate.effects.settings import Ball, Contact, Rayleigh
 from palpate.models import strokes
 from palpate.scenes.settings import Scene
 from palpate.stores import stored
@@ -56,21 +55,3 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     flat = touching.stroked(made, strokes.roaming(made.particles(-1), CONTACT, 0.022, 1, 1)[0])
     [row] = touching.measure_stroke(flat, touching.limit_of(flat), None, 0, [2])
     assert "model" not in row  # its elements are turned inside out, so that nothing says how wrong a model is
-
-
-@pytest.mark.parametrize(
-    ("changed", "why"),
-    [
-        ({}, ""),
-        ({"others": [{"body": "pad", "shift_m": [0, 0, 1]}]}, "has several bodies"),
-        ({"held": False}, "is not held"),
-        ({"contact": Contact(instruments=[BALL])}, "has no instrument that moves"),
-        ({"contact": CONTACT.but(self_contact=True)}, "has a body that touches itself"),
-        (
-            {"contact": Contact(instruments=[FINGER, Floor(height_m=0.0)])},
-            "is touched by a floor and not by spheres and capsules",
-        ),
-    ],
-)
-def test_scenes_that_have_no_strokes_are_known(changed, why):
-    assert unable("path_modes", STROKED.but(**changed)) == unable("region_modes", STROKED.but(**changed)) == why

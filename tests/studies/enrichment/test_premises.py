@@ -10,7 +10,7 @@ from palpate.benchmark.settings import FitOptions, Widths
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
-from palpate.bodies.settings import Anchors, Bed, Box, Plane, Sphere
+from palpate.bodies.settings import Box, Plane
 from palpate.bodies.simple_shapes import cylinder, sheet
 from palpate.effects.springs import Springs
 from palpate.effects.triangles import make
@@ -19,7 +19,7 @@ from palpate.linalg.block_pattern import shared_pattern
 from palpate.studies.enrichment import premise_samples as samples
 from palpate.studies.enrichment import premises
 from palpate.studies.enrichment.premise_samples import hinge_parts, membrane_parts, prepare, spring_parts, stiffness
-from palpate.studies.enrichment.settings import Case, Premises
+from palpate.studies.enrichment.settings import Case
 
 OPTIONS = FitOptions(neighbours=10, sigma_relative=Widths(min=0.1, max=10, count=5), folds=3, split="contacts", seed=1)
 PAD = Box(
@@ -32,13 +32,6 @@ CASE = Case(body="pad", direction=[0, 0, -2], magnitudes=[1.0, 0.5], train=12, t
 @pytest.fixture(scope="module")
 def pad():
     return prepare("pad", CASE, PAD)
-
-
-@pytest.fixture(scope="module")
-def tables(db, pad):
-    settings = Premises.model_construct(splits=2, training_shares=[0.5], peak_of_size=0.02, cases={"soft": CASE})
-    bodies = {"pad": PAD, "own": PAD.but(train=14, test=6, magnitudes=[0.7, 1.3])}
-    return premises.compare(bodies, {"own": db}, settings, OPTIONS)
 
 
 def test_presses_have_the_direction_and_the_peaks_that_are_asked_for(pad):
@@ -62,24 +55,6 @@ def test_a_direction_that_nothing_faces_is_refused():
         prepare("pad", CASE.but(direction=[0, 0, 1]), PAD)
 
 
-def test_a_bed_alone_takes_the_place_of_anchors():
-    bed, anchors = Bed(sphere=Sphere(center_m=[0, 0, 0], radius_m=1), stiffness_n_m3=1.0), Anchors(nodes=[1])
-    lying = samples.changed(Case(body="pad", bed=bed), PAD)
-    assert lying.anchors is None and lying.bed is bed
-    assert samples.changed(Case(body="pad", bed=bed, anchors=anchors), PAD).anchors == anchors
-    assert samples.changed(Case(body="pad", refinements=2), PAD) == PAD.but(refinements=2)
-
-
-def test_counts_come_from_the_premise_or_from_its_body():
-    bare = Case(body="pad")
-    assert samples.sample_counts("here", bare, PAD.but(magnitudes=[1, 2], train=8, test=4)) == ([1, 2], 8, 4)
-    assert samples.sample_counts("here", CASE, PAD.but(train=99)) == ([1.0, 0.5], 12, 6)
-    with pytest.raises(InputError, match=r"^here lacks train, which its body does not have"):
-        samples.sample_counts("here", bare.but(magnitudes=[1]), PAD)
-    with pytest.raises(InputError, match=r"^here\.test is 5; make it a multiple of the 2 magnitudes"):
-        samples.sample_counts("here", CASE.but(test=5), PAD)
-
-
 def test_ordered_features_win_where_every_contact_sees_the_same(pad):
     """A pad without edges: only contacts in its middle are pressed, two cells and more away from the rim."""
     points = pad.body.coarse.nodes[pad.contacts, :2]
@@ -92,15 +67,6 @@ def test_ordered_features_win_where_every_contact_sees_the_same(pad):
     assert mean["ordered", "linear"] < 0.5 * mean["unordered", "linear"]
     assert mean["ordered", "nonnegative_a"] < 0.7 * mean["unordered", "nonnegative_a"]
     assert mean["zero", "none"] > mean["ordered", "nonnegative_a"]
-
-
-def test_every_method_is_asked(db):
-    errors = pd.concat(premises.split_errors(db, (14, 6), 0, OPTIONS))
-    per = errors.groupby(["held_out", "features", "weights"]).size()
-    assert len(per["contacts"]) == 2 + 3 * 4 and len(per["samples"]) == 2 + 3 and (per == 6).all()
-    zero = errors[errors["features"] == "zero"]
-    rms = np.sqrt(np.mean(np.sum(db.fine**2, axis=2), axis=1)) / db.peaks
-    assert zero["rmse_of_peak"].to_numpy() == pytest.approx(rms[zero["sample"]])
 
 
 def test_fewer_samples_are_whole_contacts(db):
@@ -129,15 +95,6 @@ def test_intervals_follow_the_scatter():
     assert np.isnan(found.loc["zero", "ratio"]) and (found["splits"] == 3).all()
 
 
-def test_tables_have_every_premise(tables):
-    assert set(tables["premises"]["premise"]) == {"own", "soft"}
-    about = tables["premise_bodies"].set_index("premise")
-    assert about.loc["own", "responses"] == "nonlinear" and about.loc["soft", "contacts"] == 49
-    whole = tables["premises"][tables["premises"]["train"].isin([14, 12])]
-    assert np.isfinite(whole[["rmse_of_peak", "error_low", "error_high"]].to_numpy()).all()
-    assert set(tables["premises"]["train"]) == {14, 12, 8, 6}
-
-
 def test_moved_share_counts_nodes():
     moved = np.zeros((2, 10, 3))
     moved[0, 0] = moved[1, :4, 2] = 1.0
@@ -156,19 +113,6 @@ def test_the_same_press_looks_the_same_in_order_only(pad):
         apart[features] = np.linalg.norm(one - other) / np.linalg.norm(one)
     assert apart["ordered"] < 0.5 * apart["unordered"]
     assert abs(rows["share_of_peak"]).max() == pytest.approx(1.0, abs=0.05)
-
-
-def test_memory_is_that_of_the_arrays(db):
-    rows = premises.memory_rows(db, np.arange(18), OPTIONS).set_index("features")
-    numbers = {"unordered": 3 * len(db.coarse_surface), "ordered": 30, "framed": 30}
-    for features, length in numbers.items():
-        assert rows.loc[features, "features_kb"] == pytest.approx(18 * length * 8 / 1024)
-        assert rows.loc[features, "fine_kb"] == pytest.approx(18 * db.fine[0].size * 8 / 1024)
-    n, m = len(db.nodes_fine_surface), len(db.coarse_surface)
-    assert rows.loc["unordered", "orders_kb"] == pytest.approx(m * 8 / 1024)
-    assert rows.loc["ordered", "orders_kb"] == pytest.approx(m * (10 + 2 * n) * 8 / 1024)
-    parts = rows[["features_kb", "fine_kb", "matrix_kb", "orders_kb"]].sum(axis=1)
-    assert rows["total_kb"].to_numpy() == pytest.approx(parts.to_numpy())
 
 
 TISSUE = Material(3000.0, 0.3, 1000.0)

@@ -1,7 +1,6 @@
 """Paper 1's samples: loads as deep as asked, sides as the split has them, and the table's columns and means."""
 
 import warnings
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,8 +13,6 @@ from palpate.benchmark.static_responses import press
 from palpate.errors import InputError
 from palpate.models.interpolation import Interpolation
 from palpate.run.job import write_table
-from palpate.solvers.compliance import compute_compliance
-from palpate.studies.enrichment import samples
 from palpate.studies.enrichment.samples import (
     ACCURACY_COLUMNS,
     SAMPLE_COLUMNS,
@@ -24,10 +21,8 @@ from palpate.studies.enrichment.samples import (
     choose_loads,
     read_samples,
     sample_errors,
-    sample_peaks,
     sample_table,
     sides,
-    split_counts,
 )
 
 MAGNITUDES = [0.5, 1.0]
@@ -81,38 +76,11 @@ def test_peaks_are_as_deep_as_asked(slab, slab_compliance, pick_loads, peak):
     assert np.abs(reached[1] / wanted - 1.0).max() < (0.1 if peak < 0.1 else 0.35)
 
 
-def test_samples_lie_among_the_contacts_that_are_prepared(slab):
-    compliance = compute_compliance(slab, 0.0, contacts=6)
-    loads = choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 12, 1)
-    assert sorted(loads["contact"].unique()) == compliance.contacts.tolist()
-    with pytest.raises(InputError, match=r"^bodies\.slab: 7 contacts are asked for and 6 can be pressed; .* contacts"):
-        choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 14, 1)
-
-
 def test_counts_that_cannot_be_are_refused(pick_loads):
     with pytest.raises(InputError, match=r"^bodies\.slab: train \+ test is 7, which 2 magnitudes do not divide; .*\.$"):
         pick_loads(count=7)
     with pytest.raises(InputError, match=r"^bodies\.slab: 500 contacts are asked for and \d+ can be pressed; .*\.$"):
         pick_loads(count=1000)
-
-
-class Stiffening:
-    """A body that moves by what it is pressed with, but at most by 0.61 m."""
-
-    mesh = SimpleNamespace(nodes=np.zeros((1, 3)))
-
-    def solve(self, forces, tolerance):
-        return SimpleNamespace(x=np.minimum(forces, 0.61))
-
-
-def test_a_peak_that_is_not_reached_is_warned_of_with_its_share(pick_loads, monkeypatch):
-    unit = np.array([[1.0, 0.0, 0.0]])
-    assert samples._force_for(Stiffening(), unit, 0.5, 0.2) == (0.5, 1.0)
-    assert samples._force_for(Stiffening(), unit, 1.0, 1.0)[1] == 0.61
-    shares = iter([1.0, 0.61, 0.99, 0.75])
-    monkeypatch.setattr(samples, "_force_for", lambda *_: (1.0, next(shares)))
-    with pytest.warns(UserWarning, match=r"^bodies\.slab: 2 of 4 loads do not .*, but by 61 % to 75 % of it"):
-        pick_loads(count=4)
 
 
 @pytest.fixture
@@ -131,16 +99,6 @@ def test_a_row_has_contact_peak_and_sides_and_is_the_same_when_read_again(db, si
     assert again.equals(side_table.astype(again.dtypes))
     with pytest.raises(InputError, match=r"nothing\.csv is missing"):
         read_samples(tmp_path / "nothing.csv")
-
-
-def test_published_tables(side_table):
-    tables = {("beam", "small"): side_table, ("beam", "large"): side_table.iloc[::-1]}
-    peaks = sample_peaks(tables)
-    assert peaks.columns.tolist() == ["body", "regime", "sample", "peak_m"] and len(peaks) == 48
-    assert peaks.iloc[24].tolist() == ["beam", "large", 23, side_table["peak_m"][23]]
-    counts = split_counts(tables)
-    assert counts.columns.tolist() == ["body", "regime", "split", "train", "test"]
-    assert counts.to_numpy().tolist() == [["beam", r, kind, 18, 6] for r in ("small", "large") for kind in SPLITS]
 
 
 class Nothing:

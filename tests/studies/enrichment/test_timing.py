@@ -4,11 +4,10 @@ from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from palpate.studies.enrichment import timing
-from palpate.studies.enrichment.timing import OPERATIONS, complexity_rows, fit_exponents
+from palpate.studies.enrichment.timing import fit_exponents
 
 R, K = (grid.ravel() for grid in np.meshgrid([300.0, 600, 1200, 2400, 4800], [25.0, 50, 100, 200]))
 
@@ -29,25 +28,6 @@ def test_intervals_cover_the_truth_19_times_in_20():
     assert inside / 1000 == pytest.approx([0.95, 0.95], abs=0.02)
 
 
-def test_rows_put_the_papers_order_beside_the_measured_one():
-    rows = [
-        (name, r, k, 1e-9 * r * k * np.log(r))
-        for name, operation in OPERATIONS.items()
-        for r in operation.lengths
-        for k in (25, 50, 100, 200)
-    ]
-    table = complexity_rows(pd.DataFrame(rows, columns=["operation", "r", "k", "seconds"])).set_index("operation")
-    sorting, papers = table.loc["sorting"], table[["paper_exponent_r", "paper_exponent_k"]]
-    assert sorting["exponent_r"] == pytest.approx(sorting["paper_exponent_r"]) and sorting["exponent_r"] > 1
-    assert papers.loc[["building_w", "building_a"]].to_numpy() == pytest.approx(np.array([[1, 1], [1, 2]]))
-    assert (table["exponent_k_low"] <= table["exponent_k"]).all()
-
-
-@pytest.mark.parametrize("name", list(OPERATIONS))
-def test_every_operation_runs(name):
-    OPERATIONS[name].prepare(30, 5, np.random.default_rng(0))()
-
-
 @pytest.fixture
 def asked() -> list:
     return []
@@ -64,15 +44,6 @@ def given(asked):
 
     names = [*timing.PAPERS_TABLE.values(), "linear_fem"]
     return db, {protocol: {name: method(name) for name in names} for protocol in ("paper", "live")}
-
-
-def test_samples_go_from_the_smallest_to_the_largest_peak():
-    peaks = np.array([5.0, 1, 4, 2, 3, 9, 8, 7, 6])
-    test = np.array([0, 2, 3, 4, 5, 6, 7, 8])
-    chosen = timing.choose_samples(peaks, test)
-    assert len(chosen) == 5
-    assert peaks[chosen[0]] == 2 and peaks[chosen[-1]] == 9
-    assert (np.diff(peaks[chosen]) > 0).all()
 
 
 def test_all_in_is_a_coarse_simulation_and_then_ours(given, asked):

@@ -156,36 +156,6 @@ def test_each_contact_is_pressed_to_each_depth(beam):
         assert -force @ beam.fine.normals[contact] == pytest.approx(np.linalg.norm(force))
 
 
-def test_a_body_with_regions_is_pressed_above_them(beam):
-    far = beam.coarse.nodes[beam.coarse.tetrahedra].mean(axis=1)[:, 0]
-    soft, stiff = beam.material, replace(beam.material, young_pa=10 * beam.material.young_pa)
-    lump = replace(beam, regions=Tissue((soft, stiff), (far > 0.8 * far.max()).astype(int)))
-    table = growing_presses(lump, 0, [0.01, 0.02], 0.01)
-    assert table["contact"].nunique() == 1 and len(table) == 2
-    assert beam.coarse.nodes[table["contact"].iloc[0], 0] > 0.7 * beam.coarse.nodes[:, 0].max()
-    assert growing_presses(lump, 2, [0.01, 0.02], 0.01)["contact"].nunique() == 3
-
-
-def test_what_the_highest_pressure_ends_is_pressed_once(beam):
-    with pytest.warns(UserWarning, match="would exceed a peak pressure of 0.25 of Young"):
-        table = growing_presses(beam, 1, [0.01, 0.03, 0.04], 0.004)
-    assert table["capped"].tolist() == ["pressure"] and table["pressure_of_young"].to_numpy() == pytest.approx([0.25])
-
-
-@pytest.mark.parametrize(("law", "other"), [("corotational", "neo_hookean"), ("neo_hookean", "corotational")])
-@pytest.mark.parametrize(("poisson", "changed"), [(0.3, 0.49), (0.49, 0.3)])
-def test_what_the_body_has_already_is_no_change(block, law, other, poisson, changed):
-    own = replace(block, material=replace(block.material, law=law, poisson=poisson))
-    found = variants(own, ["corotational", "neo_hookean"], [0.3, 0.49])
-    assert [(each.changed, each.body.material.law, each.body.material.poisson) for each in found] == [
-        ("nothing", law, poisson), ("law", other, poisson), ("poisson", law, changed)
-    ]  # fmt: skip
-    assert found[0].body is own
-    for each in found[1:]:
-        assert each.body.levels is block.levels and each.body.anchors is block.anchors
-        assert (each.body.material.young_pa, each.body.material.density_kg_m3) == (3000.0, 1000.0)
-
-
 def test_regions_are_changed_with_the_rest_and_left_out(block):
     tumour = Material(30000.0, 0.45, 1100.0)
     region = np.arange(len(block.coarse.tetrahedra)) % 2

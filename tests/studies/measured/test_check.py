@@ -30,14 +30,6 @@ def refusal(settings: dict) -> str:
     return str(refused.value).removeprefix(f"{ROOT}/config.yaml: ").replace(f"{ROOT}/", "")
 
 
-def test_the_shipped_experiment_is_accepted_and_a_case_is_one_line(settings):
-    cases = settings["measured"]["experiments"]["beam"]["cases"]
-    cases["heavier"] = {"loads": [{"weight_n": 0.8, "line_m": [[0.1, 0, 0.03], [0.1, 0.03, 0.03]]}]}
-    settings["measured"]["models"] = {"fem_p2": {"laws": ["neo_hookean", "examples/hencky.py"]}}
-    found = complete(settings, ROOT / "config.yaml").measured.experiments["beam"].cases["heavier"]
-    assert found.files == [] and found.loads[0].radius_m == 0
-
-
 BEAM = "measured.experiments.beam"
 CHANGES = {
     "a file that there is not": (

@@ -3,17 +3,12 @@
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
-from fixtures.drawn import texts
-from fixtures.material import page
 
 from palpate.errors import InputError
 from palpate.identification.relaxation import without_time
 from palpate.run.settings import complete
 from palpate.studies.measured import pressed, relaxed
-from palpate.studies.measured.figures.presses import draw_presses
-from palpate.studies.measured.figures.relaxation import draw_relaxation
 from palpate.studies.measured.settings import Settings
 
 ROOT = Path(__file__).parents[3]
@@ -57,36 +52,6 @@ def test_what_is_relaxed_has_the_force_of_the_slab(found):
     for press in without_time(records, kernel).presses:
         ratios.append(press.force_n[-1] / np.interp(press.depth_m[-1] + 5e-5, *exact.T))
     assert np.median(ratios) == pytest.approx(1.0, abs=0.06)
-
-
-def test_relaxation_is_drawn_and_said(found):
-    tables = found[0][0]
-    shown = [tables[f"relaxation{part}"] for part in ("_curves", "_errors", "_presses", "_trends")]
-    words = texts(draw_relaxation(*shown, scene="slab"))
-    assert "left out: the deeper half" in words and "2 branches" in words
-    said = " ".join(page("measured", tables).split())
-    assert "8 presses fall to 69 % of their largest force" in said
-    assert "2 branches predict the deeper half within" in said
-
-
-def test_presses_are_drawn_and_said():
-    curves = pd.DataFrame(
-        [["slab", "all", f"p{k}", "", 0.01 * k, 0.0, d, k * d, k * d, 0.9 * k * d, 1.1 * k * d]
-         for k in (1, 2, 3) for d in (0.0, 0.001, 0.002)], columns=pressed.PRESS_CURVES.columns)  # fmt: skip
-    told = [["slab", "all", way, model, "p1", error, 0.0] for way in ("place", "depth")
-            for model, error in (("neo_hookean", 0.1), ("power_law", 0.2), ("neighbour", 0.05))]  # fmt: skip
-    predictions = pd.DataFrame(told, columns=pressed.PRESS_PREDICTIONS.columns)
-    rows = [["slab", "all", "neo_hookean", True, "young_pa", "Pa", 3500.0, 4000.0, 4500.0, True, False, False, 0, 0],
-            ["slab", "all", "neo_hookean", True, "poisson", "1", 0.3, 0.4, 0.49, False, True, True, 0, 0],
-            ["slab", "all", "neo_hookean", True, "place_scatter", "1", np.nan, 0.05, *6 * [np.nan]],
-            ["slab", "all", "neo_hookean", True, "exponent_excess", "1", -0.1, 0, 0.1, True, *4 * [0]]]  # fmt: skip
-    tables = {"presses": pd.DataFrame(rows, columns=pressed.PRESSES.columns)}
-    tables |= {"press_curves": curves, "press_predictions": predictions}
-    words = texts(draw_presses(curves, predictions, scene="slab"))
-    assert "the nearest place (floor)" in words and "3 of 3 presses" in words
-    said = " ".join(page("measured", tables).split())
-    assert "E is 4 kPa (3.5 kPa to 4.5 kPa) under neo hookean; poisson cannot be told from these presses" in said
-    assert "Places left out: neo hookean misses force by 10 % (power law 20 %, the nearest place (floor) 5 %)" in said
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import matplotlib.text
 import numpy as np
 import pandas as pd
 import pytest
-from PIL import Image
 
 from palpate.report import style, tables
 from palpate.scenes.motion import Motion, Moved
@@ -52,24 +51,6 @@ def test_a_scene_without_a_moving_instrument_has_a_note(felt, tmp_path):
 def texts(axis):
     """What is written into a panel."""
     return [t.get_text().replace("\u00a0", " ") for t in axis.findobj(matplotlib.text.Annotation)]
-
-
-def test_a_bar_an_effect_and_a_dot_where_it_could_be_left_out(scene_results, tmp_path):
-    figure = figures.draw_effects(scene_results["effects"])
-    press, press_error, sag, sag_error = figure.axes
-    np.testing.assert_allclose([bar.get_width() for bar in press.patches], [0.75, 0.05, 0.2])
-    assert texts(press) == ["750 µs, 75 %", "50 µs, 5 %", "200 µs, 20 %"]
-    assert texts(press_error) == ["–", "100 %", "< 0.001 %"]
-    assert texts(sag_error) == ["–", "100 %", "4000 %", "–"]
-    assert [t.get_text() for t in sag.get_yticklabels()] == ["corotational", "gravity", "held", "integrator"]
-    low, high = press_error.get_xlim()
-    assert (low, high) == sag_error.get_xlim()
-    assert high > 4000
-    style.save(figure, tmp_path / "effects")
-    # no error is off the axis
-    for axis in figures.draw_effects(scene_results["effects"].assign(error_if_left_out=1e-9)).axes[1::2]:
-        dots = [line.get_xdata()[0] for line in axis.lines if line.get_marker() == "o"]
-        assert dots and min(dots) >= axis.get_xlim()[0]
 
 
 def test_balance_is_the_sum_minus_the_work_and_gravity_begins_at_zero(scene_results):
@@ -147,26 +128,6 @@ def test_a_floor_is_seen_from_above_though_the_body_moved_most_below_and_sideway
     assert view.axes[2, 2] > 0.3 and view.axes[1, 2] > 0.9
     colours = motion_pictures.stills(sliding, 3).axes[0].images[0].get_array()
     assert (colours == [211, 216, 221]).all(axis=2).sum() > 3000  # the floor's own, which is not the page's white
-
-
-@pytest.mark.slow
-def test_the_animation_loops_in_the_scenes_order_and_repeats_byte_for_byte(sagging, tmp_path):
-    sagging = replace(sagging, times=sagging.times[::5], positions=sagging.positions[::5])
-    for name in "ab":
-        motion_pictures.animate(sagging, tmp_path / f"{name}.gif")
-    data = (tmp_path / "a.gif").read_bytes()
-    assert data == (tmp_path / "b.gif").read_bytes()
-    assert len(data) <= 1_500_000
-    with Image.open(tmp_path / "a.gif") as gif:
-        assert gif.info["loop"] == 0
-        assert max(gif.size) >= 480 and gif.n_frames == len(sagging.times)
-        lows = []
-        for frame in (0, 3, 6):
-            gif.seek(frame)
-            rows, columns = np.nonzero(np.asarray(gif.convert("L"))[24:] < 245)
-            lows.append(rows[columns > np.median(columns)].mean())
-    assert lows[1] > lows[0] + 20
-    assert lows[2] == pytest.approx(lows[0], abs=0.5)
 
 
 @pytest.mark.slow

@@ -7,12 +7,6 @@ from fixtures.material import numbers, page
 from palpate.studies.scenes.measurements import energy_balance
 
 
-def test_the_scenes_need_no_other_tables(scene_results):
-    text = " ".join(page("scenes", scene_results, scenes=["press", "sag"]).split())
-    assert "a step takes 1 ms to 5 ms." in text and "This holds for press, sag." in text
-    assert "press, springs 75 %; sag, corotational 60 %." in text
-
-
 def test_energy_from_nowhere_is_reported(scene_results):
     more = {name: table.query("scene == 'press'") for name, table in scene_results.items()}
     more = {name: pd.concat([table, table.assign(scene="free")]) for name, table in more.items()}

@@ -14,10 +14,3 @@ def test_a_band_is_the_range_of_seeds_and_a_run_that_ended_keeps_its_best(spring
     assert curves[:, 1] == pytest.approx(np.array([0.56, 0.566, 0.572]))
     assert curves[:, 2] == pytest.approx(np.array([0.06, 0.066, 0.072]) + 0.25)
     assert curves[:, 3] == pytest.approx(np.array([0.06, 0.066, 0.072]))
-
-
-def test_the_floor_is_drawn_for_each_press(spring_results):
-    axes = figures.draw_spring_floor(spring_results["spring_floor"]).axes
-    assert [axis.get_title("left") for axis in axes] == ["top press", "left press", "front press"]
-    alone, tied = axes[0].lines[1:]
-    assert (alone.get_ydata() > tied.get_ydata()).all()

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.models.springs import cube_experiment as experiment
-from palpate.models.springs.searches import SEEDED, find
+from palpate.models.springs.searches import SEEDED
 from palpate.models.springs.spring_motion import simulate
 from palpate.run.settings import read_settings
 from palpate.studies.springs import spring_fit
@@ -15,7 +15,6 @@ from palpate.studies.springs.settings import Settings
 
 SMOKE = Settings(**read_settings(Path(__file__).parents[2] / "smoke/config.yaml")["springs"])
 YOUNG_PA = 900.0
-GRANTED = {"gradient_evaluations": 120}
 
 
 @pytest.fixture(scope="module")
@@ -76,19 +75,6 @@ def test_the_gradient_beats_what_needs_no_search_and_more_presses_make_it_better
     assert fits["gradient_all"]["fitness"].sum() > fits["gradient"]["fitness"].sum()
 
 
-@pytest.mark.slow
-def test_moduli_kept_alike_follow_the_press_no_better_than_they_must(found, references):
-    """Between one modulus for all and the best for the fitted press, on that press; nearer to one, in the moduli."""
-    fitted, material = [found.fitness("top", references)], found.particles.material
-    one, smooth, best = (
-        find(method, fitted, material, found.start(), found.limits, SMOKE.searches.but(**GRANTED), 1)[1]
-        for method in ("uniform", "gradient_smooth", "gradient")
-    )
-    assert one.fitness < smooth.fitness < best.fitness
-    assert np.std(np.log(smooth.young)) < 0.7 * np.std(np.log(best.young))
-    assert (np.diff(smooth.history[:, 2]) >= 0.0).all()
-
-
 def test_searches_have_a_history_a_seed(found, references):
     for method in SEEDED:
         tables = made(found, references, method, True, (1, 2))
@@ -112,13 +98,6 @@ def test_the_floor_is_below_what_one_press_teaches(found, references):
     assert tied > alone * (1 + 1e-3)
     one = made(found, references, "gradient", False)["spring_fit"]
     assert floor.query("not volume_force")["fitness"].sum() > one["fitness"].sum()
-
-
-def test_references_are_read_as_they_were_written(references, tmp_path):
-    experiment.save_references(references, tmp_path / "reference.npz")
-    again = experiment.load_references(tmp_path / "reference.npz")
-    assert list(again) == list(references)
-    assert all(np.array_equal(again[name], references[name]) for name in references)
 
 
 @pytest.mark.parametrize(

@@ -57,11 +57,6 @@ def test_own_errors_are_those_of_touches_that_are_believed():
     assert (row["order"], row["least_det"], row["nodes"], row["seconds"]) == (1.5, 1, 3, 2)
 
 
-def test_a_scene_of_which_nothing_is_believed_has_no_own_error():
-    row = touch_truth_row(known(LABELS, why=("a", "b", "a")))
-    assert row["samples"] == 0 and np.isnan(row["force_error"]) and row["why_rejected"]
-
-
 def rows(count: int, failed=()) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Answers of one setting whose force errs by ± 1, 2, ... per cent, and of the truth, which errs by 0.1 %."""
     signs = np.where(np.arange(count) % 2, -0.01, 0.01) * np.arange(1, count + 1)

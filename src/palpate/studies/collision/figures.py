@@ -152,8 +152,8 @@ LEAST_MM = 0.01  # errors below are drawn here: nothing of an organ is known bet
 def draw_collision_precision(collision_precision) -> Figure:
     """Draw one column for each scene, errors over the time of a frame, one curve for each structure.
 
-    Small numbers are the coarsest and the finest layer; a large open marker is the whole tree with tests of triangles. Dotted: the response
-    itself. A panel is empty where bodies never touch, or always do.
+    Small numbers are the coarsest and the finest layer; a large open marker is the whole tree with tests of triangles.
+    Dotted: the response itself. A panel is empty where bodies never touch, or always do.
     """
     table = ranked(collision_precision)
     names, among = tables.scenes(table), depths_of(table)

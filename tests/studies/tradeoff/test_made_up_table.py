@@ -228,13 +228,13 @@ def test_a_motion_has_error_bound_and_speed(dynamic_table):
     presses = pd.DataFrame([press | {"patch_rms_of_peak": 0.01, "setting": level} for level in levels])
     known = {"bounds": bounds, "pressed": presses}
 
-    text = lines(advise_motion(table, max_errors=[0.08], **known).iloc[0], table)
+    text = lines(advise_motion(table, max_errors=[0.08], **known).iloc[0])
     assert "a standard that is 0.9 % wrong itself, so 4.9 % with it" in text and "5 × real time" in text
     assert "wrong by less than 7 %; measured on 12 other places" in text and "held for 90 %" in text
     found = advise_motion(table, speeds=[4, 8, 100], **known)
     assert found["setting"].fillna("").tolist() == ["step_s=0.035", "step_s=0.07", ""]
     assert found["margin"].tolist()[:2] == pytest.approx([0.2, 0.2])
-    assert "20 % of the allowed time is left" in lines(found.iloc[0], table)
+    assert "20 % of the allowed time is left" in lines(found.iloc[0])
     assert advise_motion(table, max_errors=[0.05], **known).iloc[0]["nearest_bound"] == 0.07
     alone = advise_motion(table, max_errors=[0.05], pressed=presses).iloc[0]
     assert say("bound", alone).startswith("on this path only") and "on this path only" in say("cell", alone)

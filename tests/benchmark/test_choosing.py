@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.advice import advise_touch
-from palpate.benchmark.choosing import BOUND, NONE
+from palpate.benchmark.advice import choice, touches
+from palpate.benchmark.choosing import BOUND, NONE, Limit
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
 
 COLUMNS = [
@@ -27,9 +27,9 @@ def rows(*models) -> pd.DataFrame:
 SPREAD = rows(("fast", 0.3, 1e-4, 0), ("fine", 0.02, 1e-2, 0), ("lost", 0.0, 1e-5, 1), ("mute", np.nan, 1e-5, 0))
 
 
-@pytest.mark.parametrize(("budget", "best"), [(1.0, "fast"), (11.0, "fast"), (16.7, "fine"), (None, "fine")])
+@pytest.mark.parametrize(("budget", "best"), [(1.0, "fast"), (11.0, "fast"), (16.7, "fine"), (np.nan, "fine")])
 def test_the_nearest_that_answers_in_time_is_taken(budget, best):
-    found = advise_touch(SPREAD, budget_ms=budget)
+    found = choice(touches(SPREAD), Limit(budget))
     assert found["model"] == best and found["reference_error"] == 0.01
     assert found["limit"] == pytest.approx({"fast": 0.31, "fine": 0.03}[best])
     assert found["basis"] != BOUND and np.isnan(found["bound_of_peak"])
@@ -37,18 +37,18 @@ def test_the_nearest_that_answers_in_time_is_taken(budget, best):
 
 @pytest.mark.parametrize(("most", "best"), [(0.5, "fast"), (0.1, "fine"), (0.03, "fine")])
 def test_the_fastest_that_is_near_enough_is_taken(most, best):
-    assert advise_touch(SPREAD, max_error=most)["model"] == best
+    assert choice(touches(SPREAD), Limit(max_error=most))["model"] == best
 
 
 def test_where_nothing_keeps_the_limit_the_nearest_is_named():
-    late, wrong = advise_touch(SPREAD, budget_ms=0.1), advise_touch(SPREAD, max_error=0.025)
+    late, wrong = (choice(touches(SPREAD), limit) for limit in (Limit(0.1), Limit(max_error=0.025)))
     assert late["model"] == wrong["model"] == NONE
     assert late["nearest"] == "fast" and wrong["nearest"] == "fine"
-    silent = advise_touch(rows(("mute", np.nan, 1e-5, 0)), budget_ms=1.0)
+    silent = choice(touches(rows(("mute", np.nan, 1e-5, 0))), Limit(1.0))
     assert silent["model"] == NONE and np.isnan(silent["nearest_s"]) and silent["why"] == "no model gives a force"
 
 
 def test_a_bound_takes_the_place_of_a_percentile():
     known = SPREAD.assign(force_error_bound=[np.nan, 0.02, 0.5, 0.0, np.nan])
-    found = advise_touch(known, budget_ms=100.0)
+    found = choice(touches(known), Limit(100.0))
     assert found["model"] == "fast" and found["limit"] == found["bound_of_peak"] == 0.02

@@ -80,7 +80,7 @@ def test_so_many_contacts_calibrate_that_no_more_than_a_tenth_is_left_over(conta
     draws = Draws(np.arange(contacts))
     found = draws.coverage(scores, np.ones(contacts))
     assert found.coverage == pytest.approx(0.9, abs=0.03) == found.coverage_of_contacts
-    assert (~draws._held).sum(axis=1).tolist() == [known] * DRAWS
+    assert (~draws._tried).sum(axis=1).tolist() == [known] * DRAWS
 
 
 def test_rows_of_which_other_contacts_are_known_have_the_bounds_that_they_have_alone():

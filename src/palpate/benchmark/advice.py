@@ -1,27 +1,30 @@
-"""Advise which model to take for presses, other loads, touches and motions, from the tables that measured them."""
+"""Tell from tables of measurements which model to take: for presses, loads of other kinds, touches and motions."""
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.choosing import BOUND, FASTEST, NONE, SETTING, TIED, Candidates, HeldOut, Limit, percent
-from palpate.benchmark.conformal import CONSTANT, FEWEST, finite
+from palpate.benchmark.choosing import BOUND, NONE, SETTING, TIED, Candidates, HeldOut, Limit
+from palpate.benchmark.conformal import CONSTANT, FEWEST, bound_factor, finite
+from palpate.benchmark.judge import SIDES, TRAINING
 from palpate.benchmark.ranking import (
     BOUNDS,
-    EQUAL,
     EXACT,
     KINDS,
     RANGE,
-    TIED_TIMES,
     TRUTH,
+    averaged,
     fields_of,
     own_error,
+    own_errors,
     resampled,
+    same_settings,
     unknown,
 )
 from palpate.errors import InputError
+from palpate.number_text import percent_in_table as percent
 from palpate.table_declaration import Table
 
 ADVICE = Table(
@@ -67,10 +70,18 @@ SPREAD = "95th percentile"
 """What stands for a bound where too few touches were asked."""
 PATH = "error on this path only"
 """What stands for a bound of a motion that was measured nowhere else."""
-_PRESSED = (("limit", EQUAL), ("slowest_s", 1.0)), (("pace", TIED), ("limit", EQUAL), ("mean", EQUAL), ("pace", 1.0))
-"""What decides of presses: ties go to what budgets are compared with, so that a larger one never has a larger bound."""
-_MOVED = (("own_path", EQUAL), ("pace", TIED_TIMES)), FASTEST
-"""What decides of motions: within a time the error of the scene's own, which all settings have."""
+ALONE = "on this path only, as "
+"""What a reason begins with why a setting of a motion has no bound."""
+QUADRATIC = "fem_p2"
+"""What dynamic_accuracy.csv calls a reference that is a truth: the limit of these elements."""
+ELEMENTS = "fem_p1"
+"""The elements of the standard that motions are compared with, among the models of accuracy_vs_time.csv."""
+_FIRST = {side: i for i, side in enumerate((*SIDES[::-1], TRAINING))}
+
+
+def choice(asked: Candidates, limit: Limit) -> pd.Series:
+    """Return what is advised under one limit: the columns of ADVICE, and those of the table that it follows from."""
+    return pd.Series(dict.fromkeys(ADVICE.columns, np.nan) | asked.advise(limit))
 
 
 def limits_of(
@@ -81,13 +92,6 @@ def limits_of(
     return found + [Limit(speed=speed) for speed in speeds]
 
 
-def _rows(asked: Candidates, limits: Iterable[Limit], **told: object) -> Iterable[dict]:
-    """Yield what is advised under each limit: columns of ADVICE, and others of the candidates."""
-    for limit in limits:
-        own = {"reference_error": asked.own, "unit": asked.unit}
-        yield {"model": NONE} | asked.advise(limit) | told | limit._asdict() | own
-
-
 def advise(
     settings: pd.DataFrame,
     errors: pd.DataFrame,
@@ -95,18 +99,15 @@ def advise(
     max_errors: Sequence[float] = (),
     kinds: Sequence[str] = tuple(KINDS),
 ) -> pd.DataFrame:
-    """Tabulate advice.csv of one pressed scene: a row for each kind, budget [ms] and largest error.
+    """Tabulate advice.csv of one pressed scene: a row for each kind of error, budget [ms] and largest error.
 
-    settings : its rows of accuracy_vs_time.csv; errors : of its samples, as ``ranking.read_errors`` gives them
-    Settings are judged at all contacts that they have not learnt from (``HeldOut``), and one that failed on any sample
-    is never advised. Raises InputError if the two tables do not belong together.
+    The arguments as of ``presses``. Raises InputError if the two tables do not belong together.
     """
     _check(settings, errors)
-    rows = []
+    rows, tests = [], errors[errors["side"] == "test"]
     for kind in kinds:
         asked = presses(settings, errors, kind)
-        tests = errors[errors["side"] == "test"]
-        for row in _rows(asked, limits_of(budgets_ms, max_errors), scene=settings["scene"].iloc[0], error=kind):
+        for row in map(asked.advise, limits_of(budgets_ms, max_errors)):
             if row["model"] != NONE:
                 mine = tests[(tests["model"] == row["model"]) & (tests["setting"] == row["setting"])]
                 row["error_low"], row["error_high"] = resampled(mine, KINDS[kind]).iloc[0].quantile(list(RANGE))
@@ -115,14 +116,56 @@ def advise(
 
 
 def presses(settings: pd.DataFrame, errors: pd.DataFrame, kind: str) -> Candidates:
-    """Return the settings of a pressed scene; the arguments as of ``advise``."""
-    held, own = HeldOut(settings, errors, KINDS[kind]), own_error(settings, KINDS[kind])
-    rows = held.rows.assign(limit=held.rows["bound_of_peak"], mean=held.rows["mean_of_peak"], basis=BOUND, doubted=0)
-    rows = rows.assign(pace=rows["online_median_s"], slowest_s=rows["online_max_s"])
-    lost = f"settings left out as they failed on some samples: {held.failed}" if held.failed else ""
-    notes = ["" if len(rows) else "no setting has answered every sample", unknown(errors, KINDS[kind]), lost]
-    floor = float(np.fmax(EXACT, finite(held.own_bound) + own))
-    return Candidates(rows, own, floor, _PRESSED, notes=notes, held=held)
+    """Return the settings of a pressed scene that answered all samples that they were asked.
+
+    settings : its rows of accuracy_vs_time.csv; errors : of its samples, as ``ranking.read_errors`` gives them
+    kind : one of KINDS
+    They are judged at all contacts that they have not learnt from. The truth's own error is added to each error:
+    distances obey the triangle inequality, so the sum bounds the distance from the exact answer. A root of squares
+    would take the two as independent, and models that extrapolate from the levels of the truth err as it does.
+    """
+    column = KINDS[kind]
+    wide, means = _wide(settings, errors, column), averaged(settings)
+    contact, sample = (wide.columns.get_level_values(name).to_numpy() for name in ("contact", "sample"))
+    own_there = np.nan_to_num(own_errors(errors, column, sample))
+    means = means[~means["model"].isin(BOUNDS)].set_index(SETTING, drop=False)
+    rows = means[means.index.isin(wide.index)]
+    held = HeldOut(wide.reindex(rows.index).to_numpy() + own_there, contact)
+    asked = np.isfinite(held.errors)
+    rows = rows.reset_index(drop=True)
+    rows = rows.assign(
+        limit=held.bound, mean=held.mean, basis=BOUND, doubted=0, presses=asked.sum(axis=1),
+        contacts=[len(np.unique(contact[known])) for known in asked],
+        pace=rows["online_median_s"], slowest_s=rows["online_max_s"],
+    )  # fmt: skip
+    failed = len(means) - len(rows)
+    notes = [
+        "" if len(rows) else "no setting has answered every sample",
+        unknown(errors, column),
+        f"settings left out as they failed on some samples: {failed}" if failed else "",
+    ]
+    own = own_error(settings, column)
+    floor = float(np.fmax(EXACT, finite(bound_factor(own_there, contact)) + own))
+    about = {"scene": settings["scene"].iloc[0], "error": kind}
+    return Candidates(rows, about, "press", own, floor, tied=TIED, notes=notes, held=held)
+
+
+def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataFrame:
+    """Return a row for each setting without failures, as ``averaged`` names it, and a column (contact, sample) each.
+
+    A contact is asked in the split that tests on it, else where it chooses settings; of settings that learn nothing
+    there may be answers at training contacts too.
+    """
+    place = ["split", *SETTING]
+    named = settings[place].assign(key=same_settings(settings))
+    named = named.assign(first=named.groupby(["model", "key"], sort=False)["setting"].transform("first"))
+    found = errors.merge(named, on=place).sort_values("side", key=lambda sides: sides.map(_FIRST), kind="stable")
+    found["setting"] = found["first"]
+    failed = found[column].isna().groupby([found[name] for name in SETTING]).any()
+    wide = found.drop_duplicates([*SETTING, "sample"]).pivot(
+        index=SETTING, columns=["contact", "sample"], values=column
+    )
+    return wide.loc[wide.index.isin(failed.index[~failed])]
 
 
 def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
@@ -143,28 +186,19 @@ def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
         )
 
 
-def advise_any_load(
-    rows: pd.DataFrame,
-    kind: str,
-    budget_ms: float | None = None,
-    max_error: float | None = None,
-    error: str = "rms",
-    own: float = np.nan,
-) -> pd.Series:
-    """Choose from the ``rows`` of any_load.csv of one scene, for one ``kind`` of load: a row like those of ADVICE.
+def other_loads(rows: pd.DataFrame, kind: str, error: str = "rms", own: float = np.nan) -> Candidates:
+    """Return the settings that answered loads of one ``kind`` of one scene, which nothing was prepared for.
 
-    own : ``operator_error``, which is added to errors that are compared with ``max_error``; NaN where not known
-    error : one of KINDS
-    What failed without saying so before is never advised, and what says which loads it cannot answer where nothing
-    answers all. The bound is the largest error: from FEWEST contacts on, nine in ten others stay below it.
-    Raises InputError for a kind that the table does not have, and without a limit.
+    rows : of any_load.csv, about that scene; error : one of KINDS
+    own : ``operator_error``, which is added to errors that are compared with a largest one; NaN where not known
+    What failed without saying so before is left out; what says which loads it cannot answer comes after what answers
+    all. The bound is the largest error: from FEWEST contacts on, nine in ten others stay below it.
+    Raises InputError for a kind that the table does not have.
     """
     scene, column = rows["scene"].iloc[0], KINDS[error]
     answers = rows[rows["kind"] == kind]
     if answers.empty:
         raise InputError(f"any_load.csv has no loads of the kind {kind} in {scene}; choose another scene.")
-    if max_error is None and budget_ms is None:
-        raise InputError("advice for a kind of load needs a limit; give --max-error or --budget-ms.")
     able = answers[(answers["refused"] == 0) & (answers["failures"] == 0) & (answers["contacts"] > 0)]
     most = able[f"{column}_most"]
     able = able.assign(
@@ -175,141 +209,132 @@ def advise_any_load(
     refused = sorted(set(answers["model"]) - set(answers.loc[answers["refused"] == 0, "model"]))
     notes = ["" if len(able) else "no setting has answered all loads"]
     notes.append(f"refused by {', '.join(refused)}" if refused else "")
-    return _one(Candidates(able, own, unit="load", notes=notes), budget_ms, max_error, scene, load=kind, error=error)
+    about = {"scene": scene, "load": kind, "error": error}
+    return Candidates(able.reset_index(drop=True), about, "load", own, notes=notes)
 
 
-def _one(asked: Candidates, budget_ms: float | None, max_error: float | None, scene: str, **told: object) -> pd.Series:
-    limit = Limit(*(np.nan if each is None else each for each in (budget_ms, max_error)))
-    [found] = _rows(asked, [limit], scene=scene, **told)
-    names = [*ADVICE.columns, "limit", "basis", "samples", "doubted"]
-    return pd.Series({name: found.get(name, np.nan) for name in dict.fromkeys([*names, *found])})
+def touches(rows: pd.DataFrame) -> Candidates:
+    """Return the settings that found the force of every touch of one scene; rows : of touch.csv, about that scene.
 
-
-def advise_touch(rows: pd.DataFrame, budget_ms: float | None = None, max_error: float | None = None) -> pd.Series:
-    """Choose from the ``rows`` of touch.csv about one scene, by the error of the force: a row like those of ADVICE.
-
-    What failed on a touch, or gives no force, is not taken. The limit is the bound, where there is one, else the 95th
-    percentile over the touches, in both cases with the truth's own error.
+    The limit is the bound, where there is one, else the 95th percentile over the touches, in both cases with the
+    truth's own error.
     """
     own = float(rows.loc[rows["model"] == TRUTH, "force_error_p95"].max())
     able = rows[(rows["model"] != TRUTH) & (rows["failures"] == 0) & rows["force_error_size"].notna()]
     bound, p95 = able["force_error_bound"], able["force_error_p95"] + own
     able = able.assign(
-        limit=bound.fillna(p95).fillna(np.inf), basis=np.where(bound.notna(), BOUND, SPREAD), doubted=0,
+        limit=bound.fillna(p95), basis=np.where(bound.notna(), BOUND, SPREAD), doubted=0,
         mean=able["force_error_size"], pace=able["online_median_s"], slowest_s=able["online_max_s"],
     )  # fmt: skip
-    able = able[np.isfinite(able["limit"])]
-    asked = Candidates(able, own, unit="touch", notes=[] if len(able) else ["no model gives a force"])
-    return _one(asked, budget_ms, max_error, rows["scene"].iloc[0], error="force")
+    able = able[np.isfinite(able["limit"])].reset_index(drop=True)
+    about = {"scene": rows["scene"].iloc[0], "error": "force"}
+    return Candidates(able, about, "touch", own, notes=[] if len(able) else ["no model gives a force"])
 
 
 def advise_motion(
-    motions: pd.DataFrame,
+    rows: pd.DataFrame,
     budgets_ms: Sequence[float] = (),
     max_errors: Sequence[float] = (),
     speeds: Sequence[float] = (),
-    bounds: pd.DataFrame | None = None,
-    pressed: pd.DataFrame | None = None,
-    error: str = "rms",
-    together: bool = False,
+    **known: Any,
 ) -> pd.DataFrame:
     """Tabulate advice.csv of a scene that moves, a row for each budget of a step [ms], error [of its peak] and speed.
 
-    motions : its rows of dynamic_accuracy.csv; bounds : its rows of motion_bounds.csv, if there are any
-    speeds : seconds of motion that shall be computed in a second, or more
+    rows, known : the arguments of ``motions``
+    """
+    asked = motions(rows, **known)
+    return ADVICE.frame(map(asked.advise, limits_of(budgets_ms, max_errors, speeds)))
+
+
+def motions(
+    rows: pd.DataFrame,
+    bounds: pd.DataFrame | None = None,
+    pressed: pd.DataFrame | None = None,
+    error: str = "rms",
+) -> Candidates:
+    """Return the settings that got through a scene that moves.
+
+    rows : its rows of dynamic_accuracy.csv; bounds : its rows of motion_bounds.csv, if there are any
     pressed : accuracy_vs_time.csv, whose presses show how wrong the standard's mesh is
     error : "rms", of the displacement, or "force", of the instruments' force, which then stands in ``rmse_of_peak``
-    together : whether the one error and the one speed are both meant, in one row
     A budget is for 95 % of the steps of what runs in real time. What stays below an error is the bound of pushes
     elsewhere, that of ``constant`` in ``bounds``; where a scene has none, the error on its own path, the standard's
-    own added. Such a scene has one load, so nothing can be drawn anew: interval and confidence stay empty.
+    own added. Within a time the error on that path decides, which all settings have.
     """
+    first = rows.iloc[0]
+    until, whole = first["resolved_s"], first["duration_s"]
+    over = f"the first {until:.3g} of {whole:.3g} s" if until < whole * (1 - 1e-9) else "the whole motion"
+    about = {"scene": first["scene"], "error": error, "split": 0, "over": over}  # such a scene is not divided
     # modes for another place show what that costs, and nobody who knows the place takes them
-    able = motions[(motions["failures"] == 0) & (motions["varied"] != "place")]
+    able = rows[(rows["failures"] == 0) & (rows["varied"] != "place")].reset_index(drop=True)
     if error == "force":  # how wrong the standard's mesh is in it no press shows, and of pushes elsewhere none is known
-        felt = able.dropna(subset="force_rms_of_peak")
-        able = felt.assign(rmse_of_peak=felt["force_rms_of_peak"], reference_error=felt["reference_force_error"])
+        able = able.dropna(subset="force_rms_of_peak").reset_index(drop=True)
+        able = able.assign(rmse_of_peak=able["force_rms_of_peak"], reference_error=able["reference_force_error"])
         bounds = pressed = None
-    first = motions.iloc[0]
-    # such a scene is not divided, and has no patch
-    told = {"scene": first["scene"], "error": error, "split": 0, "over": _over(first)}
-    limits = limits_of(budgets_ms, max_errors, speeds)
-    if together:
-        limits = [Limit(max_error=max_errors[0], speed=speeds[0])]
-    return ADVICE.frame(_rows(_moving(able, first, bounds, pressed, error), limits, **told))
-
-
-def _moving(
-    able: pd.DataFrame, first: pd.Series, bounds: pd.DataFrame | None, pressed: pd.DataFrame | None, error: str
-) -> Candidates:
-    """Return the settings of a scene that moves; the arguments as of ``advise_motion``, ``able`` : what got through."""
     if said := parted(first):
-        able, notes = able[:0], [f"no error of a model is known, as {said}"]
-    elif able.empty:
-        notes = [f"no model got through the scene{' and told a force' if error == 'force' else ''}"]
-    else:
-        own = _own(able, pressed)
-        notes = [f"errors are from the standard, {_standard(able.iloc[0], own, error)}"]
+        return Candidates(able[:0], about, "step", notes=[f"no error of a model is known, as {said}"])
     if able.empty:
-        return Candidates(able, order=_MOVED, notes=notes)
+        felt = " and told a force" if error == "force" else ""
+        return Candidates(able, about, "step", notes=[f"no model got through the scene{felt}"])
+    own, reference = _reference(able.iloc[0], pressed, error)
     bound, measured_on = zip(*(bound_elsewhere(row, bounds) for _, row in able.iterrows()), strict=True)
     measured = bool(np.isfinite(bound).any())
-    limit = pd.Series(bound, able.index) if measured else able["rmse_of_peak"] + own
-    if np.isnan(own):
-        limit[:] = np.inf
+    limit = pd.Series(bound) if measured else able["rmse_of_peak"] + own
     able = able.assign(
-        own_path=able["rmse_of_peak"], mean=np.nansum([able["rmse_of_peak"], np.full(len(able), own)], axis=0),
-        limit=limit.fillna(np.inf), basis=BOUND if measured else PATH, bound_on=measured_on,
-        pace=able["real_time_factor"], slowest_s=1e-3 * able["step_p95_ms"], doubted=0,
-        online_p95_s=1e-3 * able["step_p95_ms"], online_max_s=1e-3 * able["step_max_ms"],
-        times_life=1.0 / able["real_time_factor"],
+        mean=able["rmse_of_peak"] + np.nan_to_num(own), limit=np.inf if np.isnan(own) else limit.fillna(np.inf),
+        basis=BOUND if measured else PATH, bound_on=measured_on, doubted=0,
+        pace=able["real_time_factor"], times_life=1.0 / able["real_time_factor"],
+        slowest_s=1e-3 * able["step_p95_ms"], online_p95_s=1e-3 * able["step_p95_ms"],
+        online_max_s=1e-3 * able["step_max_ms"],
     )  # fmt: skip
-    return Candidates(able, own, order=_MOVED, unit="step", moves=True, notes=notes)
-
-
-def bound_elsewhere(best: pd.Series, bounds: pd.DataFrame | None) -> tuple[float, str]:
-    """Return the bound of a setting's error where the push is elsewhere, and what it was measured on, in words.
-
-    Without a bound, NaN and the reason.
-    """
-    alone = "on this path only, as"
-    if bounds is None or bounds.empty:
-        return np.nan, f"{alone} nothing was measured elsewhere"
-    places = int(bounds["places"].max())
-    constant = bounds[bounds["estimate"] == CONSTANT].set_index(["model", "setting"])
-    key = best["model"], best["setting"]
-    if key not in constant.index:
-        return np.nan, f"{alone} this setting was not asked at the {places} other places"
-    row = constant.loc[key]
-    if np.isnan(row["bound_of_peak"]):
-        return np.nan, f"{alone} this setting answered at {row['places'] - row['failures']:g} of {places} other places"
-    kept = f", where it held for {percent(row['coverage'])} of the places held out" * bool(np.isfinite(row["coverage"]))
-    return float(row["bound_of_peak"]), f"{places} other places of the push{kept}"
-
-
-def _standard(first: pd.Series, own: float, error: str) -> str:
-    """Say how wrong the standard of a motion is; first : a row of dynamic_accuracy.csv."""
-    if first["reference"] == QUADRATIC:
-        return f"the limit of quadratic elements, which is {percent(own)} wrong itself"
-    mesh = f"mesh (level {first['reference_level']:g})"
-    if np.isnan(own):
-        why = "" if error == "force" else ", as no other mesh was tried, and no press of this body measured"
-        return f"whose own error is not known{why} on its {mesh}"
-    if np.isfinite(first.get("reference_error", np.nan)):
-        return f"which is {percent(own)} wrong itself, as another mesh and shorter steps say"
-    return f"which is {percent(own)} wrong itself, by its {mesh} and its step"
+    notes = [f"errors are from the standard, {reference}"]
+    return Candidates(able, about, "step", own, compared="rmse_of_peak", notes=notes)
 
 
 def parted(first: pd.Series) -> str:
     """Return why no error of a model is known in a scene, or nothing; first : a row of dynamic_accuracy.csv."""
-    said = first.get("parted")
+    said = first["parted"]
     return said if isinstance(said, str) else ""
 
 
-def _over(first: pd.Series) -> str:
-    """Return what of a scene errors are taken over, in words; first : a row of dynamic_accuracy.csv."""
-    until, whole = first.get("resolved_s", np.nan), first.get("duration_s", np.nan)
-    return f"the first {until:.3g} of {whole:.3g} s" if until < whole * (1 - 1e-9) else "the whole motion"
+def bound_elsewhere(row: pd.Series, bounds: pd.DataFrame | None) -> tuple[float, str]:
+    """Return the bound of a setting's error where the push is elsewhere, and what it was measured on, in words.
+
+    row : of dynamic_accuracy.csv; bounds : of motion_bounds.csv. Without a bound, NaN and the reason.
+    """
+    if bounds is None or bounds.empty:
+        return np.nan, f"{ALONE}nothing was measured elsewhere"
+    places = f"{bounds['places'].max()} other places"
+    mine = (bounds["model"] == row["model"]) & (bounds["setting"] == row["setting"])
+    found = bounds[mine & (bounds["estimate"] == CONSTANT)]
+    if found.empty:
+        return np.nan, f"{ALONE}this setting was not asked at the {places}"
+    there = found.iloc[0]
+    if np.isnan(there["bound_of_peak"]):
+        return np.nan, f"{ALONE}this setting answered at {there['places'] - there['failures']:g} of {places}"
+    tried = np.isfinite(there["coverage"])
+    held = f", where it held for {percent(there['coverage'])} of the places held out" if tried else ""
+    return float(there["bound_of_peak"]), f"{places} of the push{held}"
+
+
+def _reference(row: pd.Series, pressed: pd.DataFrame | None, error: str) -> tuple[float, str]:
+    """Return the own error of what motions are compared with (NaN: not known), and say it in words.
+
+    row : of dynamic_accuracy.csv
+    A truth has its own; the standard's is what other meshes say or, if none were tried, that of its mesh, the largest
+    over presses, and of its step.
+    """
+    own, mesh = float(row["reference_error"]), f"mesh (level {row['reference_level']:g})"
+    if row["reference"] == QUADRATIC:
+        return own, f"the limit of quadratic elements, which is {percent(own)} wrong itself"
+    if np.isfinite(own):
+        return own, f"which is {percent(own)} wrong itself, as another mesh and shorter steps say"
+    shown = mesh_error(pressed, row["body"], int(row["reference_level"]))
+    if shown is None:
+        why = "" if error == "force" else ", as no other mesh was tried, and no press of this body measured"
+        return np.nan, f"whose own error is not known{why} on its {mesh}"
+    own = float(shown.high + row["reference_change"])
+    return own, f"which is {percent(own)} wrong itself, by its {mesh} and its step"
 
 
 class MeshError(NamedTuple):
@@ -321,12 +346,6 @@ class MeshError(NamedTuple):
     patch_high: float
 
 
-QUADRATIC = "fem_p2"
-"""What dynamic_accuracy.csv calls a reference that is a truth: the limit of these elements."""
-ELEMENTS = "fem_p1"
-"""The elements of the standard that motions are compared with, among the models of accuracy_vs_time.csv."""
-
-
 def mesh_error(pressed: pd.DataFrame | None, body: str, level: int) -> MeshError | None:
     """Return the error of converged linear elements of a level against the truth of presses, None if it is not known.
 
@@ -334,10 +353,7 @@ def mesh_error(pressed: pd.DataFrame | None, body: str, level: int) -> MeshError
     """
     if pressed is None:
         return None
-    rows = pressed[(pressed["model"] == ELEMENTS) & (pressed["body"] == body)]
-    told = fields_of(rows, "level", "tolerance")
-    exact = told["tolerance"].where(told["level"] == level)
-    rows = rows[exact == exact.min()]
+    rows = _converged(pressed[pressed["body"] == body], ELEMENTS, level)
     if rows.empty:
         return None
     means = rows.groupby("scene")[["rmse_of_peak", "patch_rms_of_peak"]].mean()
@@ -345,31 +361,20 @@ def mesh_error(pressed: pd.DataFrame | None, body: str, level: int) -> MeshError
     return MeshError(surface.min(), surface.max(), patch.min(), patch.max())
 
 
-def _own(able: pd.DataFrame, pressed: pd.DataFrame | None) -> float:
-    """Return the own error of what errors are from; NaN: not known.
-
-    That of a truth is its own; the standard's is what other meshes say or, if none were tried, that of its mesh, the
-    largest over presses, and of its step.
-    """
-    first = able.iloc[0]
-    if first["reference"] == QUADRATIC or np.isfinite(first.get("reference_error", np.nan)):
-        return float(first["reference_error"])
-    mesh = mesh_error(pressed, first["body"], int(first["reference_level"]))
-    return np.nan if mesh is None else float(mesh.high + first["reference_change"])
-
-
 def operator_error(pressed: pd.DataFrame, column: str) -> float:
     """Return how wrong the fine operator is, of the peak: its distance from the truth, and the truth's own error.
 
-    pressed : the scene's rows of accuracy_vs_time.csv; column : one of KINDS
-    The mean over test samples of the most exact setting of QUADRATIC on its finest level that was measured; NaN where
-    there is none, or no truth.
+    pressed : the scene's rows of accuracy_vs_time.csv; column : one of the columns of KINDS
+    The mean over test samples of QUADRATIC on its finest level; NaN where there is none, or no truth.
     """
-    rows = pressed[(pressed["model"] == QUADRATIC) & (pressed["failures"] == 0)]
+    rows = _converged(pressed[pressed["failures"] == 0], QUADRATIC)
+    return float(rows[column].mean()) + own_error(pressed, column)
+
+
+def _converged(pressed: pd.DataFrame, elements: str, level: int | None = None) -> pd.DataFrame:
+    """Select the rows of elements on a level, the finest if none is named, that were solved most exactly from rest."""
+    rows = pressed[pressed["model"] == elements]
     told = fields_of(rows, "level", "start", "tolerance", "target")
-    told = told[(told["start"] == "rest") & told["target"].isna()][["level", "tolerance"]].dropna()
-    told = told.sort_values(["level", "tolerance"], ascending=[False, True])
-    if told.empty:
-        return np.nan
-    finest = told.index[(told == told.iloc[0]).all(axis=1)]
-    return float(rows.loc[finest, column].mean()) + own_error(pressed, column)
+    told = told[(told["start"] == "rest") & told["target"].isna() & told["tolerance"].notna()]
+    told = told[told["level"] == (told["level"].max() if level is None else level)]
+    return rows.loc[told.index[told["tolerance"] == told["tolerance"].min()]]

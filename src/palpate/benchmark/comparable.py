@@ -1,4 +1,4 @@
-"""Find the scenes in which models can be compared in motion, before anything is made of them."""
+"""Find from the settings of scenes in which of them models can be compared in motion."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,17 +11,17 @@ LOADS = ("gravity", "push")
 TAKEN_OVER = (*LOADS, "contact", "plasticity")
 """All effects that a compared scene takes over from its scene."""
 UNKNOWN_TO_MODELS = ("prony", "body_springs", "maxwell", "hooks", "threads", "cut")
-"""Effects that not all models have, and that no motion to fit them to makes up for."""
+"""Effects that not all models have, so that scenes with them are left out, even if models are fitted there."""
 FITTED = ("springs", "springs_volume", "shape_matching")
 """Models that are fitted to another motion."""
 CORRECTED = ("detail_correction", "moving_modes")
-"""Models that need a linear response for all that acts, of one held solid."""
+"""Models of one held solid that are built on its linear response to all loads."""
 STROKED = ("path_modes", "region_modes")
-"""Models of one held solid that instruments alone touch."""
+"""Models of one held solid that is touched by instruments and nothing else."""
 TRUTH = "truth"
-"""What knows one held solid alone, under gravity, pushes, and instruments that are spheres or capsules."""
+"""The truth of a motion: it exists for one held solid under gravity, pushes, and spheres or capsules that touch it."""
 LONGEST_S = 1.0
-"""Up to when a scene is followed whose duration is not given for the comparison, unless it is pressed later."""
+"""Time [s] up to which motions are compared in a scene, unless it is pressed later."""
 
 
 def unfit(scene: Scene, kind: str = "", taught: bool = False) -> str:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 LEVEL = 0.9
-"""Share of the answers at contacts that were never seen whose error the bound shall exceed."""
+"""Share of the answers at new contacts whose error stays below a bound."""
 FEWEST = 9
 """Contacts from which on there is a bound of this level: of n + 1 contacts each may be the worst."""
 CONSTANT, OWN = "constant", "own"
@@ -19,11 +19,10 @@ _ROUNDING = 1e-9
 
 
 def bound_factor(scores: np.ndarray, contact: np.ndarray) -> float:
-    """Return the factor of an estimate that bounds the error at a new contact in LEVEL of the cases.
+    """Return the factor by which an estimate is multiplied to bound the error at a new contact in LEVEL of the cases.
 
     scores : (n,) errors over estimates; contact : (n,) the contact of each
-    Each contact weighs the same, and one that is still unknown may have any score. Infinite
-    below FEWEST contacts.
+    Each contact weighs the same, and the new one counts as one of any score: infinite below FEWEST contacts.
     """
     _, unit, count = np.unique(contact, return_inverse=True, return_counts=True)
     if not len(count):
@@ -33,7 +32,7 @@ def bound_factor(scores: np.ndarray, contact: np.ndarray) -> float:
 
 
 def bounds(errors: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Return ``bound_factor`` of each row of ``errors`` (m, n), of its samples that are not NaN: (m,)."""
+    """Return the bound (m,) of each row of ``errors`` (m, n): ``bound_factor`` of its samples that are not NaN."""
     known = np.isfinite(errors)
     return np.array([bound_factor(row[there], contact[there]) for row, there in zip(errors, known, strict=True)])
 
@@ -44,7 +43,7 @@ def finite(factor: float) -> float:
 
 
 def quantiles(scores: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the least score whose own and smaller ones weigh LEVEL, for each row of ``weights`` (k, n): (k,)."""
+    """Return the quantile LEVEL of ``scores`` (n,) by each row of ``weights`` (k, n): (k,), infinite if not reached."""
     order = np.argsort(scores, kind="stable")
     reached = np.cumsum(weights[:, order], axis=1) >= LEVEL - _ROUNDING
     return np.where(reached.any(axis=1), scores[order][reached.argmax(axis=1)], np.inf)
@@ -56,7 +55,7 @@ SEED = 1
 
 
 class Coverage(NamedTuple):
-    """The trial of bounds on contacts that they were not found on; empty (NaN) where there are too few contacts.
+    """How often bounds hold at contacts that they were not found on; empty (NaN) where there are too few contacts.
 
     coverage : share of the held-out answers whose error stays below their bound, over all draws
     coverage_low : the fifth percentile over the draws of that share
@@ -71,36 +70,38 @@ class Coverage(NamedTuple):
 
 
 class Draws:
-    """DRAWS seeded divisions of the contacts (n,) of samples into those that calibrate and those that try.
+    """DRAWS random divisions of the contacts of n samples: bounds are found on one part, and tried on the other.
 
-    FEWEST calibrate, or, where one is left to try, 19, 29 and so on: with these a bound is no larger than LEVEL asks.
+    contact : (n,) of each sample
+    Bounds are found on FEWEST contacts or, where one is left to try, on 19, 29 and so on: so many that a bound is no
+    larger than LEVEL asks.
     """
 
     def __init__(self, contact: np.ndarray):
         _, self._unit, count = np.unique(contact, return_inverse=True, return_counts=True)
         total = len(count)
         step = round(1.0 / (1.0 - LEVEL))
-        calibrate = max(FEWEST, total // step * step - 1)
-        draws = DRAWS if total > calibrate else 0
+        found_on = max(FEWEST, total // step * step - 1)
+        draws = DRAWS if total > found_on else 0
         ranks = np.random.default_rng(SEED).permuted(np.tile(np.arange(total), (draws, 1)), axis=1)
-        self._held = (ranks >= calibrate)[:, self._unit]
-        self._weights = ~self._held / (count[self._unit] * (calibrate + 1.0))
+        self._tried = (ranks >= found_on)[:, self._unit]
+        self._weights = ~self._tried / (count[self._unit] * (found_on + 1.0))
 
     def coverage(self, errors: np.ndarray, estimate: np.ndarray) -> Coverage:
-        """Try bounds on ``errors`` (n,) that are a factor times ``estimate`` (n,), positive."""
-        if not len(self._held):
+        """Try bounds of ``errors`` (n,) that are a factor times ``estimate`` (n,), which is positive."""
+        if not len(self._tried):
             return Coverage()
         factor = quantiles(errors / estimate, self._weights)
         bound = factor[:, None] * estimate
-        kept, held = errors <= bound * (1 + _ROUNDING), self._held
-        shares = (kept & held).sum(axis=1) / held.sum(axis=1)
-        ratio = (bound / np.maximum(errors, np.finfo(float).tiny))[held]
-        missed = self._contacts(held & ~kept).sum() / self._contacts(held).sum()
-        over_all = (kept & held).sum() / held.sum()
-        return Coverage(*map(float, (over_all, np.quantile(shares, 0.05), 1.0 - missed, np.median(ratio))))
+        tried, below = self._tried, errors <= bound * (1 + _ROUNDING)
+        share_of_draw = (below & tried).sum(axis=1) / tried.sum(axis=1)
+        sharpness = np.median((bound / np.maximum(errors, np.finfo(float).tiny))[tried])
+        contacts_above = self._contacts(tried & ~below).sum() / self._contacts(tried).sum()
+        share = (below & tried).sum() / tried.sum()
+        return Coverage(*map(float, (share, np.quantile(share_of_draw, 0.05), 1.0 - contacts_above, sharpness)))
 
     def _contacts(self, samples: np.ndarray) -> np.ndarray:
-        """Mark the contacts that have any of the marked ``samples`` (draws, n), (draws, contacts)."""
+        """Mark the contacts, (draws, contacts) bool, of which a sample is marked in ``samples`` (draws, n)."""
         marked = np.zeros((len(samples), self._unit.max() + 1), dtype=bool)
         draw, sample = np.nonzero(samples)
         marked[draw, self._unit[sample]] = True

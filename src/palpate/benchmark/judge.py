@@ -27,16 +27,16 @@ TRAINING = "training"
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """The k samples of one split that a model is asked for; n fine surface nodes.
+    """The k samples of one split that a model is asked for, and their truth at the n fine surface nodes.
 
     split : its number, from 1 on
     numbers : (k,) sample numbers; side : (k,) of SIDES, or TRAINING
-    samples : the database of these; its ``fine`` are converged answers of the fine operator
+    samples : their database, whose ``fine`` has converged answers of the fine operator
     truth : (k, n, 3) [m]; own : (k, ·) errors of the truth itself, as ``TruthErrors``, NaN where no truth is believed
-        and the answer of the finest elements stands for it; own_seconds : (k,) what it took
+        and the answer of the finest elements stands for it; own_seconds : (k,) time of finding it [s]
     patch : (k, n) bool, the nodes that are pressed
-    coarser : (k, n, 3) [m], converged answers of quadratic elements one level coarser than the finest, which any answer
-        can be compared with; or None
+    coarser : (k, n, 3) [m], converged answers of quadratic elements one level coarser than the finest, from which the
+        error of any answer can be estimated; or None
     training : presses at training contacts, for bounds of models that learn nothing; or None
     rejected : the presses of the two sides whose truth was rejected, but those among the k; or None
     """
@@ -68,10 +68,10 @@ class Judge:
         return float(np.sqrt(np.mean(distance**2)) / np.linalg.norm(self.truth[i], axis=1).max())
 
     def from_coarser(self, i: int, answer: np.ndarray) -> tuple[float, float]:
-        """Return the RMS distance of an answer (n, 3) [m] from the coarser elements', over the surface and the patch.
+        """Return the RMS distance of an answer (n, 3) [m] from that of the coarser elements, over surface and patch.
 
-        As shares of the largest displacement of these, as who estimates an error does not know the true one; NaN where
-        there is no such answer.
+        As shares of the largest displacement of these elements, as who estimates an error does not know the true one;
+        NaN without an answer of theirs.
         """
         if self.coarser is None:
             return np.nan, np.nan

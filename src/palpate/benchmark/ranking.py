@@ -1,7 +1,7 @@
 """Compare settings: how sure a mean error is, which count as equal in another run, and which no other beats."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -21,38 +21,32 @@ ALIKE = 1.1
 
 KINDS = {"rms": "rmse_of_peak", "patch": "patch_rms_of_peak"}
 """The kinds of error that advice goes by, and their columns: over the whole surface, or where it is pressed."""
+ERRORS = (*KINDS.values(), "limit", "mean")
+"""The columns of errors that settings are ordered by: of tables, and of ``choosing.Candidates``."""
 
-
-BY_ERROR = {"rmse_of_peak": EQUAL, "online_median_s": TIED_TIMES, "memory_mb": ALIKE}
+BY_ERROR = (("rmse_of_peak", EQUAL), ("online_median_s", TIED_TIMES), ("memory_mb", ALIKE))
 """What decides, in turn, between settings of which the least error is wanted: as ``pick`` takes it."""
 
 
-def first_of(fits: np.ndarray, *by: tuple[np.ndarray, float]) -> int | None:
-    """Return the first of what ``fits`` (m,) when each array (m,) in turn keeps those within a factor of its least."""
-    for values, factor in by:
-        if not fits.any():
-            return None
-        fits = fits & (values <= factor * values[fits].min())
-    return int(np.argmax(fits))
-
-
-def pick(rows: pd.DataFrame, by: Mapping[str, float]) -> pd.Series:
+def pick(rows: pd.DataFrame, order: Iterable[tuple[str, float]], floor: float = EXACT) -> pd.Series:
     """Return the row that is left when each column in turn keeps what is within a factor of its least value.
 
-    Errors below EXACT are tied with it. Where several rows are left, the first of the table.
+    Errors below ``floor`` are tied with it, and an empty cell is the largest. Where several rows are left, the first.
     """
-    values = [
-        (rows[name].clip(lower=EXACT if name.endswith("of_peak") else 0).fillna(np.inf).to_numpy(), factor)
-        for name, factor in by.items()
-    ]
-    return rows.iloc[first_of(np.ones(len(rows), dtype=bool), *values)]
+    for name, factor in order:
+        values = rows[name].astype(float).fillna(np.inf)
+        if name in ERRORS:
+            values = values.clip(lower=floor)
+        rows = rows[values <= factor * values.min()]
+    return rows.iloc[0]
 
 
 def lasting(seconds: np.ndarray, error: np.ndarray, floor: float = EXACT) -> np.ndarray:
-    """Mark which points (n,) of a Pareto front are on it in another run too, as truth values (n,).
+    """Mark which of n points, with a time and an error each, are on the Pareto front in another run too: (n,) bool.
 
-    A point is left out if another is clearly less wrong in no longer a time, ties counted, or clearly faster and no
-    more wrong, ties counted; one that is not finite is never on it. Errors below ``floor`` are tied with it.
+    A point is not if another is clearly less wrong and not clearly slower, or clearly faster and not clearly more
+    wrong: beyond the factors EQUAL and TIED_TIMES. One that is not finite is never on it. Errors below ``floor`` are
+    tied with it.
     Trap: a point may be left out for one that is left out for a third; the exact front is ``front``.
     """
     seconds, error = np.asarray(seconds, float), np.asarray(error, float)
@@ -63,7 +57,7 @@ def lasting(seconds: np.ndarray, error: np.ndarray, floor: float = EXACT) -> np.
 
 
 def alone(rows: pd.DataFrame, floor: float = EXACT) -> pd.DataFrame:
-    """Drop the rows that are tied in error and time with one before them; errors below ``floor`` are."""
+    """Drop the rows that are tied in error and in time with one before them; errors below ``floor`` are tied."""
     error, seconds = rows["rmse_of_peak"].clip(lower=floor).to_numpy(), rows["online_median_s"].to_numpy()
     kept: list[int] = []
     for i in range(len(rows)):
@@ -78,14 +72,14 @@ DRAWS = 2000
 RANGE = (0.05, 0.95)
 """The quantiles of the draws between which a mean error is said to lie."""
 SEED = 1
-"""Of the draws; the same for the table of advice and the command, so that both say the same."""
+"""Seed of the draws: one, so that advice.csv and ``palpate advise`` say the same."""
 
 TRUTH, OWN_ERROR = "truth", "own error"
 """Model and setting in whose row the truth's own error stands."""
 ZERO = "zero"
-"""The model that answers that nothing moves."""
+"""The model whose answer is no displacement at all."""
 BOUNDS = (TRUTH, ZERO)
-"""Models of the tables that nobody can choose."""
+"""Rows of the tables that are no models to choose from."""
 
 
 UNKNOWN = "the truth is not known here: what stands for an error is the distance from the finest elements"
@@ -122,10 +116,11 @@ def own_errors(errors: pd.DataFrame, column: str, samples: np.ndarray) -> np.nda
 
 
 def same_settings(settings: pd.DataFrame) -> pd.Series:
-    """Return what the rows of one scene that are one setting of a model in several splits have in common.
+    """Return a key of each row's setting among those of its model, the same for one setting in several splits.
 
-    A setting is the same in two splits if it has the same place among those of its model, as a share of the training
-    samples is not the same number everywhere; where splits have not tried as many, if it has the same name.
+    settings : of one scene
+    The key is the place among the settings of the model in a split, as a name may have a number of samples in it that
+    differs between splits; where splits have not tried as many settings, it is the name.
     """
     place = settings.groupby(["split", "model"]).cumcount()
     counts = settings.groupby(["model", "split"])["setting"].size().groupby("model").nunique()
@@ -133,10 +128,10 @@ def same_settings(settings: pd.DataFrame) -> pd.Series:
 
 
 def averaged(settings: pd.DataFrame) -> pd.DataFrame:
-    """Average one scene's rows over the splits; ``<error>_low`` and ``<error>_high`` are the least and the largest.
+    """Average the rows of one scene over the splits: a row for each setting, as ``same_settings`` tells them apart.
 
-    Settings are the same as ``same_settings`` says, and keep their first name. Times are medians of the splits but for
-    the largest of ``online_max_s``; counts of samples and failures are sums.
+    A setting has its name in the first split. Errors are means, and ``<error>_low`` and ``<error>_high`` the least and
+    the largest; times are medians, but ``online_max_s`` is the largest; samples and failures are summed.
     """
     groups = settings.assign(key=same_settings(settings)).groupby(["model", "key"], sort=False)
     rows = groups.first()
@@ -155,9 +150,9 @@ def averaged(settings: pd.DataFrame) -> pd.DataFrame:
 
 
 def fields_of(rows: pd.DataFrame, *names: str) -> pd.DataFrame:
-    """Return these fields of each row's setting, a column each, NaN where it has none: the inverse of ``setting_text``.
+    """Return these fields of the settings' texts, such as "level=1, start=rest": a column each, NaN where it has none.
 
-    The one place that reads a setting's text back.
+    The inverse of ``setting_text``, and the one place that reads such a text.
     """
     parts = [dict(part.split("=", 1) for part in text.split(", ") if "=" in part) for text in rows["setting"]]
     found = [{name: _value(part[name]) for name in names if name in part} for part in parts]
@@ -175,7 +170,7 @@ COLUMNS = ["model", "setting", "split", "side", "sample", "contact", *KINDS.valu
 
 
 def read_errors(data: str | Path, settings: pd.DataFrame) -> pd.DataFrame:
-    """Read the errors of every model on every sample of one scene, from where the workflow keeps them.
+    """Read the errors of every model on every sample of one scene from the files of the workflow.
 
     data : ``results/data``; settings : the scene's rows of accuracy_vs_time.csv
     """
@@ -184,7 +179,7 @@ def read_errors(data: str | Path, settings: pd.DataFrame) -> pd.DataFrame:
 
 
 def errors_from(families: Iterable[str | Path], settings: pd.DataFrame) -> pd.DataFrame:
-    """Join the errors of all models of ``settings`` and of the truth itself, in the splits it has: the columns COLUMNS.
+    """Join the errors of the models and of the truth itself, in the splits of ``settings``: the columns COLUMNS.
 
     families : files of sample errors, one a family of models
     Raises InputError naming a file that is missing or lacks a column, or a model that no file has.
@@ -199,12 +194,12 @@ def errors_from(families: Iterable[str | Path], settings: pd.DataFrame) -> pd.Da
 
 
 def resampled(errors: pd.DataFrame, column: str) -> pd.DataFrame:
-    """Return the mean of ``column`` for each setting in each of DRAWS draws: rows (model, setting).
+    """Resample whole contacts (bootstrap); return the mean error of each setting in each draw: (settings, DRAWS).
 
     errors : of one side of one scene, with the columns model, setting, split, sample, contact and ``column``
     Each draw takes as many splits as there are, with repetition, and of each as many of its contacts. All settings see
     the same draws, so they can be compared draw by draw. A setting without an answer to every sample has no row.
-    Trap: forces at one contact are errors of one kind, and drawing single samples would feign certainty.
+    Trap: answers to several forces at one contact err alike, so drawing single samples would feign certainty.
     """
     table = errors.pivot_table(column, ["model", "setting"], ["split", "contact"], aggfunc=["sum", "count"])
     sums, counts = table["sum"], table["count"]
@@ -217,7 +212,7 @@ def resampled(errors: pd.DataFrame, column: str) -> pd.DataFrame:
 
 
 def _drawn(split: np.ndarray) -> np.ndarray:
-    """Draw how often each contact is taken, (DRAWS, n); split : (n,) the split that each contact is tested in."""
+    """Draw how often each of n contacts is taken: (DRAWS, n); split : (n,) in which each is tested."""
     random = np.random.default_rng(SEED)
     names = np.unique(split)
     counts = random.multinomial(len(names), np.full(len(names), 1 / len(names)), size=DRAWS)

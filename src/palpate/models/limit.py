@@ -26,7 +26,7 @@ def limit_columns(case: Case) -> np.ndarray:
 
     def make() -> np.ndarray:
         what = case.body, case.radius_m, before
-        offline = case.share(("workshop", *what), lambda: Offline(*what))
+        offline = case.share(("offline", *what), lambda: Offline(*what))
         found = [target_columns(offline, case, LIMIT, int(contact)) for contact in case.prepared_contacts]
         return np.ascontiguousarray(np.moveaxis(np.array(found), 3, 1))
 

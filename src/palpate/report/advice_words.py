@@ -17,7 +17,7 @@ from palpate.report.words import percent, seconds, two_digits
 
 SAME = "the same"
 """A cell of a table of advice like that on its left."""
-SAID = ("error", "estimate", "bound", "doubts", "rejected", "time", "margin", "prepared", "because")
+STATEMENTS = ("error", "estimate", "bound", "doubts", "rejected", "time", "margin", "prepared", "because")
 """The statements about a model that is advised, in the order of the terminal."""
 
 
@@ -28,55 +28,39 @@ class _Row(dict):
         return float("nan")
 
 
-def _error(row: dict[str, Any]) -> float:
-    """Return the error of the kind that a row is about."""
-    return float(row.get(KINDS.get(row["error"], KINDS["rms"]), float("nan")))
-
-
 @cache
-def _words() -> Any:
-    """Return the macros of advice.md."""
+def _template() -> Any:
+    """Return the macros of advice.md, one a statement."""
     folder = jinja2.FileSystemLoader(Path(__file__).parent)
     environment = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, loader=folder)
     environment.filters |= {"percent": percent, "seconds": seconds, "two_digits": two_digits, "label": label}
-    environment.filters["error"] = _error
     environment.globals |= {"EQUAL": EQUAL, "TIED_TIMES": TIED_TIMES, "UNKNOWN": UNKNOWN, "STROKED": STROKED}
     return environment.get_template("advice.md").module
 
 
-def say(what: str, row: pd.Series, **more: Any) -> str:
-    """Return one statement of advice.md about a row of advice, in one line; empty where there is nothing to say."""
-    known = _Row({"load": "", "unit": "step" if moves(row) else "press"} | row.to_dict())
+def say(statement: str, row: pd.Series, **options: Any) -> str:
+    """Return a statement of advice.md about a row of advice, in one line; empty where there is nothing to say."""
+    unit = "step" if isinstance(row.get("over"), str) or row.get("times_life", 0.0) > 0.0 else "press"
+    known = _Row({"load": "", "unit": unit} | row.to_dict())
     known["bound_on"] = str(known["bound_on"])
-    said = re.sub(r"[ \n]+", " ", str(getattr(_words(), what)(known, **more))).strip()
-    return re.sub(r" ([,;.:)])", r"\1", said).replace("( ", "(")
+    known["mean_error"] = known[KINDS.get(known["error"], KINDS["rms"])]
+    text = re.sub(r"[ \n]+", " ", getattr(_template(), statement)(known, **options)).strip()
+    return re.sub(r" ([,;.:)])", r"\1", text).replace("( ", "(")
 
 
-def moves(row: pd.Series) -> bool:
-    """Return whether a row of advice.csv is about a scene that moves."""
-    return isinstance(row.get("over"), str) or row.get("times_life", 0.0) > 0.0
+def lines(row: pd.Series) -> str:
+    """Return lines for the terminal about a row of advice: what to take, or none and the nearest, and why."""
+    head = f"{row['scene']}, {say('limit', row)}: {row['model']}"
+    statements = ("nearest", "because") if row["model"] == NONE else STATEMENTS
+    told = {statement: say(statement, row) for statement in statements}
+    if row["model"] != NONE:
+        head += "" if row["setting"] == "default" else f" {row['setting']}"
+        told = {"beware": say("exceeded", row)} | told
+    return _plain([head, *(f"  {name:<8}  {text}" for name, text in told.items() if text)])
 
 
-def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
-    """Return lines for the terminal about one row of advice: what to take, or none, and the nearest.
-
-    rows : of a scene that moves its rows of dynamic_accuracy.csv
-    """
-    head = f"{advice['scene']}, {say('limit', advice)}: "
-    if advice["model"] == NONE:
-        told = {"nearest": say("nearest", advice), "because": say("because", advice)}
-        return _indented(head + NONE, told)
-    if rows is not None:
-        row = rows[(rows["model"] == advice["model"]) & (rows["setting"] == advice["setting"])].iloc[0]
-        advice = pd.Series(row.to_dict() | advice.to_dict())
-    told = {"beware": say("exceeded", advice)} | {what: say(what, advice) for what in SAID}
-    setting = "" if advice["setting"] == "default" else f" {advice['setting']}"
-    return _indented(f"{head}{advice['model']}{setting}", told)
-
-
-def _indented(head: str, said: dict[str, str]) -> str:
-    rows = [head, *(f"  {key:<8}  {text}" for key, text in said.items() if text)]
-    return "\n".join(rows).replace("\u00a0", " ")
+def _plain(text: list[str]) -> str:
+    return "\n".join(text).replace("\u00a0", " ")
 
 
 def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
@@ -86,16 +70,15 @@ def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
     """
     advice = advice[advice["error"] == kind]
     width = max(len(say("limit", row)) for _, row in advice.iterrows())
-    of = "the peak force" if kind == "force" else "the peak displacement"
+    of = {"force": "the peak force", "patch": "the peak displacement at the patch"}.get(kind, "the peak displacement")
     found = []
     for scene, rows in advice.groupby("scene", sort=False):
-        found.append(f"Advice for {scene} (mean error as a share of {of}{' at the patch' * (kind == 'patch')}):")
+        found.append(f"Advice for {scene} (mean error as a share of {of}):")
         found += [f"  {say('limit', row):{width}}  {say('taken', row)}" for _, row in rows.iterrows()]
         least = rows[[KINDS.get(kind, KINDS["rms"]), "max_error"]].min(axis=None)
-        known = rows.iloc[0].to_dict() | {"reference_error": rows["reference_error"].max(), "least": least}
-        if said := say("known", pd.Series(known)):
-            found.append(f"  {said}")
-    return "\n".join(found).replace("\u00a0", " ")
+        scene_known = rows.iloc[0].to_dict() | {"reference_error": rows["reference_error"].max(), "least": least}
+        found.append(f"  {say('known', pd.Series(scene_known))}")
+    return _plain([line for line in found if line.strip()])
 
 
 def by_limit(advice: pd.DataFrame, names: dict[str, str], cell: Callable[[pd.Series], str]) -> pd.DataFrame:

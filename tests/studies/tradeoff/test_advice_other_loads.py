@@ -4,8 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.advice import advise_any_load, advise_motion, operator_error
-from palpate.benchmark.choosing import NONE
+from palpate.benchmark.advice import advise_motion, choice, operator_error, other_loads
+from palpate.benchmark.advice import motions as moving
+from palpate.benchmark.choosing import NONE, Limit
 from palpate.report.advice_words import lines, say
 from palpate.studies.tradeoff.general_loads import ANY_LOAD
 
@@ -30,6 +31,10 @@ def motions():
         reference="fem_fine",
         reference_level=1,
         reference_change=1e-4,
+        reference_error=np.nan,
+        resolved_s=1.0,
+        duration_s=1.0,
+        parted="",
         p95_of_peak=2 * table["rmse_of_peak"],
         step_max_ms=3 * table["step_p95_ms"],
     )
@@ -93,15 +98,15 @@ def test_an_error_and_a_speed_at_once(motions):
     judged = motions.assign(reference="fem_p2", reference_error=0.002, resolved_s=0.4, duration_s=0.8)
 
     def asked(error, speed):
-        return advise_motion(judged, max_errors=[error], speeds=[speed], together=True)
+        return choice(moving(judged), Limit(max_error=error, speed=speed))
 
-    ((_, row),) = asked(0.03, 1).iterrows()
+    row = asked(0.03, 1)
     assert (row["model"], row["setting"]) == ("springs", "step_s=0.002") and row["over"] == "the first 0.4 of 0.8 s"
     assert row["margin"] == pytest.approx(1 - 0.0221 / 0.03) and row["times_life"] == pytest.approx(20.0)
     assert say("limit", row).replace("\u00a0", " ") == "1 × real time, error of at most 3 %"
-    wrong, slow = asked(0.015, 1).iloc[0], asked(0.03, 100).iloc[0]
+    wrong, slow = asked(0.015, 1), asked(0.03, 100)
     assert wrong["model"] == slow["model"] == "none" and wrong["nearest"] == "springs"
-    assert wrong["nearest_bound"] == pytest.approx(0.0221)
+    assert wrong["nearest_bound"] == pytest.approx(0.022)
 
 
 def test_a_truth_is_added_as_it_is_and_no_limit_below_it_is_met(motions):
@@ -123,7 +128,7 @@ def test_a_limit_is_kept_by_the_bound_elsewhere_where_there_is_one(motions):
     assert found["setting"].fillna("").tolist() == ["step_s=0.002", "step_s=0.002", ""]
     assert found["margin"].tolist()[:2] == pytest.approx([0.6, 0.2])
     assert (found["nearest"].iloc[2], found["nearest_bound"].iloc[2]) == ("springs", 0.04)
-    both = advise_motion(judged, max_errors=[0.05], speeds=[1], bounds=bounds, together=True).iloc[0]
+    both = choice(moving(judged, bounds), Limit(max_error=0.05, speed=1))
     assert (both["model"], both["bound_of_peak"]) == ("springs", 0.04)
     alone = advise_motion(judged, max_errors=[0.03]).iloc[0]
     assert alone["model"] == "springs" and np.isnan(alone["bound_of_peak"])
@@ -149,54 +154,59 @@ def rows(*told, asked=12):
     return pd.DataFrame(found).reindex(columns=ANY_LOAD.columns)
 
 
+def new_places(table, own=np.nan, **limit):
+    """What is advised for places that were never prepared."""
+    return choice(other_loads(table, "never prepared", own=own), Limit(**limit))
+
+
 EXACT, COARSE, LOST = ("modes", 0.004, 1.0, 3, 0), ("coarse", 0.05, 2.0, 0, 0), ("lost", 0.001, 0.1, 0, 1)
 
 
 def test_a_model_that_doubts_is_advised_where_nothing_answers_all():
-    found = advise_any_load(rows(EXACT, COARSE, LOST), "never prepared", max_error=0.01)
+    found = new_places(rows(EXACT, COARSE, LOST), max_error=0.01)
     assert (found.model, found.doubted, found.samples, found.most) == ("modes", 3, 12, pytest.approx(0.006))
     assert "doubts 3 of 12 loads (25 %)" in lines(found) and "doubts 3 of 12 loads" in say("taken", found)
-    often = advise_any_load(rows(("often", 0.001, 0.1, 3, 0), EXACT), "never prepared", max_error=0.01)
+    often = new_places(rows(("often", 0.001, 0.1, 3, 0), EXACT), max_error=0.01)
     assert often.model == "often"
-    more = advise_any_load(rows(("often", 0.001, 0.1, 3, 0), (*EXACT[:3], 2, 0)), "never prepared", max_error=0.01)
+    more = new_places(rows(("often", 0.001, 0.1, 3, 0), (*EXACT[:3], 2, 0)), max_error=0.01)
     assert more.model == "modes"  # of those that doubt the one of fewest doubts
 
 
 def test_a_model_that_answers_all_comes_first_and_what_was_passed_over_is_named():
-    found = advise_any_load(rows(EXACT, COARSE, LOST), "never prepared", budget_ms=10)
+    found = new_places(rows(EXACT, COARSE, LOST), budget_ms=10)
     assert (found.model, found.doubted, found.bound_of_peak) == ("coarse", 0, pytest.approx(0.075))
     assert "doubts" not in lines(found)
 
 
 def test_what_failed_without_saying_so_or_doubts_all_is_never_advised():
     never = ("never", float("nan"), 0.1, 12, 0)
-    found = advise_any_load(rows(LOST, never), "never prepared", max_error=0.5)
+    found = new_places(rows(LOST, never), max_error=0.5)
     assert found.model == NONE and found.why.startswith("no setting has answered all loads")
     assert lines(found).count("\n") == 1 and say("taken", found).startswith("none: ")
-    least = advise_any_load(rows(EXACT), "never prepared", max_error=1e-6)
+    least = new_places(rows(EXACT), max_error=1e-6)
     assert least.model == NONE and "1.3 ms for the slowest load; it doubts 3 of 12 loads" in lines(least)
 
 
 def test_below_nine_contacts_no_error_is_promised_and_the_nearest_is_named():
     few = rows(EXACT, COARSE, asked=8)
-    found = advise_any_load(few, "never prepared", max_error=0.5)
+    found = new_places(few, max_error=0.5)
     assert (found.model, found.nearest, found.contacts) == (NONE, "modes", 5)
     assert found.nearest_error == pytest.approx(0.004) and np.isnan(found.nearest_bound)
-    timely = advise_any_load(few, "never prepared", budget_ms=10)
+    timely = new_places(few, budget_ms=10)
     assert timely.model == "coarse" and np.isnan(timely.bound_of_peak)
-    nine = advise_any_load(rows(COARSE, asked=9), "never prepared", max_error=0.5)
+    nine = new_places(rows(COARSE, asked=9), max_error=0.5)
     assert nine.model == "coarse" and nine.bound_of_peak == pytest.approx(0.075)
 
 
 def test_the_operators_own_error_is_a_part_of_the_bound():
-    found = [advise_any_load(rows(COARSE), "never prepared", max_error=0.08, own=own) for own in (0.004, 0.006)]
+    found = [new_places(rows(COARSE), own, max_error=0.08) for own in (0.004, 0.006)]
     assert [each.model for each in found] == ["coarse", NONE]
     assert (found[0].bound_of_peak, found[1].nearest_bound) == pytest.approx((0.079, 0.081))
     assert found[1].nearest == "coarse" and found[1].nearest_error == pytest.approx(0.05)
 
 
 def test_a_budget_is_met_by_the_slowest_load():
-    found = [advise_any_load(rows(COARSE), "never prepared", budget_ms=budget) for budget in (2.6 / 0.79, 2.6 / 0.81)]
+    found = [new_places(rows(COARSE), budget_ms=budget) for budget in (2.6 / 0.79, 2.6 / 0.81)]
     assert [each.model for each in found] == ["coarse", NONE] and found[1].nearest == "coarse"
 
 

@@ -171,7 +171,7 @@ class ContactSolver(Solver):
 
     def __init__(self, case: Case, model: kinds.ContactModes):
         what = case.body, case.radius_m, reduced_level(case.body, model.nodes)
-        self.offline = offline = case.share(("workshop", *what), lambda: Offline(*what))
+        self.offline = offline = case.share(("offline", *what), lambda: Offline(*what))
         self._case, self._model = case, model
         self.prepared: dict[tuple[int, ...], Prepared] = {}
         self._seconds = 0.0

@@ -4,8 +4,8 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.benchmark.advice import advise_touch
-from palpate.benchmark.choosing import NONE
+from palpate.benchmark.advice import choice, touches
+from palpate.benchmark.choosing import NONE, Limit
 from palpate.report import tables
 from palpate.report.model_looks import look
 from palpate.report.report import Report
@@ -40,9 +40,9 @@ def numbers(report: Report) -> dict[str, Any]:
 def _taken(touch: pd.DataFrame) -> pd.DataFrame:
     """Tabulate what is nearest to the true force within each time."""
     rows = []
-    for budget in (*FRAMES_MS, None):
-        row: dict[str, Any] = {"within": "any time" if budget is None else f"{budget:g}\u00a0ms"}
-        found = advise_touch(touch, budget_ms=budget)
+    for limit in (*map(Limit, FRAMES_MS), Limit()):
+        row: dict[str, Any] = {"within": f"{limit.budget_ms:g}\u00a0ms" if limit.time else "any time"}
+        found = choice(touches(touch), limit)
         if found["model"] == NONE:
             near = f"fastest: {seconds(found['nearest_s'])}" if found["nearest_s"] > 0 else found["why"]
             row |= {"take": NONE, "setting": near}

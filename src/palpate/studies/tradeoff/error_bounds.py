@@ -52,13 +52,13 @@ class Scene(NamedTuple):
     estimates: pd.DataFrame
 
 
-class _Scored:
-    """The errors of one kind in one scene, of each setting that answered all that validates and tests.
+class _SceneErrors:
+    """The errors of one kind in one scene, and their estimates, of settings that answered all they were asked.
 
-    Beside those there may be answers at training contacts: of the settings that learn nothing, those that were given.
-    errors : with the truth's own error added (``choosing.HeldOut`` says why), if anything is known of that
-    estimates : of the errors of each setting by their names: values (n,), and what they take [s]
-    own : returns the truth's own error (k,) of samples (k,); NaN where nothing is known of it
+    At training contacts, where settings that learn nothing are asked too, they need not have answered.
+    errors : by setting, a series (n,) over _ASKED, the truth's own error added (``advice.presses`` says why), if known
+    estimates : by setting and the name of an estimate, its values (n,), and the time of finding one [s]
+    own : returns the truth's own error (k,) of samples (k,); NaN where it is not known
     """
 
     def __init__(self, scene: Scene, kind: str):
@@ -67,31 +67,40 @@ class _Scored:
         errors = scene.errors[~scene.errors["model"].isin(BOUNDS)]
         own = np.nan_to_num(self.own(errors["sample"].to_numpy()))
         errors = errors.assign(**{KINDS[kind]: errors[KINDS[kind]] + own})
-        asked = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
+        complete = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
         given = errors.dropna(subset=KINDS[kind]).set_index(_ASKED).groupby(_SETTING, sort=True)[KINDS[kind]]
-        self.errors: dict[tuple[str, str], pd.Series] = {key: found for key, found in given if key in asked}
+        self.errors: dict[tuple[str, str], pd.Series] = {key: found for key, found in given if key in complete}
         self.estimates = {key: {CONSTANT: (np.ones(len(found)), 0.0)} for key, found in self.errors.items()}
-        own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
-        second = scene.estimates["estimate"] == COARSER
-        seconds, apart = scene.estimates.loc[second, "seconds"].median(), errors.dropna(subset=APART[kind])
-        apart = apart.assign(estimate=COARSER, seconds=seconds, value=apart[APART[kind]])
-        told = scene.estimates[~second].assign(value=scene.estimates.loc[~second, kind].to_numpy())
-        for rows in (told[told["model"] == EVERY], told[told["model"] != EVERY], own, apart):
-            for (model, setting, name), found in rows.groupby([*_SETTING, "estimate"], sort=False):
-                told_of = list(self.errors) if model == EVERY else [(model, setting)]
-                found = found.set_index(_ASKED)
-                for key in filter(self.errors.__contains__, told_of):
-                    self._add(str(name), found, key)
+        estimates = _estimates(scene.estimates, errors, kind)
+        for (model, setting, name), found in estimates.groupby([*_SETTING, "estimate"], sort=False):
+            value, seconds = found.set_index(_ASKED)["value"], float(found["seconds"].median())
+            for key in self.errors if model == EVERY else self.errors.keys() & {(model, setting)}:
+                there = np.maximum(value.reindex(self.errors[key].index).to_numpy(), EXACT)
+                if np.isfinite(there).all():
+                    self.estimates[key][str(name)] = there, seconds
 
     def contact(self, key: tuple[str, str]) -> np.ndarray:
         """Return the contact (n,) of each error of a setting."""
         return self.errors[key].index.get_level_values("contact").to_numpy()
 
-    def _add(self, name: str, found: pd.DataFrame, key: tuple[str, str]) -> None:
-        """Take the values of an estimate for a setting, unless one of its answers has none."""
-        values = np.maximum(found["value"].reindex(self.errors[key].index).to_numpy(), EXACT)
-        if np.isfinite(values).all():
-            self.estimates[key] |= {name: (values, float(found["seconds"].median()))}
+
+def _estimates(measured: pd.DataFrame, errors: pd.DataFrame, kind: str) -> pd.DataFrame:
+    """Return all estimates of the errors of one kind: _SETTING, _ASKED, the estimate's name, its value, and seconds.
+
+    measured : of ``error_estimates.estimates``; errors : of samples, with what the models say and what is apart
+    Those that do not look at the answer come first.
+    """
+    second = measured["estimate"] == COARSER
+    seconds, found = (
+        measured.loc[second, "seconds"].median(),
+        measured[~second].assign(value=measured.loc[~second, kind]),
+    )
+    every = found["model"] == EVERY
+    own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
+    apart = errors.dropna(subset=APART[kind])
+    apart = apart.assign(estimate=COARSER, seconds=seconds, value=apart[APART[kind]])
+    columns = [*_SETTING, *_ASKED, "estimate", "value", "seconds"]
+    return pd.concat([part[columns] for part in (found[every], found[~every], own, apart)])
 
 
 def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
@@ -103,56 +112,59 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
     whole = list(scenes)
     rows: list[dict] = []
     for kind in KINDS:
-        scored = [_Scored(scene, kind) for scene in whole]
-        for scene, own in zip(whole, scored, strict=True):
-            others = [each for each in scored if each.regime == own.regime and each.body != own.body]
+        scored = [_SceneErrors(scene, kind) for scene in whole]
+        for scene, here in zip(whole, scored, strict=True):
+            others = [each for each in scored if each.regime == here.regime and each.body != here.body]
             labels = scene.settings[["scene", "body", "regime"]].iloc[0].to_dict()
-            for key in _chosen(scene.settings, own, kind):
-                for name, (values, seconds) in own.estimates[key].items():
+            for key in _chosen(scene.settings, here, kind):
+                for name, (values, seconds) in here.estimates[key].items():
                     row = labels | dict(zip(_SETTING, key, strict=True)) | {"error": kind, "estimate": name}
-                    row |= _row(own, key, values) | {"estimate_s": seconds}
-                    rows.append(row | {"coverage_elsewhere": _elsewhere(own, others, key, name)})
+                    row |= _row(here, key, values) | {"estimate_s": seconds}
+                    rows.append(row | {"coverage_elsewhere": _elsewhere(here, others, key, name)})
     return ERROR_BOUNDS.frame(rows)
 
 
-def _row(scored: _Scored, key: tuple[str, str], values: np.ndarray) -> dict:
+def _row(scored: _SceneErrors, key: tuple[str, str], estimate: np.ndarray) -> dict:
+    """Return how well an estimate (n,) of the errors of a setting orders them, and the bound that it gives."""
     from scipy.stats import spearmanr  # it takes most of a second
 
     errors, contact = scored.errors[key].to_numpy(), scored.contact(key)
-    factor = finite(bound_factor(errors / values, contact))
-    rank = spearmanr(errors, values).statistic if np.ptp(values) > 0 and np.ptp(errors) > 0 else np.nan
-    row = {"contacts": len(np.unique(contact)), "samples": len(errors), "rank_correlation": rank}
     own = scored.own(scored.errors[key].index.get_level_values("sample").to_numpy())
-    row |= {
+    factor = finite(bound_factor(errors / estimate, contact))
+    vary = np.ptp(estimate) > 0 and np.ptp(errors) > 0
+    row = {
+        "contacts": len(np.unique(contact)),
+        "samples": len(errors),
+        "rank_correlation": spearmanr(errors, estimate).statistic if vary else np.nan,
         "error_of_peak": np.median(errors - np.nan_to_num(own)),
         "own_of_peak": np.median(own),
         "bound_factor": factor,
-        "bound_of_peak": np.median(factor * values),
+        "bound_of_peak": np.median(factor * estimate),
     }
-    return row | Draws(contact).coverage(errors, values)._asdict()
+    return row | Draws(contact).coverage(errors, estimate)._asdict()
 
 
-def _elsewhere(own: _Scored, others: list[_Scored], key: tuple[str, str], estimate: str) -> float:
-    """Return the share of one's own errors below the bound that is found on other bodies; NaN where there is none."""
+def _elsewhere(here: _SceneErrors, others: list[_SceneErrors], key: tuple[str, str], estimate: str) -> float:
+    """Return the share of the errors of a setting below the bound that is found on other bodies; NaN without one."""
     there = [each for each in others if key in each.errors and estimate in each.estimates[key]]
     if not there:
         return np.nan
     scores = np.concatenate([each.errors[key].to_numpy() / each.estimates[key][estimate][0] for each in there])
-    apart = 1 + max(each.contact(key).max() for each in there)
+    apart = 1 + max(each.contact(key).max() for each in there)  # so that contacts of two bodies have two numbers
     factor = bound_factor(scores, np.concatenate([each.contact(key) + i * apart for i, each in enumerate(there)]))
-    kept = own.errors[key].to_numpy() <= factor * own.estimates[key][estimate][0]
-    return float(np.mean(kept)) if np.isfinite(factor) else np.nan
+    below = here.errors[key].to_numpy() <= factor * here.estimates[key][estimate][0]
+    return float(np.mean(below)) if np.isfinite(factor) else np.nan
 
 
-def _chosen(settings: pd.DataFrame, scored: _Scored, kind: str) -> list[tuple[str, str]]:
-    """List model and setting of what lasts on the front, of the least validation error, and of what is looked at.
+def _chosen(settings: pd.DataFrame, scored: _SceneErrors, kind: str) -> list[tuple[str, str]]:
+    """List the settings that are tabulated: on the lasting front, the best of a model, or with a special estimate.
 
-    The answers of the last have an estimate of their own, from the residual or by the model itself.
+    The front and the best are by validation errors; special is an estimate from the residual, or by the model itself.
     """
     first = settings[settings["split"] == settings["split"].min()].set_index(_SETTING, drop=False)
     first = first[first.index.isin(list(scored.errors)) & (first["failures"] == 0)]
     error = first[f"validation_{KINDS[kind]}"]
     front = lasting(first["online_median_s"].to_numpy(), error.to_numpy())
     least = error == error.groupby(first["model"].to_numpy()).transform("min")
-    looked = np.array([not {RESIDUAL, OWN}.isdisjoint(scored.estimates[key]) for key in first.index], dtype=bool)
-    return list(first.index[front | least.to_numpy() | looked])
+    special = np.array([not {RESIDUAL, OWN}.isdisjoint(scored.estimates[key]) for key in first.index], dtype=bool)
+    return list(first.index[front | least.to_numpy() | special])

@@ -32,25 +32,25 @@ SOLVED = ("fem_p1", "fem_p2", "linear_fem")
 _LOOSE = 1e-4
 """Tolerance of the linear response inside the body."""
 _ENOUGH, _TIMED = 1e-3, 5
-"""Residual over its load at which a second answer is exact enough, and how many of them are timed."""
+"""Residual over the load at which a second answer is exact enough, and how many of these answers are timed."""
 
 
 def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.DataFrame:
-    """Tabulate estimates of the errors of answers to all samples of ``judge`` and its ``more``: the columns COLUMNS.
+    """Tabulate estimates of the errors of answers to all samples of ``judge``, at training contacts too: COLUMNS.
 
     linear : largest displacement of the linear response, over the size of the body
     turned : RMS change of the linear response when it is turned with its own rotations, over its largest displacement
     distance : of the contact from the nearest other one that is learnt from, over the size of the body
-    residual : RMS of what one cycle of multigrid makes of the fine residual, over the answer's largest displacement;
-        of the linear response, and of elements on the coarse level, for those of ``models``
-    coarser : what finding a second answer takes, without a value, as that differs from model to model
+    residual : RMS of the displacement that one cycle of multigrid makes of the fine residual, over the answer's largest
+        one; of the linear response and of elements on the coarse level, if they are among ``models``
+    coarser : the time of a second answer, without a value, as that differs from model to model
     """
     whole = [_of_samples(case, part, models) for part in (judge, judge.training) if part]
     return pd.concat(whole, ignore_index=True)
 
 
 def read_estimates(path: str | Path) -> pd.DataFrame:
-    """Read a file of ``estimates``: a setting may have no name, and a second answer has no value by itself."""
+    """Read a file of ``estimates``; an empty setting stays a text, and an empty value is NaN."""
     return pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(("rms", "patch"), ""))
 
 
@@ -66,11 +66,14 @@ def _of_samples(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFra
 
 
 def _of_stored_response(case: Case, loads: list[Load]) -> Iterator[tuple]:
-    """Yield a row for each of CHEAP; rms and patch get the same value, and seconds is of the two responses together."""
-    stored, size = case.use_compliance(), case.body.fine.size
-    linear, turned = LinearFem(stored), WarpedResponse(case.meshes, stored)
+    """Yield a row for each load and each of CHEAP, with one value for surface and patch.
+
+    The seconds are those of the linear and the turned response together.
+    """
+    compliance, size = case.use_compliance(), case.body.fine.size
+    linear, turned = LinearFem(compliance), WarpedResponse(case.meshes, compliance)
     nodes = case.body.coarse.nodes
-    learnt = np.unique(case.database.contact)
+    training = np.unique(case.database.contact)
     for i, load in enumerate(loads):
         contact, force = load.single()
         begin = perf_counter()
@@ -78,13 +81,14 @@ def _of_stored_response(case: Case, loads: list[Load]) -> Iterator[tuple]:
         peak = float(np.linalg.norm(flat, axis=1).max())
         change = float(np.sqrt(np.mean(np.sum((warped - flat) ** 2, axis=1)))) / peak
         seconds = perf_counter() - begin
-        away = float(np.linalg.norm(nodes[learnt[learnt != contact]] - nodes[contact], axis=1).min())
+        others = training[training != contact]
+        away = float(np.linalg.norm(nodes[others] - nodes[contact], axis=1).min())
         for name, value in zip(CHEAP, (peak / size, change, away / size), strict=True):
             yield i, EVERY, "", name, value, value, seconds
 
 
 def _second(case: Case, loads: list[Load]) -> Iterator[tuple]:
-    """Yield rows of the time that a second answer takes; none where the body has no level before the finest."""
+    """Yield rows of the time of an answer one level below the finest; none where the body has no such level."""
     level = len(case.body.levels) - 2
     if level < 0:
         return
@@ -101,7 +105,7 @@ def _second(case: Case, loads: list[Load]) -> Iterator[tuple]:
 
 
 def _residuals(case: Case, judge: Judge, loads: list[Load], models: list[str]) -> Iterator[tuple]:
-    """Yield rows of the residual estimate, for the linear response and for elements on the coarse level."""
+    """Yield a row of the residual estimate for each load and each of ``models``, elements on the coarse level."""
     last = len(case.body.levels) - 1
     fine, surface = Simulation(case, last, case.tolerance, order=2), case.body.fine.surface
     for model in models:
@@ -116,8 +120,8 @@ def _residuals(case: Case, judge: Judge, loads: list[Load], models: list[str]) -
             lengths = np.linalg.norm(fine.correction(load, moved)[surface], axis=1)
             peak = float(np.linalg.norm(moved[surface], axis=1).max())
             seconds = perf_counter() - begin
-            means = [float(np.sqrt(np.mean(part**2))) / peak for part in (lengths, lengths[judge.patch[i]])]
-            yield i, model, setting, RESIDUAL, *means, seconds
+            rms, patch = (float(np.sqrt(np.mean(part**2))) / peak for part in (lengths, lengths[judge.patch[i]]))
+            yield i, model, setting, RESIDUAL, rms, patch, seconds
 
 
 def _coarse(case: Case, loads: list[Load], order: int) -> Iterator[np.ndarray]:

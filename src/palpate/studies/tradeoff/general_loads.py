@@ -24,16 +24,16 @@ from palpate.models.contact_modes.offline import Offline
 from palpate.table_declaration import Table
 
 SHARE = 0.7
-"""Part of its own force that each of two presses has, so that both together squeeze no element that one would not."""
+"""Share of its force that each of two presses at once has, lest both turn an element inside out that one would not."""
 APART = 2.0
 """Radii that two contacts are apart at least: their patches do not overlap."""
 
 
 class Question(NamedTuple):
-    """A load, and the fine operator's answer.
+    """A load that models are asked for, and the fine operator's answer.
 
-    truth : displacement (n_surface, 3) [m], None where there is none that is sound; forces : (presses, 3) [N]
-    patch : (n_surface,) the nodes that are pressed
+    truth : displacement (n_surface, 3) [m], None where it has no sound one; forces : (presses, 3) [N]
+    patch : (n_surface,) bool, the nodes that are pressed
     """
 
     kind: str
@@ -50,7 +50,7 @@ class Question(NamedTuple):
 
 
 def questions(case: Case, judge: Judge, count: int, tolerance: float, progress: Callable = iter) -> list[Question]:
-    """Ask ``count`` questions of each kind, fewer where there are fewer test samples or an element is inverted.
+    """Return ``count`` questions of each kind of load, fewer where test samples are few or an element is inverted.
 
     tolerance : relative residual of the answers; progress : wraps the loads that have to be solved
     Prepared contacts are those of test samples, whose answers are known. Places never prepared are fine surface nodes
@@ -73,21 +73,26 @@ def questions(case: Case, judge: Judge, count: int, tolerance: float, progress: 
             continue
         if least_det > 0.0:
             moved = solution.x - operator.mesh.nodes
-            discs = [patch_shares(body.fine, patch, 2) for patch in sample.patches(body)]
-            ways = [Press(p.node, moved=w @ moved[n]) for p, (n, w) in zip(load.presses, discs, strict=True)]
-            asked_for = Load(tuple(ways)) if kind == DEPTH else load
-            found.append(_question(case, kind, load, moved[body.fine.surface], asked_for))
+            question = _question(case, kind, load, moved[body.fine.surface])
+            if kind == DEPTH:
+                discs = [patch_shares(body.fine, patch, 2) for patch in sample.patches(body)]
+                depths = [
+                    Press(press.node, moved=shares @ moved[nodes])
+                    for press, (nodes, shares) in zip(load.presses, discs, strict=True)
+                ]
+                question = question._replace(load=Load(tuple(depths)))
+            found.append(question)
     return found
 
 
-def _question(case: Case, kind: str, given: Load, truth: np.ndarray | None, asked: Load | None = None) -> Question:
-    """Put a question about a load by its forces, or as it is ``asked`` for by depths."""
-    patch = Sample(0, given, case.radius_m).pressed(case.body)
-    forces = np.array([force for _, force in given.forces()])
-    return Question(kind, given if asked is None else asked, truth, forces, patch)
+def _question(case: Case, kind: str, load: Load, truth: np.ndarray | None) -> Question:
+    """Return a question about a load by forces; truth : the fine operator's answer, as ``Question`` has it."""
+    patch = Sample(0, load, case.radius_m).pressed(case.body)
+    return Question(kind, load, truth, np.array([force for _, force in load.forces()]), patch)
 
 
 def _between(case: Case, judge: Judge, count: int) -> Iterator[Load]:
+    """Yield presses at ``count`` places between the prepared contacts, each by the force of the nearest sample."""
     body = case.body
     contact = np.concatenate([case.database.contact, judge.samples.contact])
     force = np.concatenate([case.database.force, judge.samples.force])
@@ -98,6 +103,7 @@ def _between(case: Case, judge: Judge, count: int) -> Iterator[Load]:
 
 
 def _pairs(case: Case, judge: Judge, chosen: np.ndarray) -> Iterator[Load]:
+    """Yield presses at two contacts at once: that of each of the ``chosen`` samples, and the nearest one APART."""
     nodes, samples = case.body.coarse.nodes, judge.samples
     for i in chosen:
         away = np.linalg.norm(nodes[samples.contact] - nodes[samples.contact[i]], axis=1)
@@ -128,8 +134,8 @@ ANY_LOAD = Table(
 class AnyLoad(Kind):
     """Questions of one kind of load, against the fine operator.
 
-    places : seconds a press that preparing the nodes pressed at once took, of a solver, which is added to; None where
-        nothing is prepared
+    places : by the nodes that a load presses at once, the time that a solver took to prepare one of them [s], None
+        where it prepares nothing; ``ready`` adds to it
     """
 
     errors = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak", "force_error")
@@ -139,6 +145,7 @@ class AnyLoad(Kind):
         self._asked, self._places = asked, places
 
     def ready(self, solver: Solver, i: int) -> None:
+        """Prepare the nodes of the i-th load, unless that has been done."""
         nodes = self._nodes(i)
         if nodes not in self._places:
             seconds = _refusing(solver.prepare_nodes, nodes)
@@ -149,7 +156,7 @@ class AnyLoad(Kind):
         return partial(_refusing, solver.respond, self._asked[i].load)
 
     def judged(self, i: int, answer: np.ndarray | Answer) -> Row:
-        """Measure one answer; the force's error is of a disc that was pushed to a depth, over the force there."""
+        """Measure an answer to the i-th load; where discs are pushed to a depth, the error of their forces, too."""
         asked, forces = self._asked[i], answer.forces if isinstance(answer, Answer) else None
         found: Row = asked.errors(displacement_of(answer))._asdict()
         if forces is not None and any(press.moved is not None for press in asked.load.presses):
@@ -157,7 +164,7 @@ class AnyLoad(Kind):
         return found
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
-        """Return how many loads were refused and doubted, which are no failures, and what preparing them took."""
+        """Return the largest errors, how many loads were refused, doubted and failed, and the time of preparing one."""
         reasons, errors = [row[REASON] for row in rows], pd.DataFrame(rows, columns=LARGEST_OF, dtype=float)
         found: Row = errors.max().add_suffix("_most").to_dict()
         found |= {"refused": reasons.count(REFUSED), "doubted": reasons.count(DOUBTED)}
@@ -173,7 +180,7 @@ class AnyLoad(Kind):
 
 
 def _refusing(function: Callable, asked: Any) -> Any:
-    """Call a function of a solver; Refused where it finds that a contact cannot be pressed, or is not prepared."""
+    """Call a function of a solver; raise Refused where it raises InputError: for a contact that it cannot press."""
     try:
         return function(asked)
     except InputError as failure:
@@ -190,7 +197,7 @@ def measure_any(
     budget_s: float,
     progress: Callable = iter,
 ) -> pd.DataFrame:
-    """Measure those of ``models`` whose text ``pattern`` is found in: a row each kind of question.
+    """Measure the models in whose text ``pattern`` is found: a row for each kind of load, the columns of ANY_LOAD.
 
     repeats, budget_s : of each kind, as ``time_calls`` takes them; progress : wraps the sequence of settings
     Errors are against the fine operator. On one BLAS thread.
@@ -209,9 +216,9 @@ def measure_any(
 TIMES = {"as designed": 1.0, "1.5 times": 1.5, "2 times": 2.0, "3 times": 3.0}
 TANGENTIAL, PULLING = "tangential", "pulling"
 RIGHT, RIGHT_AT_PATCH = 0.01, 0.05
-"""What an answer that is right is wrong by at most, as a share of the peak: RMSE, and at the worst node of the disc."""
+"""Largest error of an answer that is called right, as a share of the peak: RMSE, and at the worst node of the disc."""
 MOST_ITERATIONS, LEFT = 60, 1e-3
-"""Most steps of L-BFGS on the finest level, 15 are usual, and the residual over the load that ends them."""
+"""Steps of L-BFGS on the finest level at most (15 are usual), and the residual over the load at which it ends."""
 BEYOND_DESIGN = Table(
     "beyond_design",
     "Presses that models were not made for: how many answers are right, doubted by the model itself, or wrong.",
@@ -226,7 +233,7 @@ BEYOND_DESIGN = Table(
 
 
 def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = iter) -> list[Question]:
-    """Press ``count`` contacts of test samples by the hardest force there, times TIMES, across it, and outward.
+    """Press ``count`` contacts of test samples by the largest force there, times TIMES, along the surface, and outward.
 
     A press is unsound, and has no truth, where quadratic elements on the finest level find no answer, or an element
     of it is inverted.
@@ -248,7 +255,7 @@ def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = it
 def measure_beyond(
     case: Case, name: str, models: Sequence[Model], pattern: str, asked: Sequence[Question]
 ) -> pd.DataFrame:
-    """Ask those of ``models`` whose text ``pattern`` is found in: a row each kind of press."""
+    """Judge the models in whose text ``pattern`` is found: a row for each kind of press, as BEYOND_DESIGN has it."""
     rows = []
     for one in prepared_settings(case, name, models, pattern):
         if isinstance(one.solver, NotConverged):
@@ -266,7 +273,7 @@ def measure_beyond(
 
 
 def _judged(solver: Solver, press: Question) -> tuple[str, float, float]:
-    """Return what an answer is, and its errors if it was given."""
+    """Return whether an answer is right, doubted, needlessly doubted or wrong, and its two errors if it was given."""
     try:
         solver.precede(press.load)
         answer, doubt = answered(solver, press.load, len(press.patch))
@@ -280,7 +287,10 @@ def _judged(solver: Solver, press: Question) -> tuple[str, float, float]:
 
 
 def _forces(force: np.ndarray, normal: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield a kind and a force (3,) [N] each, of the size of ``force``; across is a fixed way along the surface."""
+    """Yield a kind of press and its force (3,) [N] each: ``force`` times TIMES, and as large a one along the surface.
+
+    The last pulls outward.
+    """
     for kind, times in TIMES.items():
         yield kind, times * force
     across = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
@@ -290,19 +300,19 @@ def _forces(force: np.ndarray, normal: np.ndarray) -> Iterator[tuple[str, np.nda
 
 
 class _Beyond:
-    """Quadratic elements on the finest level, from the answer of the level before; no search beyond MOST_ITERATIONS."""
+    """Quadratic elements on the finest level, whose search starts from the answer of the level before."""
 
     def __init__(self, case: Case):
-        self._shop = Offline(case.body, case.radius_m, 0)
+        self._levels = Offline(case.body, case.radius_m, 0)
         self._body, self._last = case.body, len(case.body.levels) - 1
         self._up = quadratic_prolongation(*case.body.levels[-2:])
 
     def answer(self, node: int, force: np.ndarray) -> np.ndarray | None:
         """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N], or None where there is no sound one."""
-        before, last = self._shop.elements(self._last - 1), self._shop.elements(self._last)
-        load = before.nodal(*self._shop.disc(node, self._last - 1), force)
+        before, last = self._levels.elements(self._last - 1), self._levels.elements(self._last)
+        load = before.nodal(*self._levels.disc(node, self._last - 1), force)
         start = before.settle(load, np.zeros_like(before.rest), MOST_ITERATIONS, LEFT)
-        load = last.nodal(*self._shop.disc(node, self._last), force)
+        load = last.nodal(*self._levels.disc(node, self._last), force)
         moved = last.settle(load, self._up @ start, MOST_ITERATIONS, LEFT)
         left = np.linalg.norm(last.force(moved) + load)
         if not (left <= LEFT * np.linalg.norm(load) and last.least_det(moved) > 0.0):

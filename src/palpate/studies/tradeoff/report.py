@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.advice import advise_any_load, operator_error
-from palpate.benchmark.choosing import MARGIN, NONE, TIED
+from palpate.benchmark.advice import choice, operator_error, other_loads
+from palpate.benchmark.choosing import MARGIN, NONE, TIED, Limit
 from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, UNKNOWN, averaged, own_error
 from palpate.files import read_yaml
 from palpate.models.model_registry import FAMILY_OF, SAVED_AGAINST
@@ -292,7 +292,8 @@ def _any_load(table: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
     for scene in tables.scenes(table):
         found, own = tables.where(table, scene=scene), operator_error(tables.where(settings, scene=scene), KINDS["rms"])
         for kind in dict.fromkeys(found["kind"]):
-            cells = [say("taken", advise_any_load(found, kind, max_error=most, own=own)) for most in LIMITS]
+            asked = other_loads(found, kind, own=own)
+            cells = [say("taken", choice(asked, Limit(max_error=most))) for most in LIMITS]
             cells = [SAME if i and each == cells[i - 1] != NONE else each for i, each in enumerate(cells)]
             heads = [f"error of at most {percent(most)}" for most in LIMITS]
             rows.append({"scene": spaced(scene), "load": kind} | dict(zip(heads, cells, strict=True)))

@@ -370,6 +370,7 @@ def held_mb(held: object) -> float:
 
 
 def _inside(thing: object) -> list[object]:
+    """Return the objects that ``thing`` refers to, as ``held_mb`` follows them."""
     if isinstance(thing, Kept | ModuleType) or type(thing).__module__.split(".")[0] in _FOREIGN:
         return []
     if isinstance(thing, dict):

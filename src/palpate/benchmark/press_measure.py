@@ -105,6 +105,7 @@ class Presses(Kind):
         return found.to_dict() | {"protocol": "live"} | super().means(tests) | kept
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
+        """Ask the presses of training contacts and those without a truth, untimed."""
         lost, rest = isinstance(one.solver, NotConverged), list[Row]()
         given = [row["failure"] == "" for row, known in zip(rows, self.judge.believed, strict=True) if not known]
         learns = self._more_of is None or "training" in one.used or not re.search(self._more_of, one.about["setting"])

@@ -29,6 +29,7 @@ def simulate_touch_truth(
     input, output, wildcards, say, instrument: ToolSettings, truth: TouchTruthSettings, at: list[Given],
     samples: int, depth_of_radius: tuple[float, float], seed: int,
 ):  # fmt: skip
+    """Choose the touches of a body by an instrument, and find the truth of each."""
     body, tool = load(input.body), Instrument(**dict(instrument))
     if at:
         table = given_touches(body, tool, at)
@@ -49,6 +50,7 @@ def measure_touch_models(
     input, wildcards, say, instrument: ToolSettings, deepest_of_radius: float, place: str, keywords: dict,
     settings: Families, repeats: int, seed: int,
 ):  # fmt: skip
+    """Measure all settings of one model on the touches of a body by an instrument."""
     tool = Instrument(**dict(instrument))
     touches = touches_of(tool, pd.read_csv(input.touches))
     deepest = max([deepest_of_radius * tool.radius_m, *(touch.depth_m for touch in touches)])
@@ -64,6 +66,7 @@ def measure_touch_models(
 
 
 def tabulate_touch(input, instruments: list[ToolSettings]):
+    """Tabulate how exactly truths are known, the force of each touch, and all settings with their bounds."""
     known, samples, settings = [], [], []
     files = zip(input.bodies, input.touches, input.truths, instruments, strict=True)
     for body, chosen, solved, tool in files:
@@ -174,6 +177,7 @@ def touch_forces_table(scenes: Sequence[Known]) -> pd.DataFrame:
 
 
 def _force_rows(known: Known) -> list[dict[str, Any]]:
+    """Return the rows of TOUCH_FORCES of one scene."""
     truth = known.truth
     told = {"force_n": truth.force[:, 1], "force_before_n": truth.force[:, 0], "area_m2": truth.area}
     told |= {name: getattr(truth, name) for name in ("order", "force_order", "rejected")}

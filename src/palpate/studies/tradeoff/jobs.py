@@ -26,6 +26,7 @@ TRUTH_TOLERANCE = 1e-3
 
 
 def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool, check_samples: int):
+    """Find the truth of the samples that models are asked for, and check some of them by linear elements."""
     from palpate.benchmark.presses import samples_in
     from palpate.benchmark.split import asked_samples, read_folds, training_presses
     from palpate.benchmark.truth import truth_of
@@ -49,6 +50,7 @@ def measure_models(
     input, wildcards, say, options: FitOptions, grid: Families, tolerance: float, radius_m: float, models: dict,
     more_of: dict[str, str], repeats: int, budget_s: float,
 ):  # fmt: skip
+    """Measure all settings of the models of one family on the samples of a split."""
     from palpate.benchmark.press_measure import measure, warn_unanswered
     from palpate.models.load_model import load_model
 
@@ -65,6 +67,7 @@ def measure_models(
 
 
 def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radius_m: float, more: bool):
+    """Tabulate the truth's own errors, those of no displacement, and what errors are estimated from."""
     from palpate.benchmark.press_measure import bounds
     from palpate.studies.tradeoff.error_estimates import estimates
 
@@ -75,6 +78,7 @@ def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radi
 
 
 def measure_facets(input, wildcards, say, samples: int, entry: Smooth):
+    """Tabulate what the facets of a body change against its smooth surface, on some samples."""
     from palpate.benchmark.presses import samples_in
     from palpate.bodies.organs import surface_of
     from palpate.studies.tradeoff.truth_table import geometry_share
@@ -85,6 +89,7 @@ def measure_facets(input, wildcards, say, samples: int, entry: Smooth):
 
 
 def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], split: int):
+    """Score the answers that engines gave elsewhere, beside palpate's own models."""
     from palpate.benchmark.engine_scores import OWN, score_table
     from palpate.benchmark.ranking import BOUNDS
     from palpate.exchange.judging import score_answers
@@ -112,6 +117,7 @@ def _files_of(paths, body, regime):
 
 
 def tabulate_tradeoff(input, scenes: list[str], smooth: list[str]):
+    """Gather the settings of all scenes, bound their errors, and tabulate how exactly truths are known."""
     from palpate.files import read_table
     from palpate.studies.tradeoff.error_bounds import SAMPLES, Scene, error_bounds
     from palpate.studies.tradeoff.error_estimates import read_estimates
@@ -144,6 +150,7 @@ MOVING = {"budgets_ms": [1, 8, 16.7], "speeds": [1, 20]}
 
 
 def tabulate_advice(input, limits: Advice):
+    """Advise on models of presses and of motions."""
     from palpate.benchmark.advice import advise_motion
 
     found = []
@@ -161,6 +168,7 @@ def measure_other_loads(
     input, wildcards, say, options: FitOptions, grid: Families, tolerance: float, radius_m: float, split: int,
     models: dict, samples: int, reference: float, repeats: int, budget_s: float,
 ):  # fmt: skip
+    """Measure models on loads that they were not prepared for, or presses that they were not made for."""
     from palpate.models.load_model import load_model
     from palpate.studies.tradeoff.general_loads import measure_any, measure_beyond, presses_beyond, questions
 
@@ -185,6 +193,7 @@ RADIUS_M = 0.012
 
 
 def tabulate_limit_points(input, say, contacts: int | list[int]):
+    """Press a body harder and harder at some contacts, until the law itself gives way."""
     from palpate.studies.tradeoff.truth_table import limit_points
 
     body = load(input.body)

@@ -27,7 +27,8 @@ from palpate.setting_types import (
 )  # fmt: skip
 
 MATCHED = (
-    "Models by name, and for each a regular expression that is found in the names of the settings that are asked; an"
+    "Models by name, and for each a regular expression that is found in the names of the settings that are asked; an "
+    "empty one takes all"
 )
 
 
@@ -50,7 +51,7 @@ class _Asked(Block):
 class AnyLoad(_Asked):
     samples: Count = key("Loads of each kind, each of which the fine operator is solved for to convergence", 6)
     models: dict[str, str] = key(
-        f"{MATCHED} empty one takes all. The cheap ways to answer are tried, and models that refuse are named",
+        f"{MATCHED}. The cheap ways to answer are tried, and models that refuse are named",
         {
             "fem_p1": "start=rest, tolerance=0.001",
             "fem_p2": "level=[01], start=rest, tolerance=0.001",
@@ -65,7 +66,7 @@ class AnyLoad(_Asked):
 class BeyondDesign(_Asked):
     samples: Count = key("Contacts, each of which is pressed in six ways", 6)
     models: dict[str, str] = key(
-        f"{MATCHED} empty one takes all",
+        MATCHED,
         {"contact_modes": "snapshots, rings=50, thinned=0.003, target=operator", "linear_fem": ""},
     )
 

@@ -14,7 +14,7 @@ from palpate.scenes.effect_registry import EFFECTS, RESERVED
 from palpate.scenes.motion import Motion
 from palpate.scenes.moved_particles import particles_in
 from palpate.scenes.own_effect import Maker
-from palpate.scenes.run_scene import moved, run
+from palpate.scenes.run_scene import run, traits
 from palpate.scenes.settings import Scene
 from palpate.setting_types import Block
 
@@ -82,7 +82,7 @@ def simulate(
     scene_check.check_instruments(asked.place, asked)
     scene_check.check_loads(asked.place, asked)
     particles = particles_in(asked, bodies)
-    scene_check.check_together(asked.place, asked, moved(particles))
+    scene_check.check_together(asked.place, asked, traits(particles))
     return run(asked, particles, own=own).motion
 
 

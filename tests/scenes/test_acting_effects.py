@@ -12,7 +12,7 @@ from palpate.bodies.settings import Body
 from palpate.bodies.supports import Bed
 from palpate.scenes.acting_effects import acting, assumed, decide, has_driven, has_forces, modules
 from palpate.scenes.effect_registry import EFFECTS, ELASTIC
-from palpate.scenes.run_scene import moved
+from palpate.scenes.run_scene import traits
 from palpate.scenes.settings import Scene
 
 NODES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -49,13 +49,13 @@ BALL = {"kind": "sphere", "center_m": [0, 0, 0], "radius_m": 1}
     ],
 )
 def test_each_decision_flips(effect, yes, no):
-    assert effect in acting(SCENE.but(**yes[0]), moved(yes[1]))
-    assert effect not in acting(SCENE.but(**no[0]), moved(no[1]))
+    assert effect in acting(SCENE.but(**yes[0]), traits(yes[1]))
+    assert effect not in acting(SCENE.but(**no[0]), traits(no[1]))
 
 
 @pytest.mark.parametrize("particles", [SOLID, SURFACE, SHEET])
 def test_one_elastic_effect_and_a_reason_for_each_decision(particles):
-    decisions = decide(SCENE, moved(particles))
+    decisions = decide(SCENE, traits(particles))
     assert sum(d.acts for d in decisions if d.effect in ELASTIC) == 1
     assert all(d.reason for d in decisions)
     assert len({d.effect for d in decisions}) == len(decisions)
@@ -83,7 +83,7 @@ def test_the_settings_alone_decide_as_the_particles_do(blocks, body, particles):
     solid = {"young_pa": 1e3, "poisson": 0.4, "density_kg_m3": 1e3, "anchors": {"nodes": [0, 1, 2]}}
     solid |= {"sizes_m": [1, 1, 1], "divisions": [1, 1, 1], "refinements": 0} if body["kind"] == "box" else {}
     scene = SCENE.but(rayleigh={}, **blocks)
-    made, before = acting(scene, moved(particles)), assumed(scene, TypeAdapter(Body).validate_python(solid | body))
+    made, before = acting(scene, traits(particles)), assumed(scene, TypeAdapter(Body).validate_python(solid | body))
     assert acting(scene, before) == made
     assert modules(scene, before)[:-1] == [EFFECTS[name].module for name in made]
 

@@ -14,7 +14,7 @@ FLAT = 1e-12
 """Squared sine of the angle between two edges of a triangle, up to which it counts as a segment."""
 
 
-class ContactPoints(NamedTuple):
+class Contacts(NamedTuple):
     """Contacts of a body a with a body b.
 
     pairs : (k, 2) triangles, or leaves of trees; places : (k, 3) [m]; directions : (k, 3) unit vectors in which a has
@@ -31,7 +31,7 @@ class ContactPoints(NamedTuple):
     tests: Counts
 
 
-def triangle_contacts(tree_a: Tree, tree_b: Tree, velocity_a: np.ndarray, velocity_b: np.ndarray) -> ContactPoints:
+def triangle_contacts(tree_a: Tree, tree_b: Tree, velocity_a: np.ndarray, velocity_b: np.ndarray) -> Contacts:
     """Find the contacts of two closed bodies, one for each pair of triangles that cross (paper 3, chapter 4).
 
     velocity_a, velocity_b : (n, 3) [m/s] of the points of each tree, interpolated to the place in each triangle
@@ -45,13 +45,13 @@ def triangle_contacts(tree_a: Tree, tree_b: Tree, velocity_a: np.ndarray, veloci
     moving = _interpolated(tree_a.points[one], velocity_a[one], places[:, 0])
     moving -= _interpolated(tree_b.points[other], velocity_b[other], places[:, 1])
     directions, signed = ways_out(tree_a.points[one], tree_b.points[other], least, apart)
-    return ContactPoints(pairs, places.mean(axis=1), directions, -signed, moving, counts)
+    return Contacts(pairs, places.mean(axis=1), directions, -signed, moving, counts)
 
 
 def stopped_contacts(
     tree_a: StoppedTree, tree_b: StoppedTree, velocity_a: np.ndarray, velocity_b: np.ndarray
-) -> ContactPoints:
-    """Take each pair of leaves that overlap for a contact, without any test of triangles.
+) -> Contacts:
+    """Return one contact for each pair of leaves whose volumes overlap, without any test of triangles.
 
     velocity_a, velocity_b : (n, 3) [m/s] of the points of each tree, averaged over the triangles of a leaf
     Volumes are spheres and AABBs; direction and depth are those of ``overlaps``. No contact of triangles is missed, and
@@ -60,7 +60,7 @@ def stopped_contacts(
     pairs, tests = volume_pairs(tree_a, tree_b)
     places, directions, depths = overlaps(tree_a, tree_b, pairs)
     moving = _averaged(tree_a, velocity_a, pairs[:, 0]) - _averaged(tree_b, velocity_b, pairs[:, 1])
-    return ContactPoints(pairs, places, directions, depths, moving, Counts(tests, 0))
+    return Contacts(pairs, places, directions, depths, moving, Counts(tests, 0))
 
 
 def ways_out(a: np.ndarray, b: np.ndarray, directions: np.ndarray, signed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

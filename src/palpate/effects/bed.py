@@ -26,12 +26,13 @@ def make(particles: Particles, settings: object, elastic: Effect | None = None) 
 class BedSprings(Energy, Stiffness):
     """E = ∫ ½ k u² over the surface in the sphere of a bed, with k = stiffness_n_m3 · (1 − (distance/radius)²)².
 
-    u is the displacement, and the region is that of the rest shape, so that the stiffness is constant. k is smooth at
-    the sphere, so that stress is not singular there, as it is at the edge of nodes that are held; a bed that asks for
-    triangles that face one way ends sharply where the surface turns. The integral is exact, for linear shape functions
-    or, of ``order`` 2, quadratic ones, whose nodes are the mesh's and then the midpoints of its ``edges``.
+    u is the displacement, and the region is that of the rest shape, so that the stiffness is constant. k falls smoothly
+    to zero at the sphere, so that stress is not singular there, as it is at the edge of held nodes; the bed ends
+    sharply where it is limited to triangles that face one direction and the surface turns away. The integral is exact,
+    for linear shape functions or, for ``order`` 2, quadratic ones, whose nodes are the mesh's and then the midpoints of
+    its ``edges``.
 
-    beds : one, or several of bodies in one mesh, each with the triangles (m, 3) that it may hold
+    beds : one, or several of bodies in one mesh, each with the triangles (m, 3) that it may support
     couples : (m, k) the nodes of each triangle; rest : (n, 3) [m]
     scalar : (n, n) [N/m], the stiffness, which is the same along x, y and z
     """

@@ -122,6 +122,7 @@ def stresses(f, p, count, mu, lam, energies, accepted):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _step(r, count):
+    """Take a step of Newton's iteration R ← (R + R⁻ᵀ)/2 in each column of ``r``."""
     for k in range(count):
         r00, r01, r02 = r[0, k], r[1, k], r[2, k]
         r10, r11, r12 = r[3, k], r[4, k], r[5, k]

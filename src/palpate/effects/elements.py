@@ -1,4 +1,4 @@
-"""What linear and quadratic elements share: tissue, one pass for energy and force, stiffness, a warning of locking."""
+"""The base of linear and quadratic elements: tissue, one pass for energy and force, stiffness, warning of locking."""
 
 import warnings
 from collections.abc import Iterator
@@ -15,10 +15,10 @@ from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import BlockPattern, pattern_of
 
 PLAIN_POISSON = 0.45
-"""Poisson's ratio up to which plain elements do; above, quadratic ones resist volume on average."""
+"""Poisson's ratio up to which plain elements suffice; above it, quadratic ones are of mean dilatation."""
 LOCKED = {0.3: 0.04, 0.45: 0.06, 0.49: 0.12, 0.499: 0.28, 0.4999: 0.49}
-"""Share of the displacement under a finger, its mean weighted by the pressure, that linear elements miss by Poisson's
-ratio: the bedded liver on level 2, 7865 nodes, 2 % deep (docs/numerics.md)."""
+"""Relative error of linear elements by Poisson's ratio: of the displacement under a finger, its mean weighted by the
+pressure, on the bedded liver, level 2, 7865 nodes, 2 % deep (docs/numerics.md)."""
 
 
 def largest_poisson(tissue: Tissue) -> float:
@@ -27,7 +27,7 @@ def largest_poisson(tissue: Tissue) -> float:
 
 
 def warn_of_locking(name: str, poisson: float) -> None:
-    """Warn if linear elements lock at this Poisson's ratio, with the number measured on a liver."""
+    """Warn if linear elements lock at this Poisson's ratio, and give the error that was measured on a liver."""
     if poisson <= PLAIN_POISSON:
         return
     stiffer = [-np.log(1.0 - 2.0 * nu) for nu in LOCKED]
@@ -41,21 +41,22 @@ def warn_of_locking(name: str, poisson: float) -> None:
 
 @contextmanager
 def locking_is_measured() -> Iterator[None]:
-    """Leave that warning out, where how much linear elements lock is what is measured."""
+    """Suppress the warning of locking in a block that measures how much linear elements lock."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*linear elements lock")
         yield
 
 
 KEPT = 2
-"""Positions that are kept: a line search goes one step too far, a step in time begins at one of two places."""
+"""Number of positions whose energy and force are stored: a line search returns to the last but one, and a step in time
+begins at one of two."""
 
 
 class OnePass:
-    """The energy and force at the last positions; who asks for both at the same ones pays for one pass.
+    """Energy and force by one pass over the elements, of which the results at the last positions are stored.
 
-    Newton's method asks for the energy at the end of each step, and then for the force there. Kept positions are
-    copies and are compared by value, since integrators may change ``x`` in place.
+    Newton's method asks for the energy at the end of each step, and then for the force there. Positions are stored as
+    copies and compared by value, since integrators may change ``x`` in place.
     """
 
     forbids = False
@@ -69,7 +70,7 @@ class OnePass:
         raise NotImplementedError
 
     def forget(self) -> None:
-        """Drop what is kept; needed after a change of the elements."""
+        """Discard the stored results, after a change of the elements."""
         self._kept.clear()
 
     def _at(self, x: np.ndarray) -> tuple[float, np.ndarray]:

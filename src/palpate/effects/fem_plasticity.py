@@ -39,6 +39,7 @@ class FemPlasticity(Relaxation):
 
 @numba.njit(cache=True, error_model="numpy")
 def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, plastic, gradients):
+    """Let elements flow, in ``plastic`` and ``gradients``; flow : fraction of the strain above yield that relaxes."""
     f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     logs, candidate, inverse, trial = np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3))
     for e in range(len(tetrahedra)):

@@ -11,15 +11,16 @@ from palpate.bodies.particles import Particles
 from palpate.bodies.surface_quadrature import near_ball
 from palpate.effects import effect, settings
 from palpate.effects.effect import Effect, Shape, Stiffness, offers
-from palpate.effects.patch_load import Patch, course, have, load_point, patch_shares
+from palpate.effects.patch_load import Patch, containing, course, load_point, patch_shares
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import shared_pattern
 
 GRIP = 1e4
-"""Stiffness by which a node is grasped, over what resists it where all other nodes stand still. Under a force f it is
-f / (GRIP · that stiffness) behind the hook, a ten-thousandth of how far f alone would move it there."""
+"""Stiffness by which a hook grasps a node, over the elastic stiffness of the node while all others are fixed. So the
+node is behind the hook by a ten-thousandth of the displacement by its force alone."""
 ALIKE = 0.5
-"""Least cosine between the normals of what is grasped and of its middle: not the far side of a thin body, nor a lip."""
+"""Least cosine between the normals of the grasped triangles and of their middle: leaves out the far side of a thin body
+and the lips of a cut."""
 SAME_S = 1e-9
 """Times [s] that are less apart are the same."""
 ABOVE = 0.004
@@ -27,15 +28,15 @@ ABOVE = 0.004
 
 
 def make(particles: Particles, asked: list[settings.Hook], elastic: Effect | None) -> "Hooks":
-    """Make all hooks.
+    """Make all hooks of a scene.
 
-    Raises InputError for one off the surface, wider than the body, on what is held, or on what another one holds.
+    Raises InputError for one off the surface, wider than the body, on held nodes, or on nodes of another hook.
     """
     stiffness = _nodal_stiffness(particles, elastic)
     hooks = [_hook(particles, i, entry, stiffness) for i, entry in enumerate(asked)]
     for (i, a), (j, b) in combinations(enumerate(hooks), 2):
         begin, end = max(a.times.start, b.times.start), min(a.times.end, b.times.end)
-        if isinstance(a, Moved) and isinstance(b, Moved) and begin < end and _meet(particles, a, b, begin):
+        if isinstance(a, MovedPatch) and isinstance(b, MovedPatch) and begin < end and _meet(particles, a, b, begin):
             raise InputError(
                 f"{particles.name}: hooks[{i}] and hooks[{j}] hold the same nodes from {begin:g} s on; move one, "
                 "or let one start when the other has let go, or when a blade has passed between them."
@@ -43,14 +44,15 @@ def make(particles: Particles, asked: list[settings.Hook], elastic: Effect | Non
     return Hooks(particles, hooks)
 
 
-def _meet(particles: Particles, a: "Moved", b: "Moved", t: float) -> bool:
-    """Return whether nodes of both are one at ``t`` [s], which those of closed lips are."""
+def _meet(particles: Particles, a: "MovedPatch", b: "MovedPatch", t: float) -> bool:
+    """Return whether two hooks have a node in common at ``t`` [s]; nodes of lips that are still closed are one node."""
     ties = particles.ties
     leaders = np.arange(len(particles.nodes)) if ties is None else ties.leaders(t)
     return bool(np.isin(leaders[a.nodes], leaders[b.nodes]).any())
 
 
-def _hook(particles: Particles, number: int, asked: settings.Hook, stiffness: np.ndarray) -> "Moved | Pulled":
+def _hook(particles: Particles, number: int, asked: settings.Hook, stiffness: np.ndarray) -> "MovedPatch | PulledPatch":
+    """Return hook ``number`` of the settings ``asked``; stiffness : (n,) of ``_nodal_stiffness``."""
     place, radius = f"{particles.name}: hooks[{number}]", float(asked.radius_m)
     times = Times(asked.start_s, asked.pull_s, asked.hold_s, asked.release_s)
     facet, weights = load_point(particles, particles.held, place, asked)
@@ -61,37 +63,38 @@ def _hook(particles: Particles, number: int, asked: settings.Hook, stiffness: np
     grasped = _joined(skin[within | at_point], node)
     if asked.force_n is not None:
         side = replace(particles, triangles=_joined(skin[near_ball(corners, disc.center_m, radius) | at_point], node))
-        return Pulled(times, grasped, *patch_shares(side, disc), np.array(asked.force_n, dtype=float), particles)
+        return PulledPatch(times, grasped, *patch_shares(side, disc), np.array(asked.force_n, dtype=float), particles)
     nodes = np.unique(grasped)
     if np.isin(nodes, particles.held).any():
         raise InputError(
             f"{place} grasps nodes that are held; move it away from the anchors, or give it less radius_m."
         )
-    return Moved(times, grasped, nodes, GRIP * stiffness[nodes], np.array(asked.shift_m, dtype=float), particles)
+    return MovedPatch(times, grasped, nodes, GRIP * stiffness[nodes], np.array(asked.shift_m, dtype=float), particles)
 
 
 def _skin_at(particles: Particles, facet: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return triangles (t, 3) that look as a facet does, which of them have its point of ``weights``, the normal (3,).
+    """Return the triangles (t, 3) that face as a facet does, which of them contain a point of it, and the normal there.
 
-    So at a cut, whose nodes are double, they are of the right side, and the lips, which look another way, are out.
+    weights : barycentric coordinates (3,) of the point in the facet
+    At a cut, whose nodes are double, the triangles are those of the facet's side, without the lips.
     """
     normals = area_normals(particles.nodes, particles.triangles)
     outward = np.cross(*(particles.nodes[facet[1:]] - particles.nodes[facet[0]]))
     alike = normals @ outward > ALIKE * np.linalg.norm(normals, axis=1) * np.linalg.norm(outward)
     skin = particles.triangles[alike]
-    at_point = have(skin, facet, weights)
+    at_point = containing(skin, facet, weights)
     there = normals[alike][at_point].sum(axis=0)
     return skin, at_point, there / np.linalg.norm(there)
 
 
 def _joined(triangles: np.ndarray, node: int) -> np.ndarray:
-    """Return those of ``triangles`` (t, 3) that hang together with a node, so none beyond a cut."""
+    """Return those of ``triangles`` (t, 3) that are connected to a node by others, so none on the far side of a cut."""
     pieces = components(triangles[:, [0, 1, 1, 2]].reshape(-1, 2), int(triangles.max(initial=node)) + 1)
     return triangles[pieces[triangles[:, 0]] == pieces[node]]
 
 
 def _nodal_stiffness(particles: Particles, elastic: Effect | None) -> np.ndarray:
-    """Return what resists each node (n,) [N/m] where all others stand still, at rest; 0 without a stiffness."""
+    """Return the elastic stiffness (n,) [N/m] of each node at rest while all others are fixed; 0 without elements."""
     if elastic is None or not offers(elastic, Stiffness):
         return np.zeros(len(particles.nodes))
     pattern = shared_pattern([elastic.couples], len(particles.nodes))
@@ -101,7 +104,7 @@ def _nodal_stiffness(particles: Particles, elastic: Effect | None) -> np.ndarray
 
 
 class Times(NamedTuple):
-    """When a hook begins, how long it pulls, holds and goes back before it lets go [s]."""
+    """When a hook grasps, and how long it pulls, holds and goes back before it lets go [s]."""
 
     start: float
     pull: float
@@ -114,19 +117,19 @@ class Times(NamedTuple):
         return self.start + self.pull + self.hold + self.release
 
     def course(self, t: float) -> float:
-        """Return what shift or force is multiplied by at ``t`` [s]; without a release it stays until it lets go."""
+        """Return the factor of shift or force at ``t`` [s]; without a release it is constant until the hook lets go."""
         return course(t - self.start, self.pull, self.hold, self.release or np.inf) if self.grasps(t) else 0.0
 
     def grasps(self, t: float) -> bool:
-        """Return whether it has hold of the body in a step that ends at ``t`` [s]."""
+        """Return whether the hook holds the body in a step that ends at ``t`` [s]."""
         return t - self.start > SAME_S and t <= self.end + SAME_S
 
 
 class _Hook:
-    """What both kinds of hooks have: the ``triangles`` (t, 3) and ``nodes`` (k,) that they grasp.
+    """A hook that grasps ``triangles`` (t, 3) and ``nodes`` (k,) of a body.
 
-    led : the nodes that these move with, each once, and masses : theirs [kg]
-    t, since : ends of the step [s]; force : (3,) [N] on the body at the end of the last one
+    led : the nodes that these move with, each once; masses : of those [kg]
+    since, t : start and end of the step [s]; force : (3,) [N] on the body at the end of the last step
     """
 
     def __init__(self, times: Times, triangles: np.ndarray, nodes: np.ndarray, particles: Particles):
@@ -135,7 +138,7 @@ class _Hook:
         self.follow(np.arange(len(particles.nodes)))
 
     def follow(self, leaders: np.ndarray) -> None:
-        """Act on the nodes that ``leaders`` (n,) has in place of each one, where steps put nodes."""
+        """Act on the leader of each node, of ``leaders`` (n,), instead of on the node."""
         self.led, self._first, self._of = np.unique(leaders[self.nodes], return_index=True, return_inverse=True)
         self.masses = np.bincount(leaders, self._all, minlength=len(leaders))[self.led]
 
@@ -145,11 +148,11 @@ class _Hook:
 
     @property
     def gain(self) -> float:
-        """By how much shift or force grows in the step, as a share."""
+        """The increase of the factor of shift or force in the step."""
         return self.times.course(self.t) - self.times.course(self.since)
 
 
-class Moved(_Hook):
+class MovedPatch(_Hook):
     """A patch each of whose nodes moves by shift · course(t) from where it was at the start.
 
     stiffness : (k,) [N/m] of the grip; shift : (3,) [m]
@@ -162,18 +165,18 @@ class Moved(_Hook):
         super().__init__(times, triangles, nodes, particles)
         self.stiffness, self._shift, self._origin = stiffness, shift, particles.nodes[nodes]
 
-    def _ahead(self, x: np.ndarray) -> np.ndarray:
-        """Return how far the nodes are behind the hook, (k, 3) [m]."""
+    def _lag(self, x: np.ndarray) -> np.ndarray:
+        """Return the vectors (k, 3) [m] from the nodes to where the hook has them."""
         return self._origin + self.times.course(self.t) * self._shift - x[self.nodes]
 
     def energy(self, x: np.ndarray) -> float:
-        return 0.5 * float(self.stiffness @ np.square(self._ahead(x)).sum(axis=1))
+        return 0.5 * float(self.stiffness @ np.square(self._lag(x)).sum(axis=1))
 
     def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
-        force[self.nodes] += self.stiffness[:, None] * self._ahead(x)
+        force[self.nodes] += self.stiffness[:, None] * self._lag(x)
 
     def begin(self, start: np.ndarray, x: np.ndarray, h: float) -> None:
-        """Carry the nodes of ``x`` (n, 3) [m] along in a step of ``h`` [s] from ``start`` on, in place."""
+        """Move the nodes in ``x`` (n, 3) [m], in place, by the hook's shift in a step of ``h`` [s] from ``start``."""
         self.since = self.t - h
         if self.since <= self.times.start + SAME_S:
             self._origin = start[self.nodes].copy()
@@ -181,24 +184,24 @@ class Moved(_Hook):
             x[self.nodes] += self.gain * self._shift
 
     def end(self, x: np.ndarray) -> float:
-        """Return the work [J] done in an implicit step that ends at ``x`` (n, 3) [m]."""
-        return self._work((self.stiffness[:, None] * self._ahead(x)).sum(axis=0))
+        """Return the work [J] of the hook in an implicit step that ends at ``x`` (n, 3) [m]."""
+        return self._work((self.stiffness[:, None] * self._lag(x)).sum(axis=0))
 
     def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> float:
         """Move the nodes at the end of an explicit step, in place; return the work [J]."""
         self.begin(start, start.copy(), h)
-        ahead = self._ahead(x)[self._first]
+        lag = self._lag(x)[self._first]
         if self.grasps:
-            x[self.led] += ahead
+            x[self.led] += lag
             v[self.led] = (x[self.led] - start[self.led]) / h
-        return self._work((self.masses[:, None] * ahead).sum(axis=0) / h**2)
+        return self._work((self.masses[:, None] * lag).sum(axis=0) / h**2)
 
     def _work(self, force: np.ndarray) -> float:
         self.force = force if self.grasps else np.zeros(3)
         return float(self.force @ self._shift) * self.gain
 
 
-class Pulled(_Hook):
+class PulledPatch(_Hook):
     """A patch under force · course(t), a dead load [N] with the ``shares`` (k,) of ``patch_shares``."""
 
     def __init__(
@@ -209,14 +212,14 @@ class Pulled(_Hook):
         self._shares, self._pull, self._rest, self._moved = shares, pull, particles.nodes[nodes], np.zeros(3)
 
     def hold(self, fixed: np.ndarray) -> None:
-        """Leave the shares of ``fixed`` nodes to what holds them."""
+        """Set the shares of ``fixed`` nodes to zero, as their supports take them."""
         self._shares = np.where(np.isin(self.nodes, fixed), 0.0, self._shares)
 
     def _loads(self) -> np.ndarray:
         return self.times.course(self.t) * np.outer(self._shares, self._pull)
 
-    def _way(self, x: np.ndarray) -> np.ndarray:
-        """Return the mean displacement (3,) [m] that the force does work on."""
+    def _mean(self, x: np.ndarray) -> np.ndarray:
+        """Return the mean displacement (3,) [m] of the patch, on which the force does work."""
         return self._shares @ (x[self.nodes] - self._rest)
 
     def energy(self, x: np.ndarray) -> float:
@@ -226,10 +229,10 @@ class Pulled(_Hook):
         force[self.nodes] += self._loads()
 
     def begin(self, start: np.ndarray, x: np.ndarray, h: float) -> None:
-        self.since, self._moved = self.t - h, self._way(start)
+        self.since, self._moved = self.t - h, self._mean(start)
 
     def end(self, x: np.ndarray) -> float:
-        """Return what the potential −force · way has changed by in the step as the force has, [J]."""
+        """Return the change [J] of the potential −force · displacement by that of the force in the step."""
         self.force = self._loads().sum(axis=0)
         return -float(self._pull @ self._moved) * self.gain
 
@@ -247,16 +250,16 @@ class Hooks(
     effect.Energy, effect.Stiffness, effect.Time, effect.HeldNodes, effect.Following, effect.StepBegin, effect.Driven,
     effect.Projection, effect.Observation, effect.Drawn,
 ):  # fmt: skip
-    """All hooks of a scene: E = Σ ½ GRIP k |x − x_hook|² over nodes that are moved − Σ force · way of patches pulled.
+    """All hooks of a scene: E = Σ ½ GRIP k |x − x_hook|² over moved nodes − Σ force · displacement of pulled patches.
 
-    Explicit integrators put nodes where hooks are, exactly. The work is that of the shift against the force at the end
-    of a step; of a force f the potential counts as energy, as a weight's does, so that its work is −∫ way df.
-    Until ``at`` is called nothing is grasped.
+    Explicit integrators put moved nodes exactly where hooks are. The work of a shift is that against the force at the
+    end of a step. The potential of a force f counts as energy, as that of weight does, so that its work is the change
+    −∫ displacement · df. Until ``at`` is called nothing is grasped.
     """
 
-    def __init__(self, particles: Particles, hooks: list[Moved | Pulled]):
+    def __init__(self, particles: Particles, hooks: list[MovedPatch | PulledPatch]):
         self.hooks, self.work_j, self._above = hooks, 0.0, ABOVE * particles.size
-        self._moved = [hook for hook in hooks if isinstance(hook, Moved)]
+        self._moved = [hook for hook in hooks if isinstance(hook, MovedPatch)]
         self.couples = np.concatenate([np.empty(0, dtype=np.int64), *(hook.nodes for hook in self._moved)])[:, None]
 
     def at(self, t: float) -> None:
@@ -265,7 +268,7 @@ class Hooks(
 
     def hold(self, fixed: np.ndarray) -> None:
         for hook in self.hooks:
-            if isinstance(hook, Pulled):
+            if isinstance(hook, PulledPatch):
                 hook.hold(fixed)
 
     def follow(self, leaders: np.ndarray) -> None:
@@ -298,7 +301,7 @@ class Hooks(
         self.work_j += sum(hook.project(start, x, v, h) for hook in self.hooks)
 
     def observe(self, x: np.ndarray) -> dict[str, float]:
-        """Record the mean place of each patch, ``hook_0_x_m`` …, and the force on the hook, ``hook_0_force_x_n`` …"""
+        """Return the mean place of each patch, ``hook_0_x_m`` …, and the force on its hook, ``hook_0_force_x_n`` …"""
         row = {}
         for number, hook in enumerate(self.hooks):
             for axis, letter in enumerate("xyz"):
@@ -307,7 +310,7 @@ class Hooks(
         return row
 
     def drawn(self, x: np.ndarray) -> list[Shape]:
-        """Return each patch a little above the surface; what is not grasped has no area."""
+        """Return each patch a little above the surface, shrunk to a point while it is not grasped."""
         shapes = []
         for number, hook in enumerate(self.hooks):
             corners = x[hook.triangles]

@@ -1,9 +1,9 @@
-"""A rigid instrument: its signed distance with two derivatives, where it first touches, and how it presses on points.
+"""A rigid instrument: its signed distance with two derivatives, and the place at which it first touches a body.
 
-Contact is an augmented Lagrangian (Alart and Curnier 1991; Simo and Laursen 1992): a point of the surface, at the gap g
-to the instrument bears the pressure max(λ − k g, 0), where the multiplier λ is set to that pressure again and again
-until nothing overlaps. There is no tension and no friction unless points stick, which then keep their place on the
-instrument while they are pressed.
+Contact at rest is an augmented Lagrangian (Alart and Curnier 1991; Simo and Laursen 1992) in ``solvers.indentation``: a
+point of the surface at the gap g has the pressure max(λ − k g, 0), and the multiplier λ is set to that pressure again
+and again until nothing overlaps. There is no tension, and no friction unless points stick, which then keep their place
+on the instrument while they are pressed.
 """
 
 from dataclasses import dataclass, replace
@@ -22,15 +22,15 @@ KINDS = (SPHERE, CAPSULE, PUNCH, GRASP)
 
 @dataclass(frozen=True, eq=False)
 class Instrument:
-    """A rigid body that is pushed into tissue, or a grasper that moves what it holds of it.
+    """A rigid body that is pushed into tissue, or a grasper that moves a patch of its surface.
 
     kind : a sphere; a capsule, that lies on its side; a punch, a cylinder with a flat end; or a grasp, which holds a
-        patch of the surface and has no shape, so that it has no gaps either
+        patch of the surface and has no shape and no gaps
     radius_m : of the sphere, the capsule, the cylinder or the patch [m]
     edge_m : radius of the punch's rounded edge, at most that of the cylinder [m]
     length_m : of the capsule between the centres of its ends [m]
-    sticks : whether what it touches keeps its place on it, or slides without friction
-    InputError for lengths that are no such.
+    sticks : whether points that touch keep their place on it, or slide without friction
+    InputError for an unknown kind, and for lengths that are negative, not finite or too large.
     """
 
     kind: str
@@ -51,12 +51,12 @@ class Instrument:
 
     @cached_property
     def shape(self) -> np.ndarray:
-        """What the kernels take, (4,): number of the kind, radius, edge and half the length [m]."""
+        """The arguments of kernels, (4,): number of the kind, radius, edge and half the length [m]."""
         return np.array([KINDS.index(self.kind), self.radius_m, self.edge_m, 0.5 * self.length_m])
 
     @property
     def name(self) -> str:
-        """What tables call it."""
+        """Its name in tables."""
         return f"{self.kind} {1e3 * self.radius_m:g} mm"
 
 
@@ -72,7 +72,7 @@ class Pose:
     axes: np.ndarray
 
     def moved(self, way: np.ndarray) -> "Pose":
-        """Return it farther by ``way`` (3,) [m]."""
+        """Return the pose displaced by ``way`` (3,) [m]."""
         return replace(self, tip=self.tip + way)
 
     def gaps(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -100,8 +100,8 @@ def upright(instrument: Instrument, tip: np.ndarray, outward: np.ndarray) -> Pos
 def distances(points, tip, axes, shape, gaps, normals):
     """Write the signed distances (n,) [m] of ``points`` (n, 3) from an instrument, and their gradients (n, 3).
 
-    A sphere is a capsule of no length. A punch is a cylinder of radius − edge, that has no upper end, made rounder by
-    its edge; inside it the nearer of end and side counts.
+    A sphere is a capsule of no length. A punch is the set of points within ``edge`` of a cylinder of radius − edge that
+    has no upper end; inside that cylinder the nearer of its end and its side counts.
     """
     kind, radius, edge, half = shape
     for n in range(len(points)):
@@ -133,7 +133,7 @@ def distances(points, tip, axes, shape, gaps, normals):
 
 
 class Tools(NamedTuple):
-    """Where k instruments are, as kernels take them: tips (k, 3) [m], axes (k, 3, 3), shapes (k, 4)."""
+    """The poses and shapes of k instruments for kernels: tips (k, 3) [m], axes (k, 3, 3), shapes (k, 4)."""
 
     tips: np.ndarray
     axes: np.ndarray
@@ -194,18 +194,18 @@ def curvatures(points, tip, axes, shape, gaps, normals, bends):
 
 
 ZOOMS, ZOOM = 42, 0.7
-"""How often the place of first touch is looked for in a smaller part of a triangle, and its size over the last: not so
-small that the least value along a narrow valley, as under a capsule, is left outside."""
+"""How often the grid of the search for the least gap in a triangle is refined, and its size over the last one: not so
+small that the minimum of a narrow valley, as under a capsule, could be outside."""
 TOUCHES, TOUCH_TOLERANCE = 60, 1e-9
-"""Most steps of the instrument to where it touches, and the gap, over its radius, that is none."""
+"""Most steps of the instrument to first touch, and the gap there, over its radius."""
 _GRID = np.array([[i, j, 6 - i - j] for i in range(7) for j in range(7 - i)]) / 6.0
 
 
 def first_touch(pose: Pose, mesh: Mesh, direction: np.ndarray) -> Pose:
     """Return ``pose`` moved along the unit vector ``direction`` (3,) to where it first touches the surface of ``mesh``.
 
-    The distance of a convex instrument is convex on a triangle, so that ever smaller grids around the least value of
-    one find the least. InputError where it misses the body.
+    The distance from a convex instrument is convex on a triangle, so that grids which are refined around their least
+    value find the minimum. InputError where the instrument misses the body.
     """
     way = np.asarray(direction, dtype=float)
     corners, radius = mesh.nodes[mesh.triangles], pose.instrument.radius_m
@@ -221,18 +221,18 @@ def first_touch(pose: Pose, mesh: Mesh, direction: np.ndarray) -> Pose:
             continue
         if closing <= 0.0:
             break
-        # never past the surface: a distance does not fall faster than one moves; Newton's steps where it is near
+        # not past the surface, as a gap does not shrink faster than one moves; Newton's steps where it is small
         step = gap if gap > 1e-2 * radius else min(gap / closing, 0.1 * radius)
         pose = pose.moved(step * way)
     raise InputError("the instrument does not reach the body along its direction; choose another place or direction.")
 
 
 def _least_gap(pose: Pose, corners: np.ndarray, way: np.ndarray) -> tuple[float, float]:
-    """Return the least gap [m] to triangles (m, 3, 3) [m], and by how much it falls with each metre along ``way``."""
+    """Return the least gap [m] to triangles (m, 3, 3) [m], and its decrease per metre of motion along ``way``."""
     middles = corners.mean(axis=1)
     reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
     gaps, _ = pose.gaps(middles)
-    near = np.flatnonzero(gaps - reach <= gaps.min())  # no distance falls faster than one moves
+    near = np.flatnonzero(gaps - reach <= gaps.min())  # those in which a smaller gap is possible
     corners, reach = corners[near], reach[near]
     points = np.einsum("ga,mai->mgi", _GRID, corners)
     gaps = pose.gaps(points.reshape(-1, 3))[0].reshape(len(corners), -1)
@@ -245,7 +245,7 @@ def _least_gap(pose: Pose, corners: np.ndarray, way: np.ndarray) -> tuple[float,
         points = np.einsum("mga,mai->mgi", around, within).reshape(-1, 3)
         gaps, normals = pose.gaps(points)
         found = gaps.reshape(len(within), -1)
-        # as far as this grid and all after it reach
+        # those in which a smaller gap is within reach of this grid and all later ones
         near = np.flatnonzero(found.min(axis=1) - scale / (1.0 - ZOOM) * reach <= gaps.min())
         center, within, reach = around[near, found[near].argmin(axis=1)], within[near], reach[near]
     least = int(gaps.argmin())

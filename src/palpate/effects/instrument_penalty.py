@@ -1,6 +1,6 @@
-"""Penalty contact of models under an instrument, no effect of scenes: springs push nodes back out of a rigid one.
+"""Penalty contact of nodes with a rigid instrument, for models; scenes have barrier contact instead.
 
-Edges and faces may pass through.
+Only nodes are pushed out of the instrument: edges and faces may pass through it.
 """
 
 import numpy as np
@@ -13,14 +13,15 @@ from palpate.effects.instrument import Pose
 class NodeContact(Energy):
     """E = Σ ½ k g² over the nodes whose gap g to the instrument is negative; there is no friction.
 
-    nodes : (k,) that may touch; stiffness_n_m : (k,) of each; pose : of the instrument, which whoever moves it changes
+    nodes : (k,) that may touch; stiffness_n_m : (k,) penalty of each
+    pose : of the instrument; it is set anew where the instrument moves
     """
 
     def __init__(self, nodes: np.ndarray, stiffness_n_m: np.ndarray, pose: Pose):
         self.nodes, self.stiffness_n_m, self.pose = nodes, stiffness_n_m, pose
 
     def overlaps(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return how deep the nodes are inside, (k,) [m], 0 outside, and the distance's gradients (k, 3)."""
+        """Return the depths (k,) [m] of the nodes in the instrument, 0 outside, and the outward normals (k, 3)."""
         gaps, normals = self.pose.gaps(x[self.nodes])
         return np.maximum(-gaps, 0.0), normals
 
@@ -37,9 +38,9 @@ class NodeContact(Energy):
 
 
 def may_touch(mesh: Mesh, held: np.ndarray, last: Pose, reach_m: float) -> np.ndarray:
-    """Return the nodes of the surface of ``mesh``, increasing, within ``reach_m`` of an instrument at ``last``.
+    """Return the surface nodes of ``mesh``, increasing, within ``reach_m`` of an instrument at the pose ``last``.
 
-    held : (n,) bool, nodes that are left out
+    held : (n,) bool, nodes that cannot move and are left out
     """
     nodes = mesh.surface[~held[mesh.surface]]
     return nodes[last.gaps(mesh.nodes[nodes])[0] < reach_m]

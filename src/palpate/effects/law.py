@@ -1,4 +1,4 @@
-"""Laws between deformation and energy: what a law's file has, and its functions compiled.
+"""Laws between deformation and energy: the functions that a law's file has, compiled and checked.
 
 A law is an energy density of the signed singular values s₁ ≥ s₂ ≥ |s₃| of F in two parts, Ψ = W(s) + U(θ(s)): W
 resists changes of shape, and is without stress at rest; U resists those of a measure of volume θ, which mean dilatation
@@ -58,7 +58,7 @@ INVERTED = np.array([1.0, 1.0, -0.5])
 
 @cache
 def law_of(name: str) -> Law:
-    """Return one of palpate's laws, as in NAMED, or that of a user's own file; InputError if that is none of a law."""
+    """Return the law of this ``name``, one of NAMED, or that in a user's file; InputError if the file has none."""
     if kind := kind_of(name):
         return _compiled(import_module(f"palpate.effects.laws.{kind}"), True, stiffening_of(name))
     from palpate.own_file import failure, import_file
@@ -80,11 +80,12 @@ def law_of(name: str) -> Law:
 
 
 def _compiled(module: ModuleType, kept: bool, stiffening: float | None = None) -> Law:
-    """Make a law of compiled functions; ``kept`` stores them for later processes, which cannot import a user's file.
+    """Return the law of a ``module``, whose functions are compiled.
 
-    stiffening : a constant in the machine code of ``shape_of(stiffening)``, which the module has in place of ``shape``.
-        Trap: that code is never stored, as two stiffenings that two processes compile have one symbol, by which a third
-        process that reads both could take one for the other.
+    kept : whether numba stores the machine code for later processes; not that of a user's file, which it cannot import
+    stiffening : parameter of ``shape_of``, which the module then has in place of ``shape``, compiled as a constant.
+        Trap: that code is never stored, as it has the same symbol for two stiffenings, so that a process which reads
+        both could take one for the other.
     """
     made = {} if stiffening is None else {"shape": module.shape_of(stiffening)}
     functions = {name: made.get(name) or getattr(module, name) for name in SIGNATURES}

@@ -85,8 +85,8 @@ def add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, vo
 def write_gradient(x, tetrahedra, gradients, e, f, k):
     """Write F of element ``e`` into column ``k`` of ``f``.
 
-    Not from differences of positions: in a body collapsed to a point F would be exactly 0 in every element, all would
-    choose the same axes, and Newton's method would not find its way out of that.
+    Trap: from differences of positions, F would be exactly 0 in every element of a body that is collapsed to a point;
+    all elements would then choose the same axes, and Newton's method would not leave that state.
     """
     for i in range(3):
         for j in range(3):
@@ -98,7 +98,7 @@ def write_gradient(x, tetrahedra, gradients, e, f, k):
 
 @numba.njit(cache=True, error_model="numpy")
 def _to_four(blocks, k, whole):
-    """Write the Hessian of four nodes into ``whole`` (4, 4, 3, 3); pushing all of them alike costs no energy."""
+    """Write the Hessian of four nodes into ``whole`` (4, 4, 3, 3), whose rows add up to zero, from its ``blocks``."""
     for pair in range(6):
         c, d = PAIRS[pair]
         for i in range(3):
@@ -136,11 +136,11 @@ class LinearElements(Elements):
         self.gradients, self.volumes = shape_gradients(mesh)
 
     def between(self, nodes: np.ndarray) -> "LinearElements":
-        """Return the same elements between ``nodes[i]`` in place of node i; nodes : (n,)."""
-        found = copy(self)
-        OnePass.__init__(found)
-        found.tetrahedra = found.couples = nodes[self.tetrahedra]
-        return found
+        """Return the same elements between other nodes, ``nodes[i]`` in place of node i; nodes : (n,)."""
+        other = copy(self)
+        OnePass.__init__(other)
+        other.tetrahedra = other.couples = nodes[self.tetrahedra]
+        return other
 
     def resistance(self) -> np.ndarray:
         return self._resistance(np.einsum("eaj,eaj->ea", self.gradients, self.gradients) * self.volumes[:, None])

@@ -29,11 +29,11 @@ def patch_at(body: Body, contact: int, radius_m: float) -> Patch:
 
 
 def nodal_load(body: Body, level: int, contact: int, force: np.ndarray, radius_m: float, order: int = 1) -> np.ndarray:
-    """Compute nodal forces (n, 3) [N] on ``level`` for a total ``force`` (3,) [N] at coarse node ``contact``.
+    """Compute nodal forces (n, 3) [N] on ``level`` of a total ``force`` (3,) [N] around coarse node ``contact``.
 
-    With ``radius_m`` 0 the force acts on the node alone (paper 1), otherwise as ``patch_shares`` says. n is the number
-    of nodes of ``level``, or for order 2 of the level after it. Levels of the same shape have the same load: it does
-    the same work on a displacement that both can have.
+    With ``radius_m`` 0 the force acts on the node alone (paper 1), otherwise as ``patch_shares`` distributes it. n is
+    the number of nodes of ``level``, or for order 2 of the level after it. On levels of the same shape the load is the
+    same: it does the same work on a displacement that both can have.
     """
     return spread(body.levels[level], patch_at(body, contact, radius_m), force, order)
 
@@ -47,12 +47,12 @@ def spread(mesh: Mesh, patch: Patch, force: np.ndarray, order: int = 1) -> np.nd
 
 
 def patch_shares(mesh: Mesh, patch: Patch, order: int = 1) -> tuple[np.ndarray, np.ndarray]:
-    """Compute which nodes (k,) carry a force on ``patch``, and the share (k,) of each; the shares sum to 1.
+    """Return the nodes (k,) that a force on ``patch`` acts on, and the fraction (k,) of it on each; they sum to 1.
 
-    The pressure is proportional to 1 − (distance/radius)² on the triangles whose normal is within 90° of the patch's,
-    and is integrated with the shape functions of ``mesh``: linear ones, or of order 2 the quadratic ones, whose nodes
-    are the mesh's and then the midpoints of its ``edges``; shares of these may be negative. With a radius of 0, or
-    where no such triangle is near, the force is on the point of the surface nearest to the centre.
+    The pressure is proportional to 1 − (distance/radius)² on triangles whose normal is within 90° of the patch's, and
+    is integrated with the shape functions of ``mesh``: linear ones, or for order 2 quadratic ones, whose nodes are the
+    mesh's and then the midpoints of its ``edges``, and whose fractions may be negative. With a radius of 0, or without
+    such a triangle, the force is on the surface point nearest to the centre.
 
     Trap: area weights in place of the integral spoil quadratic elements: by up to 63 % of the peak at the patch.
     """
@@ -89,12 +89,12 @@ def _integrals(corners: np.ndarray, patch: Patch, order: int) -> np.ndarray:
 
 
 def course(since: float, rise_s: float, hold_s: float, fall_s: float) -> float:
-    """Return what rises from 0 to 1 over ``rise_s`` [s], stays and falls to 0 again, ``since`` [s] after it begins."""
+    """Return the factor of a load ``since`` [s] after its start: a rise from 0 to 1, a constant time, a fall to 0."""
     return ramp(since, rise_s) - ramp(since - rise_s - hold_s, fall_s)
 
 
 def ramp(since: float, lasts_s: float) -> float:
-    """Return 3q² − 2q³ of q = ``since`` / ``lasts_s``, from 0 to 1: a sudden change would excite waves."""
+    """Return 3q² − 2q³ with q = ``since`` / ``lasts_s`` from 0 to 1: a smooth rise, as a sudden one excites waves."""
     if since < 0.0:
         return 0.0
     q = min(since / lasts_s, 1.0) if lasts_s > 0.0 else 1.0
@@ -102,16 +102,16 @@ def ramp(since: float, lasts_s: float) -> float:
 
 
 OFF = 0.1
-"""Share of the body's size by which a load may lie off its surface."""
+"""Largest distance of a load from the body's surface, over the body's size."""
 AT_NODE = 1e-6
-"""Share of a facet's or the body's size within which a point is at an edge or a node: rounding decides no more."""
+"""Distance, over the size of a facet or of the body, up to which a point is at an edge or a node."""
 
 
 def load_point(mesh: Mesh, held: np.ndarray, place: str, load: Load | Hook) -> tuple[np.ndarray, np.ndarray]:
-    """Return the facet (3,) with the surface point nearest to ``at_m`` (3,) [m] of a load, and its weights (3,) there.
+    """Return the surface point nearest to ``at_m`` of a load: its facet (3,) and barycentric coordinates (3,).
 
-    held : nodes that do not move; place : in messages
-    Raises InputError for a load off the surface, of a radius beyond the body's size, or on what is held.
+    held : nodes that do not move; place : of the load in the settings, for messages
+    Raises InputError for a load off the surface, of a radius beyond the body's size, or on held nodes.
     """
     if load.radius_m > mesh.size:
         raise InputError(
@@ -131,25 +131,25 @@ def load_point(mesh: Mesh, held: np.ndarray, place: str, load: Load | Hook) -> t
 
 
 def surface_point(mesh: Mesh, point: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return the facet (3,) with the surface point nearest to a point (3,) [m], its weights (3,), its distance [m].
+    """Return the surface point nearest to a point (3,) [m]: facet (3,), barycentric coordinates (3,), distance [m].
 
-    At a node, or on an edge, the others have no weight at all.
+    At a node, or on an edge, the coordinates of other nodes are exactly zero.
     """
     (corners,), (weights,), (away,) = nearest_on_surface(mesh, point[None])
     weights = np.where(weights > AT_NODE, weights, 0.0)
     return corners, weights / weights.sum(), float(away)
 
 
-def have(triangles: np.ndarray, corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return which of ``triangles`` (t, 3) contain a point that ``surface_point`` found: at a node all around it."""
+def containing(triangles: np.ndarray, corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return which of ``triangles`` (t, 3) contain a point of ``surface_point``: for a node all around it."""
     few = corners[weights > 0.0]
     return np.isin(triangles, few).sum(axis=1) == len(few)
 
 
 def nearest_on_surface(mesh: Mesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Find the surface points at rest nearest to ``points`` (p, 3) [m].
+    """Find the points of the surface at rest nearest to ``points`` (p, 3) [m].
 
-    Returns the corners (p, 3) of their triangles, barycentric weights (p, 3), and distances (p,) [m].
+    Returns the corners (p, 3) of their triangles, barycentric coordinates (p, 3), and distances (p,) [m].
     """
     from scipy.spatial import cKDTree
 
@@ -175,7 +175,8 @@ def _nearest_shares(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
     sides = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
     inner = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - corners[:, 0])
     shares = np.column_stack([1.0 - inner.sum(axis=1), inner])
-    found, least = shares, np.where(shares.min(axis=1) >= 0.0, -1.0, np.inf)  # above an inside there is nothing nearer
+    # a projection inside of the triangle is the nearest point; else that is on one of the edges
+    found, least = shares, np.where(shares.min(axis=1) >= 0.0, -1.0, np.inf)
     for a, b in ((0, 1), (1, 2), (2, 0)):
         edge = corners[:, b] - corners[:, a]
         along = np.einsum("ti,ti->t", point - corners[:, a], edge) / np.einsum("ti,ti->t", edge, edge)

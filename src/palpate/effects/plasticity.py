@@ -9,8 +9,7 @@ from palpate.effects.effect import Effect, Goals, offers
 
 def make(particles: Particles, plasticity: settings.Plasticity, elastic: Any) -> Effect:
     """Make the plastic flow of shape-matching clusters or of corotational finite elements."""
-    has_goals = offers(elastic, Goals)
-    if has_goals:
+    if offers(elastic, Goals):
         from palpate.effects.shape_plasticity import ShapePlasticity
 
         return ShapePlasticity(plasticity, elastic)

@@ -20,7 +20,7 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 @numba.njit(cache=True, error_model="numpy")
 def write_blocks(u, v, hessian, flips, twists, gradients, share, k, h, b, blocks):
-    """Write column ``k`` of ``blocks``; ``share`` is its volume [m³], ``h, b`` (3, 3) are scratch.
+    """Write the Hessian of column ``k`` to ``blocks``; share : its volume [m³]; h, b : (3, 3), scratch.
 
     With h = Vᵀ g the block of g and g' is V U b Uᵀ, where bᵢⱼ = ∂²Ψ/∂sᵢ∂sⱼ hᵢ h'ⱼ on and off the diagonal, and each
     pair of axes (i, j) adds (flip + twist)/2 hⱼ h'ⱼ to bᵢᵢ and (flip − twist)/2 hⱼ h'ᵢ to bᵢⱼ.
@@ -141,9 +141,9 @@ def density(s, mu, lam, shape, measure, volume, gradient, hessian):
 
 @numba.njit(cache=True, error_model="numpy")
 def _add_volume(gradient, second, rates, bends, derivatives, flips, twists, s, plain):
-    """Add the derivatives of U to those of W, and write flips and twists (see ``corotational``).
+    """Add the derivatives of U to those of W, and write flips and twists, which ``corotational`` explains.
 
-    ``plain`` adds the part of U″, too, which flips and twists do not depend on.
+    plain : whether to add the term of U″, too, on which flips and twists do not depend
     """
     for i in range(3):
         gradient[i] += derivatives[0] * rates[i]

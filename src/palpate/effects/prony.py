@@ -292,11 +292,11 @@ def _add(block, k, slot, mirrored, alone, values):
 
 
 TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-"""How often each of a strain's six entries occurs in its matrix."""
+"""How often each of the six entries of a strain occurs in its symmetric matrix."""
 
 
 def make(particles: Particles, prony: settings.Prony, elastic: LinearElements) -> "Prony":
-    """Make the branches of a series beside finite elements; InputError for a wrong one, as a fit may find it."""
+    """Make the branches of a series beside finite elements; InputError for a series that is not valid."""
     if wrong := prony_fault(prony):
         raise InputError(f"{particles.name}: prony.{wrong}.")
     return Prony(elastic, Series(prony.shares, prony.times_s))
@@ -371,14 +371,14 @@ class Prony(OnePass, Energy, Stiffness, StepBegin, StepEnd, Relaxation):
         self._prepare(0.0)
 
     def _prepare(self, h: float) -> None:
-        """Set the energy of a step of ``h`` [s]: one modulus and one center for each element, and what is left."""
+        """Set the energy of a step of ``h`` [s]: a modulus and a center for each element, and a constant [J]."""
         self.forget()
         a, b = self.series.factors(h)
         weights = self.series.ratios * b
-        kept, whole = (a / b)[:, None], weights.sum()
+        remaining, whole = (a / b)[:, None], weights.sum()
         centers = self.inner
         if self._strain is not None and h > 0.0:
-            centers = kept * self.inner + (1.0 - kept) * self._strain[:, None]
+            centers = remaining * self.inner + (1.0 - remaining) * self._strain[:, None]
         self._centers = np.einsum("k,mkc->mc", weights / whole, centers)
         self._stiffness = whole * self._moduli
         squares = (centers - self._centers[:, None]) ** 2 @ TWICE

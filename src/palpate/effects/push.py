@@ -8,7 +8,7 @@ from palpate.bodies.mesh import Mesh, area_normals
 from palpate.bodies.particles import Particles
 from palpate.effects import settings
 from palpate.effects.effect import Effect, Load, Time
-from palpate.effects.patch_load import Patch, course, have, load_point, patch_shares
+from palpate.effects.patch_load import Patch, containing, course, load_point, patch_shares
 
 
 def make(particles: Particles, push: settings.Push, elastic: Effect | None) -> "Push":
@@ -17,12 +17,11 @@ def make(particles: Particles, push: settings.Push, elastic: Effect | None) -> "
 
 
 def placed(mesh: Mesh, held: np.ndarray, name: str, loads: Sequence[settings.Load]) -> list[settings.Load]:
-    """Return ``loads``, each with its disc: ``at_m`` on the surface, and the outward ``normal`` there.
+    """Return ``loads`` with ``at_m`` on the surface at rest, at the nearest point, and the outward ``normal`` there.
 
     held : nodes of ``mesh`` that do not move; name : the body's, for messages
-    The disc's middle is the point of the surface nearest to the given ``at_m`` (3,) [m] at rest. A load that has a
-    ``normal`` has its disc already, so that one mesh places it for all levels of a body: surfaces of levels differ.
-    Raises InputError for a load off the surface, of a radius beyond the body's size, or on what is held.
+    A load with a ``normal`` is returned as it is, so that the surface of one level places it for all levels of a body.
+    Raises InputError for a load off the surface, of a radius beyond the body's size, or on held nodes.
     """
     found = []
     for i, load in enumerate(loads):
@@ -31,7 +30,9 @@ def placed(mesh: Mesh, held: np.ndarray, name: str, loads: Sequence[settings.Loa
             if (weights == 1.0).any():
                 normal = mesh.normals[corners[weights.argmax()]]
             else:
-                normal = area_normals(mesh.nodes, mesh.triangles[have(mesh.triangles, corners, weights)]).sum(axis=0)
+                normal = area_normals(mesh.nodes, mesh.triangles[containing(mesh.triangles, corners, weights)]).sum(
+                    axis=0
+                )
                 normal /= np.linalg.norm(normal)
             at_m = (weights @ mesh.nodes[corners]).tolist()
             load = load.model_copy(update={"at_m": at_m, "normal": normal.tolist()})
@@ -45,9 +46,9 @@ def disc(load: settings.Load) -> Patch:
 
 
 def factor(load: settings.Load, t: float) -> float:
-    """Return what ``force_n`` is multiplied by at ``t`` [s].
+    """Return the factor of ``force_n`` at ``t`` [s].
 
-    From ``start_s`` it increases over ``press_s``, is 1 over ``hold_s`` and decreases over ``release_s``.
+    From ``start_s`` it rises to 1 over ``press_s``, stays over ``hold_s`` and falls to 0 over ``release_s``.
     """
     return course(t - load.start_s, load.press_s, load.hold_s, load.release_s)
 

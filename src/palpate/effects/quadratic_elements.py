@@ -117,7 +117,7 @@ def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, group, shape, mea
 
 @numba.njit(cache=True, error_model="numpy")
 def write_tangents(x, ten, slopes, gradients, volumes, mu, lam, group, shape, measure, volume, definite, tangents):
-    """Write what the Hessian consists of at the points, the blocks of all batches, into ``tangents`` (m, 54, BLOCK)."""
+    """Write the Hessians with respect to F at all points into ``tangents`` (m, 54, BLOCK), one block for each batch."""
     places, stretched = np.empty((30, BATCH)), np.empty((9, BATCH))
     g, shares = np.empty((9, BLOCK)), np.empty((3, BLOCK))
     f, rotated = np.empty((9, BLOCK)), np.empty((15, BLOCK))

@@ -254,7 +254,7 @@ class VelocityDamping(Block):
 
 
 class Loads(Block):
-    """What acts on a body, what it meets and how it yields, of what a scene may describe."""
+    """Loads, contact and plasticity of a body, which a scene and a study of motions describe alike."""
 
     gravity: Gravity | None = optional("Weight")
     push: Push | None = optional("Loads that are pressed on, held, and released")

@@ -73,7 +73,7 @@ def make_clusters(particles: Particles, asked: settings.Clusters) -> Clusters:
 
 
 def _edges(particles: Particles) -> np.ndarray:
-    """Return pairs (n_pairs, 2) of the first node of each triangle and tetrahedron and each of its other nodes."""
+    """Return pairs (n_pairs, 2) of the first node of each triangle and tetrahedron with each of its other nodes."""
     cells = (particles.triangles, particles.tetrahedra)
     return np.concatenate([np.stack([c[:, 0], c[:, j]], axis=1) for c in cells for j in range(1, c.shape[1])])
 
@@ -90,7 +90,7 @@ ALIKE = 1e-6
 
 
 def _shells(particles: Particles, pieces: list[np.ndarray]) -> list[np.ndarray]:
-    """Split the tetrahedra into those equally far from the middle of their piece, the nearest first."""
+    """Return groups of tetrahedra at equal distances from the middle of their piece, the nearest group first."""
     centres = particles.nodes[particles.tetrahedra].mean(axis=1)
     away = np.empty(len(centres))
     for piece in pieces:
@@ -101,7 +101,10 @@ def _shells(particles: Particles, pieces: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def _neighbourhoods(tetrahedra: np.ndarray, count: int, shells: Iterable[np.ndarray] | None) -> list[np.ndarray]:
-    """Return the nodes of the tetrahedra around each one; with ``shells`` of those that none before them covers."""
+    """Return for each tetrahedron the nodes of all tetrahedra that have a node in common with it.
+
+    shells : groups of tetrahedra in an order; those that an earlier group's neighbours include get none
+    """
     index = np.repeat(np.arange(len(tetrahedra)), 4)
     around = sparse.csr_array((np.ones(len(index), dtype=bool), (tetrahedra.ravel(), index)), (count, len(tetrahedra)))
     covered, groups = np.zeros(len(tetrahedra), dtype=bool), []
@@ -114,7 +117,7 @@ def _neighbourhoods(tetrahedra: np.ndarray, count: int, shells: Iterable[np.ndar
 
 
 def _cubes(nodes: np.ndarray, asked: settings.Clusters) -> list[np.ndarray]:
-    """Return the members of each cube that is not empty, without repetition."""
+    """Return the particles in each cube that is not empty, each set once."""
     edge, overlap = asked.edge_m, asked.overlap
     if edge is None:
         raise InputError("shape_matching.clusters lacks edge_m; give the edge of the cubes in metres.")
@@ -159,9 +162,11 @@ DEPENDENT = 1e-6
 def orthonormal_terms(nodes, masses, members, starts, terms):
     """Compute the orthonormal terms φ of all clusters, and the frames L that give q = L φ.
 
-    nodes : (n, 3) [m]; masses : (n_members,) [kg], a particle's share of mass in this cluster; terms : their number
-    Returns shares μ (n_members,), terms φ (n_members, terms), frames (n_clusters, 3, 3) [m], and the number of
-    terms, of the first three, that are not zero, (n_clusters,): 2 in a plane, 1 on a line, 0 in a point.
+    nodes : (n, 3) [m]; masses : (n_members,) [kg] of each member in its cluster; members, starts : of ``Clusters``
+    terms : their number
+    Returns fractions μ (n_members,) of the clusters' masses, terms φ (n_members, terms), frames (n_clusters, 3, 3) [m],
+    and ranks (n_clusters,), the number of the first three terms that are not zero: 2 in a plane, 1 on a line, 0 in a
+    point.
     """
     shares, basis = np.empty(len(members)), np.zeros((len(members), terms))
     frames, ranks = np.zeros((len(starts) - 1, 3, 3)), np.zeros(len(starts) - 1, dtype=np.int64)
@@ -248,7 +253,7 @@ def determinant(a):
 
 
 OVERLAPS = ("mean", "sum")
-"""Ways to move a particle of several clusters: to the mean of its goals, or towards each of them."""
+"""Motions of a particle in several clusters: to the mean of its goals, or towards each of them."""
 
 HALF, DOUBLE = 0.5, 2.0
 """Range of volumes, relative to rest, in which the linear mode restores the volume completely."""
@@ -325,6 +330,7 @@ class ShapeMatching(Goals):
 
 @numba.njit(cache=True, error_model="numpy")
 def _goals(x, members, starts, shares, basis, frames, ranks, beta, keep_volume, weights, turns, out):
+    """Write the means of each particle's goals, c + (β H + (1 − β) R L) φ in each cluster, to ``out`` (n, 3) [m]."""
     terms = basis.shape[1]
     centre, h, a, r, work = np.empty(3), np.empty((3, terms)), np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
     out[:] = 0.0
@@ -356,7 +362,7 @@ def _goals(x, members, starts, shares, basis, frames, ranks, beta, keep_volume, 
 
 @numba.njit(cache=True, error_model="numpy")
 def _volume_factor(volume):
-    """Compute the factor of a linear map that restores its volume, which is given relative to rest."""
+    """Return the factor of a linear map by which it restores the volume; volume : of the map, relative to rest."""
     if volume > HALF:
         return min(volume, DOUBLE) ** (-1.0 / 3.0)
     return 1.0 + max(volume, 0.0) / HALF * (HALF ** (-1.0 / 3.0) - 1.0)

@@ -48,6 +48,7 @@ class ShapePlasticity(Relaxation):
 
 @numba.njit(cache=True, error_model="numpy")
 def _relax(x, members, starts, shares, basis, inverse, ranks, limit, part, most, plastic):
+    """Add ``part`` of the strain of each cluster to ``plastic``, up to ``most``, where the strain exceeds ``limit``."""
     centre, h = np.empty(3), np.empty((3, basis.shape[1]))
     f, u, v, s, back = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty((3, 3))
     for c in range(len(ranks)):
@@ -77,7 +78,7 @@ def _relax(x, members, starts, shares, basis, inverse, ranks, limit, part, most,
 def _bound(f, most, keep_volume, u, s, v):
     """Limit ‖f − I‖ to ``most``, which is below 1 so that det f stays positive, and set det f to 1.
 
-    In the paper the second may undo the first; in alternation, both soon hold.
+    In the paper the second step may undo the first; here they alternate until both hold.
     """
     for turn in range(50):
         for i in range(3):

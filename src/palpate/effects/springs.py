@@ -59,7 +59,10 @@ def rest_lengths(nodes: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 
 
 def make(particles: Particles, springs: settings.Springs | None, elastic: Effect | None = None) -> "Springs":
-    """Make the springs of a solid from its Young's modulus, of a surface or sheet from ``springs``; 0 omits a kind."""
+    """Make the springs of a solid from its Young's modulus, those of a surface or a sheet from ``springs``.
+
+    A kind of stiffness 0 is left out.
+    """
     if len(particles.tetrahedra):
         pairs, stiffness = volume_springs(particles)
         return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))

@@ -1,4 +1,4 @@
-"""Threads: sutures between two points of the surface, tied, tightened over time, that pull and never push."""
+"""Threads: sutures between two points of the surface, which are tied, are tightened over time, and have no push."""
 
 import numpy as np
 
@@ -15,10 +15,10 @@ SAME_S = 1e-9
 
 
 def make(particles: Particles, asked: list[settings.Thread], elastic: Effect | None) -> "Threads":
-    """Make all threads.
+    """Make all threads of a scene.
 
-    Its ends are the points of the surface at rest that are nearest to ``ends_m`` (2, 3) [m], with linear shape
-    functions, so that meshes of one shape have the same. Raises InputError for ends off the surface or at one place.
+    The ends of each are the surface points at rest nearest to its ``ends_m`` (2, 3) [m], anywhere in a triangle, so
+    that they are the same on all meshes of one shape. Raises InputError for ends off the surface or at one place.
     """
     found = []
     for i, thread in enumerate(asked):
@@ -41,15 +41,15 @@ class Threads(
     effect.Corrections, effect.Following, effect.Time, effect.Driven, effect.Relaxation, effect.Observation,
     effect.Drawn,
 ):  # fmt: skip
-    """E = Σ ½ k max(d − l, 0)² of threads of length l between ends d apart: C¹ where one becomes taut, and convex.
+    """E = Σ ½ k max(d − l, 0)² of threads of length l whose ends are d apart; it is convex, and C¹ at d = l.
 
-    A thread is tied at its start, as long as its ends are then apart (at rest, for a start at 0), and l goes from there
-    to its final length. Before, nothing acts. Tightening does work: the tension at the end of a step times what is
-    taken in. An end is anywhere in a triangle, whose three nodes share its force, so forces and moments balance.
+    A thread acts from its start, when its length l is the distance of its ends (that at rest for a start at 0); then l
+    goes to its final length. Tightening does work: the tension at the end of a step times the decrease of l. An end is
+    anywhere in a triangle, and its force is divided among the three nodes, so that forces and moments balance.
 
     nodes : (k, 6) corners of the triangle of the first end and of the second one; weights : (k, 6), so that the second
     end less the first is Σ weights x; finals : (k,) [m]; columns : (k, 3) stiffness [N/m], start [s], tightening [s]
-    Until ``at`` is called, all are tied and just taut at rest: that is what explicit integrators have to be stable for.
+    Until ``at`` is called, all are tied and just taut at rest: explicit integrators choose their steps for that state.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Threads(
         ways, d, k = self._vectors(x)[taut], distances[taut], self._stiffness[taut]
         directions = ways / np.maximum(d, 1e-300)[:, None]
         along = np.einsum("ti,tj->tij", directions, directions)
-        # both ends at one place: a thread of no length resists all ways alike
+        # both ends at one place: a thread of no length resists all directions alike
         across = np.where(d > 0.0, 1.0 - self._lengths[taut] / np.maximum(d, 1e-300), 1.0)
         resists = k[:, None, None] * (across[:, None, None] * (np.eye(3) - along) + along)
         nodes, weights = self._nodes[taut], self._weights[taut]
@@ -111,29 +111,29 @@ class Threads(
             # the triangles of both ends may share nodes, whose weights count together
             mobile = weights @ ((nodes[:, None] == nodes) * inverse[nodes]) @ weights
             change = (d - self._lengths[k] - soft * self._multipliers[k]) / (mobile + soft)
-            change = max(change, -self._multipliers[k])  # it pulls and never pushes
+            change = max(change, -self._multipliers[k])  # no push
             self._multipliers[k] += change
             np.add.at(x, nodes, -change / d * np.outer(inverse[nodes] * weights, way))
 
     def end(self, x: np.ndarray) -> None:
-        """End an implicit step, whose work is the tension at its end times what was taken in."""
+        """End an implicit step, whose work is the tension at its end times the decrease of the length."""
         tied = np.isfinite(self._lengths)
         shorter = np.where(np.isfinite(self._before), self._before, self._tied)[tied] - self._lengths[tied]
         self.work_j += float(self.tensions(x)[tied] @ shorter)
         self._accept(x)
 
     def relax(self, x: np.ndarray, h: float) -> None:
-        """End an explicit step, which takes in before it moves: its work is the energy that this gives."""
+        """End an explicit step, which shortens threads before nodes move: its work is the energy that this adds."""
         self.work_j += self._energy(self._last, self._lengths) - self._energy(self._last, self._before)
         self._accept(x)
 
     def _accept(self, x: np.ndarray) -> None:
-        """Keep distances and lengths at ``x`` (n, 3) [m], where a step ends; what is not tied is as long as these."""
+        """Store distances and lengths at the end of a step, ``x`` (n, 3) [m]; the former are lengths of untied ones."""
         self._before, self._last = self._lengths, self._distances(x)
         self._tied = np.where(np.isfinite(self._lengths), self._tied, self._last)
 
     def observe(self, x: np.ndarray) -> dict[str, float]:
-        """Record the force of each thread on its first end, ``thread_0_force_x_n`` …, whose size is the tension."""
+        """Return the force of each thread on its first end, ``thread_0_force_x_n`` …, whose norm is the tension."""
         row: dict[str, float] = {}
         for number, pull in enumerate(self._pulls(x)):
             row |= {f"thread_{number}_force_{letter}_n": float(pull[axis]) for axis, letter in enumerate("xyz")}
@@ -149,7 +149,7 @@ class Threads(
         return [Shape(f"thread_{i}", "capsule", self._thick, points, none) for i, points in enumerate(ends)]
 
     def _vectors(self, x: np.ndarray) -> np.ndarray:
-        """Return the ways from first to second ends (k, 3) [m]."""
+        """Return the vectors from first to second ends (k, 3) [m]."""
         return np.einsum("ka,kai->ki", self._weights, x[self._nodes])
 
     def _distances(self, x: np.ndarray) -> np.ndarray:

@@ -72,7 +72,7 @@ def _deformation_gradient(x, triangle, gradients, f):
 
 @numba.njit(cache=True, error_model="numpy")
 def _round(s):
-    """Compute |s| with its tip smoothed: τ, τ', τ'' and τ'/s of the C² quartic that meets |s| at FOLD."""
+    """Return τ, τ', τ'' and τ'/s of |s| with its kink at 0 smoothed, by the C² quartic that meets |s| at FOLD."""
     if s >= FOLD:
         return s, 1.0, 0.0, 1.0 / s
     q = s / FOLD
@@ -166,7 +166,7 @@ def _eigenvalues(s, mu, lam, weights):
 
 @numba.njit(cache=True)
 def _modes(u, v, gradients, cosine, sine, modes):
-    """Apply the six modes to the shape gradients, (3 nodes, 3, 6)."""
+    """Write the products of the six modes with the shape gradients of three nodes to ``modes`` (3, 3, 6)."""
     half = np.sqrt(0.5)
     for a in range(3):
         g = v[0, 0] * gradients[a, 0] + v[1, 0] * gradients[a, 1]

@@ -1,5 +1,6 @@
-"""Springs against change of volume: the volume force of paper 2, on the sum of a tetrahedron's corners' distances from
-its middle; not a load per volume.
+"""Springs that resist a change of volume: the volume force of paper 2, not a load per volume.
+
+It acts on the sum of the distances of a tetrahedron's corners from its middle.
 """
 
 import numba
@@ -88,10 +89,10 @@ def add_force(x, tetrahedra, rest, stiffness, force):
 
 @numba.njit(cache=True, error_model="numpy")
 def add_forces(x, tetrahedra, rest, stiffness, force, pulls, lanes):
-    """Do the same for k = len(lanes) motions at a time: ``x`` and ``force`` (n, 3k), all x first, then all y and z.
+    """Do what ``add_force`` does for k = len(lanes) bodies at once: ``x``, ``force`` (n, 3k), all x, then all y and z.
 
-    pulls : (12k,) workspace, which separates what is read from what is written, so that vector instructions do one
-    lane each; the calibration spends most of its time here
+    pulls : (12k,) scratch, which separates reads from writes, so that vector instructions work on one body each; the
+        calibration of springs spends most of its time here
     """
     k = len(lanes)
     for e in range(len(tetrahedra)):

@@ -1,4 +1,4 @@
-"""The result of a scene's run: positions, energies and contacts over time, kept as HDF5 or as a series for ParaView."""
+"""The motion of a scene: positions, energies and contacts over time, written as HDF5 or as a series for ParaView."""
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,7 +14,7 @@ from palpate.stores import store
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """A rigid obstacle, or what else pictures show, over time, in f frames.
+    """A rigid obstacle, or another thing that pictures show, over time, in f frames.
 
     positions : (f, k, 3) [m] of its points; a ball is one point, a capsule two
     triangles : (m, 3) between the points; radius_m : thickness around them [m]
@@ -34,8 +34,8 @@ class Motion:
     times : (f,) [s]; positions : (f, n, 3) and rest : (n, 3) [m]
     triangles : (t, 3) of the surface; tetrahedra : (m, 4), if any; held : (k,) nodes held still
     energy : one row for each frame: time_s, kinetic_j, a column ``<effect>_j`` for each energy, outer_work_j, total_j,
-        gain_j, the most that total_j has risen in a step beyond the work of that step, and of a motion in modes
-        doubt_m, what it says of its own error [m], infinite where it knows nothing
+        and gain_j, the most that total_j has risen in a step beyond the work of that step; for a motion in modes also
+        doubt_m, its own estimate of its error [m], infinite where it has none
     obstacles : rigid things that the body could meet
     observed : one row for each step: time_s and the numbers that effects observe
     contacts : one row for each contact and frame, with place, direction, gap, relative velocity, force
@@ -92,26 +92,25 @@ class Motion:
         return pictures.stills(self)
 
     def instrument_forces(self) -> np.ndarray:
-        """Return the force of each of the k obstacles on the bodies between two frames, (f − 1, k, 3) [N].
+        """Return the mean force of each of the k obstacles on the bodies between two frames, (f − 1, k, 3) [N].
 
-        It is the mean over that time. An integrator whose steps have stages records that over each of its steps, the
-        columns ``<name>_mean_force_x_n``, … of the ``observed``. Of others it is found by the trapezoidal rule: a step
-        of an implicit integrator has the force at its end, ``<name>_force_x_n``, …, while those of explicit ones
-        alternate between none and too much, and only their sum over many steps, the momentum that they hand over, means
-        something. Before the first step it is zero. k is 0 where nothing records either.
+        An integrator whose steps have stages records the mean over each step, ``<name>_mean_force_x_n`` …, in
+        ``observed``. For others it is found by the trapezoidal rule from the force at the end of each step,
+        ``<name>_force_x_n`` …, zero before the first step; of explicit integrators, whose contact forces alternate
+        between none and too large ones, only the mean over many steps is meaningful. k is 0 without such columns.
         """
-        meant = [f"{obstacle.name}_mean_force_{letter}_n" for obstacle in self.obstacles for letter in "xyz"]
-        whole = bool(meant) and set(meant) <= set(self.observed)
-        names = meant if whole else [name.replace("_mean_force_", "_force_") for name in meant]
+        means = [f"{obstacle.name}_mean_force_{letter}_n" for obstacle in self.obstacles for letter in "xyz"]
+        averaged = bool(means) and set(means) <= set(self.observed)
+        names = means if averaged else [name.replace("_mean_force_", "_force_") for name in means]
         if not names or not set(names) <= set(self.observed):
             return np.zeros((len(self.times) - 1, 0, 3))
         forces = np.vstack([np.zeros(len(names)), -self.observed[names].to_numpy()])
         times = np.append(0.0, self.observed["time_s"])
-        parts = np.diff(times)[:, None] * (forces[1:] if whole else 0.5 * (forces[1:] + forces[:-1]))
+        parts = np.diff(times)[:, None] * (forces[1:] if averaged else 0.5 * (forces[1:] + forces[:-1]))
         impulses = np.vstack([np.zeros(len(names)), np.cumsum(parts, axis=0)])
         ends = np.searchsorted(times, self.times * (1.0 - 1e-9))
-        means = np.diff(impulses[ends], axis=0) / np.diff(self.times)[:, None]
-        return means.reshape(len(means), -1, 3)
+        between = np.diff(impulses[ends], axis=0) / np.diff(self.times)[:, None]
+        return between.reshape(len(between), -1, 3)
 
 
 def write_series(motion: Motion, folder: Path | str) -> Path:

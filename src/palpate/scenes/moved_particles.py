@@ -1,4 +1,4 @@
-"""The particles that a scene moves: of its bodies, joined, and prepared for its cut."""
+"""The particles of a scene: those of its bodies, joined, and prepared for its cut."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,7 +19,7 @@ def load_particles(scene: Scene, bodies: Sequence[Path | str]) -> "Particles":
 
 
 def particles_in(scene: Scene, bodies: "Sequence[Body]") -> "Particles":
-    """Make the particles of a scene of ``bodies``, its own first, which is the one that it cuts.
+    """Return the particles of a scene of ``bodies``, the first of which is the one that it may cut.
 
     Raises InputError if the bodies cannot be joined, and for a cut that severs nothing.
     """

@@ -1,6 +1,6 @@
-"""Load effects from the user's own files, and check each before a scene runs.
+"""Effects from the user's own files, each of which is checked before a scene runs.
 
-Force and energy, and stiffness and force, are compared by central differences.
+The force is compared with the energy, and the stiffness with the force, by central differences.
 """
 
 from collections.abc import Callable
@@ -25,9 +25,9 @@ FORCE_ERROR, STIFFNESS_ERROR = 1e-3, 5e-2
 
 
 def disagreement(effect: Effect, particles: Particles) -> str:
-    """Describe by how much force and energy, or stiffness and force, disagree near rest; empty if they agree.
+    """Return a sentence on how far force and energy, or stiffness and force, disagree near rest; empty if they agree.
 
-    Nothing is compared where a value is not finite. The nodes are moved at random, in the same way each time.
+    The nodes are displaced at random, always alike. Values that are not finite are not compared.
     """
     if not offers(effect, hooks.Energy):
         return ""
@@ -45,7 +45,7 @@ def disagreement(effect: Effect, particles: Particles) -> str:
 
 
 def _force_error(effect: Energy, x: np.ndarray, steps: list[np.ndarray]) -> float:
-    """Compare changes of the energy with the work of the force along ``steps``, and along the force itself."""
+    """Return the relative error of the force in changes of the energy along ``steps`` and along the force itself."""
     force = _force(effect, x)
     norm = float(np.linalg.norm(force))
     along = [*steps, force * (np.linalg.norm(steps[0]) / norm)] if norm > 0.0 else steps
@@ -56,7 +56,7 @@ def _force_error(effect: Energy, x: np.ndarray, steps: list[np.ndarray]) -> floa
 
 
 def _stiffness_error(effect: Stiffness, x: np.ndarray, steps: list[np.ndarray]) -> float:
-    """Compare changes of the force along ``steps`` with the product of the stiffness and the step."""
+    """Return the relative error of the stiffness in changes of the force along ``steps``."""
     pattern = shared_pattern([np.asarray(effect.couples)], len(x))
     values = np.zeros((len(pattern.indices), 3, 3))
     effect.add_stiffness(x, False, pattern.slots[0], values)
@@ -74,7 +74,7 @@ def _force(effect: Effect, x: np.ndarray) -> np.ndarray:
 
 
 def _relative(found: np.ndarray, expected: np.ndarray, rounding: float) -> float:
-    """Return how much two arrays differ relative to the larger one; 0 if by no more than rounding, or not finite."""
+    """Return the difference of two arrays over the larger one; 0 if it is within ``rounding``, or not finite."""
     off, size = float(np.linalg.norm(found - expected)), float(max(np.linalg.norm(found), np.linalg.norm(expected)))
     if not np.isfinite(off + size) or off <= rounding * np.sqrt(found.size):
         return 0.0
@@ -90,14 +90,14 @@ GUIDE = "see docs/add-an-effect.md"
 
 
 class Maker(Protocol):
-    """An effect of the user's, as an object: what its settings are, and how it is made."""
+    """An effect of the user's, as an object with its settings, that can be made for particles."""
 
     def make(self, particles: Particles, elastic: Effect | None) -> Effect:
         """Return the effect on ``particles``, which offers hooks of ``effects.effect``."""
 
 
 def make(name: str, scene: Scene, particles: Particles, elastic: Effect | None) -> Effect:
-    """Make an effect of the scene's own and call it at rest and near it; InputError naming the file and the fault."""
+    """Return one of the scene's own effects, which was tried at rest and near it; InputError names file and fault."""
     path = Path(scene.own[name])
     module = import_file(path, f"{scene.place}.own.{name}")
     if not hasattr(module, "make"):
@@ -106,7 +106,7 @@ def make(name: str, scene: Scene, particles: Particles, elastic: Effect | None) 
 
 
 def checked(place: str, made: Callable[[], Effect], particles: Particles) -> Effect:
-    """Return the effect that ``made`` makes, called at rest and near it; InputError naming ``place`` and the fault."""
+    """Return the effect that ``made`` makes, tried at rest and near it; InputError names ``place`` and the fault."""
     try:
         effect = made()
         fault = _fault(effect, particles) or disagreement(effect, particles)
@@ -120,7 +120,7 @@ def checked(place: str, made: Callable[[], Effect], particles: Particles) -> Eff
 
 
 def _fault(effect: Effect, particles: Particles) -> str:
-    """Describe the first fault of an effect; empty if there is none."""
+    """Return a sentence on the first fault of an effect; empty if there is none."""
     if lack := hooks.incomplete(effect):
         return f"the effect has {lack}"
     if not any(offers(effect, hook) for hook in ACTING):

@@ -1,4 +1,4 @@
-"""Run a scene: the system of exactly the effects that it names, its steps and records, and the cost of each effect."""
+"""Run a scene: make the system of its effects, step it, record its motion, and measure the cost of each effect."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,30 +21,31 @@ from palpate.scenes.settings import Scene
 from palpate.solvers.system import Integrator, System
 
 
-def moved(particles: Particles) -> acting_effects.Moved:
-    """Return what decides on effects of ``particles``."""
+def traits(particles: Particles) -> acting_effects.BodyTraits:
+    """Return the traits of ``particles`` that decide which effects act."""
     form = "sheet" if particles.thickness_m else "solid" if len(particles.tetrahedra) else "surface"
-    return acting_effects.Moved(form, particles.material.law, bool(particles.beds), len(particles.held))
+    return acting_effects.BodyTraits(form, particles.material.law, bool(particles.beds), len(particles.held))
 
 
 def effect_names(scene: Scene, particles: Particles) -> list[str]:
-    """Return the effects that act, the elastic one first, and hooks before contact can stop them."""
-    names = acting_effects.acting(scene, moved(particles))
+    """Return the effects that act in their order: the elastic one, then hooks, which contact may stop, then others."""
+    names = acting_effects.acting(scene, traits(particles))
     return sorted(names, key=lambda name: 0 if name in effect_registry.ELASTIC else 1 if name == "hooks" else 2)
 
 
 def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:
-    """Tabulate one row for each effect there is: scene, effect, called, reason."""
-    rows = [[scene.name, *decision] for decision in acting_effects.decide(scene, moved(particles))]
+    """Return a table with a row for each effect of palpate and of the scene's own: scene, effect, called, reason."""
+    rows = [[scene.name, *decision] for decision in acting_effects.decide(scene, traits(particles))]
     return pd.DataFrame(rows, columns=["scene", "effect", "called", "reason"])
 
 
 def compose(
     scene: Scene, particles: Particles, without: str | None = None, own: Mapping[str, own_effect.Maker] | None = None
 ) -> System:
-    """Import and make the effects of a scene, and no others; ``without`` names one to leave out, ``own`` more of them.
+    """Return the system of the effects of a scene; no other effect is imported.
 
-    Raises InputError for one that does not suit the particles, and for nodes without mass.
+    without : name of an effect to leave out; own : more effects, by name
+    Raises InputError for an effect that does not suit the particles, and for nodes without mass.
     """
     effects: dict[str, Effect] = {}
     for name in effect_names(scene, particles):
@@ -90,11 +91,11 @@ def initial_positions(particles: Particles, free: np.ndarray, kind: str, seed: i
 
 
 SHARE_OF_LIMIT = 0.9
-"""Length of a substep that is chosen, in longest stable ones at rest: a stretched body may need shorter ones."""
+"""Length of automatic substeps over the longest stable one at rest: a stretched body may need shorter ones."""
 
 
 class InModes(Integrator, Protocol):
-    """A solver that keeps few coordinates, of which positions are made where somebody asks for them."""
+    """A solver whose state is few coordinates, from which positions are computed only on request."""
 
     def advance(self, h: float) -> None:
         """Make a step of ``h`` [s]; NotConverged if there is none."""
@@ -106,21 +107,21 @@ class InModes(Integrator, Protocol):
         """Return its kinetic energy [J] as "kinetic", and the energy [J] of each effect that has one."""
 
     def contacts(self) -> pd.DataFrame:
-        """Return one row for each contact, as the effect contact does of positions."""
+        """Return a table of contacts, as the hook ``Contacts`` of effects does."""
 
     def doubt(self) -> float:
-        """Return what grows with the error of the last step [m], RMS over the surface."""
+        """Return the solver's own estimate of the error of the last step [m], RMS over the surface."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
     """A motion and its cost.
 
-    steps : number of steps; seconds : time of the whole loop [s]; step_p95_s, step_max_s : 95 % of the steps, and all
-        of them, took at most this [s]
-    effect_seconds : time in each effect [s]; effect_kb : memory that each effect holds [kB]
-    doubts_m : what a motion in modes says of its own error in each frame but the first [m], empty of others; doubt_s :
-        the time of all these [s], which is not in ``seconds``
+    steps : number of steps; seconds : time of all steps [s]; step_p95_s, step_max_s : 95th percentile and largest time
+        of a step [s]
+    effect_seconds : time in each effect [s]; effect_kb : memory of each effect [kB]
+    doubts_m : own estimate of the error of a motion in modes in each frame but the first [m], empty for other motions
+    doubt_s : time of these estimates [s], which is not in ``seconds``
     """
 
     motion: Motion
@@ -141,14 +142,15 @@ def run(
     without: str | None = None,
     own: Mapping[str, own_effect.Maker] | None = None,
 ) -> Run:
-    """Simulate a scene; ``without`` names an effect to leave out, ``own`` are effects beside its blocks.
+    """Simulate a scene of ``particles``, and return its motion and cost.
 
-    ``progress`` wraps the sequence of steps, as ``tqdm`` does. Raises InputError for a step beyond the integrator's
-    known limit and for objects that overlap at the start; NotConverged, naming the time, for a step that is not found
-    or a position that is not finite.
+    progress : wraps the sequence of steps, as ``tqdm`` does
+    without : name of an effect to leave out; own : effects besides those of its settings, by name
+    Raises InputError for a step beyond the integrator's limit and for objects that overlap at the start; NotConverged,
+    naming the time, for a step that is not found or a position that is not finite.
     """
     system = compose(scene, particles, without, own)
-    with _told(f"{scene.place}.integrator is {scene.integrator}"):
+    with _naming(f"{scene.place}.integrator is {scene.integrator}"):
         make = partial(effect_registry.integrator(scene.integrator).make, system, scene)
         integrator = make()
     if particles.ties is not None:
@@ -159,7 +161,7 @@ def run(
     parts = _parts(scene, integrator.limit_s)
     x = initial_positions(particles, system.free, scene.start, scene.seed)
     for _, effect in system.offering(hooks.Placement):
-        with _told(scene.place):
+        with _naming(scene.place):
             x = effect.place(x)
     record = _Record(scene, system, system.followed(x), _in_modes(integrator))
     system.seconds = dict.fromkeys(system.effects, 0.0)  # preparation is not part of a step
@@ -172,16 +174,16 @@ def run(
 
 
 def _in_modes(integrator: Integrator) -> InModes | None:
-    """Return the integrator if it keeps few coordinates."""
+    """Return the integrator if its state is few coordinates, else None."""
     return cast(InModes, integrator) if hasattr(integrator, "doubt") else None
 
 
 def loop(
     system: System, integrator: Integrator, scene: Scene, record: "_Record", progress: Callable, parts: int = 1
 ) -> None:
-    """Step from ``record.x`` to the end of the scene, each step in so many equal ``parts``.
+    """Step from ``record.x`` to the end of the scene, each step in so many equal ``parts``, and record each.
 
-    Positions that are made of modes for the sake of the record alone are not part of a step, as little as their doubt.
+    Times of steps leave out positions of a motion in modes that only the record needs, and its error estimates.
     """
     x, v, h = record.x, np.zeros_like(record.x), scene.step_s / parts
     modes = _in_modes(integrator)
@@ -214,10 +216,10 @@ def loop(
 
 
 class _Record:
-    """Frames, energies, contacts and work during a run."""
+    """The record of a run: frames, energies, contacts and observed numbers."""
 
     def __init__(self, scene: Scene, system: System, x: np.ndarray, modes: InModes | None):
-        """Begin at ``x`` (n, 3) [m]; energies and contacts of ``modes`` are not those of effects at nodes."""
+        """Begin at ``x`` (n, 3) [m]; a solver in ``modes`` gives energies and contacts itself."""
         self._scene, self._system, self.x, self._modes = scene, system, x, modes
         self._every = np.unique(np.linspace(0, scene.steps, min(scene.frames, scene.steps) + 1).round().astype(int))
         self.seconds: list[float] = []
@@ -240,6 +242,7 @@ class _Record:
         return step in self._every
 
     def after(self, step: int, x: np.ndarray, v: np.ndarray) -> None:
+        """Record the step of this number, which ends at ``x`` (n, 3) [m] with velocities ``v`` [m/s]."""
         spent = dict(self._system.seconds)
         energies = self._energies(x, v)
         if self._observers:
@@ -252,7 +255,7 @@ class _Record:
         self._system.seconds.update(spent)  # recording is not part of an effect's cost
 
     def _energies(self, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
-        """Return all energies [J] and their sum, and keep the most that a step has gained beyond the work."""
+        """Return all energies [J], their sum, the work, and the most that the sum has risen in a step beyond it."""
         kinetic = 0.5 * float(np.vdot(self._system.masses[:, None] * v, v))
         each = self._modes.energies() if self._modes else {"kinetic": kinetic} | self._system.energies(x)
         work, total = self._system.work_j, sum(each.values())
@@ -262,6 +265,7 @@ class _Record:
         return found | {"outer_work_j": work, "total_j": total, "gain_j": self._gain}
 
     def _keep(self, step: int, x: np.ndarray, v: np.ndarray, energies: dict[str, float]) -> None:
+        """Record a frame at the end of a step; NotConverged if its state is not finite."""
         time = step * self._scene.step_s
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             place = f"{self._scene.place}: positions are not finite at {time:.4g} s"
@@ -274,6 +278,7 @@ class _Record:
             self._contacts += [contacts.assign(time_s=time) for contacts in found]
 
     def motion(self) -> Motion:
+        """Return the recorded motion; NotConverged if its energy is not finite."""
         energy, particles = pd.DataFrame(self._rows), self._system.particles
         if not np.isfinite(energy["total_j"]).all():
             raise NotConverged(f"{self._scene.place}: its energy is not finite; take a shorter step.", [])
@@ -314,7 +319,7 @@ def _up(system: System, obstacles: Sequence[hooks.Rigid]) -> int:
 
 
 @contextmanager
-def _told(place: str) -> Iterator[None]:
+def _naming(place: str) -> Iterator[None]:
     """Begin the message of an InputError with ``place``."""
     try:
         yield
@@ -323,7 +328,7 @@ def _told(place: str) -> Iterator[None]:
 
 
 def _parts(scene: Scene, limit_s: float) -> int:
-    """Return in how many parts each step is taken; InputError if these are longer than ``limit_s`` [s]."""
+    """Return the number of substeps of each step; InputError if these are longer than ``limit_s`` [s]."""
     if not isinstance(scene.substeps, int):  # "auto"
         return max(1, math.ceil(scene.step_s / (SHARE_OF_LIMIT * limit_s)))
     if scene.step_s / scene.substeps > limit_s and not scene.allow_unstable:
@@ -337,7 +342,7 @@ def _parts(scene: Scene, limit_s: float) -> int:
 
 
 def _memory(value: Any, seen: set[int]) -> int:
-    """Return the bytes of the arrays in ``value``, each array once and without those in ``seen``, which grows."""
+    """Return the bytes of the arrays in ``value``, without those whose ids are in ``seen``, to which it adds theirs."""
     if id(value) in seen:
         return 0
     seen.add(id(value))

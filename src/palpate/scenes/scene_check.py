@@ -9,7 +9,7 @@ from palpate.bodies.material import LAWS
 from palpate.bodies.settings import Body
 from palpate.effects.settings import Hook, Load, Springs
 from palpate.errors import InputError
-from palpate.scenes.acting_effects import Moved, acting, assumed
+from palpate.scenes.acting_effects import BodyTraits, acting, assumed
 from palpate.scenes.effect_registry import EFFECTS, FINITE_ELEMENTS, NOT_STEPPED, RESERVED
 from palpate.scenes.settings import Scene
 
@@ -23,23 +23,23 @@ RELAXED = ("xpbd", "projective_dynamics", "vertex_block_descent")
 
 
 def check_effects(place: str, scene: Scene, bodies: Mapping[str, Body]) -> None:
-    """Raise InputError, beginning with ``place``, for effects that exclude, lack or do not suit each other or a body.
+    """Raise InputError for effects that exclude or lack each other, or do not suit a body.
 
-    bodies : by name
+    place : of the scene in the settings, with which messages begin; bodies : by name
     """
     for name in scene.own:
         if name in EFFECTS or name in RESERVED:
             raise InputError(f"{place}.own.{name} has a name that palpate uses itself; call it something else.")
-    moved = assumed(scene, bodies[scene.body])
-    check_together(place, scene, moved)
-    _check_stiffness(place, scene, bodies, acting(scene, moved)[0])
+    traits = assumed(scene, bodies[scene.body])
+    check_together(place, scene, traits)
+    _check_stiffness(place, scene, bodies, acting(scene, traits)[0])
 
 
-def check_together(place: str, scene: Scene, moved: Moved) -> None:
-    """Raise InputError for effects that exclude or do not suit each other, what is ``moved`` or the integrator."""
+def check_together(place: str, scene: Scene, traits: BodyTraits) -> None:
+    """Raise InputError for effects that exclude each other, or do not suit the bodies or the integrator."""
     if scene.springs is not None and scene.shape_matching is not None:
         raise InputError(f"{place} has both springs and shape_matching; keep one of them.")
-    names, form = acting(scene, moved), moved.form
+    names, form = acting(scene, traits), traits.form
     elastic = names[0]
     for name in names:
         if name in scene.own:
@@ -60,7 +60,7 @@ def check_together(place: str, scene: Scene, moved: Moved) -> None:
 
 
 def _check_stiffness(place: str, scene: Scene, bodies: Mapping[str, Body], elastic: str) -> None:
-    """Raise InputError for several stiffnesses where the elastic effect has one."""
+    """Raise InputError for bodies of different stiffness or thickness where the elastic effect has only one."""
     first = bodies[scene.body]
     for name in scene.bodies:
         for key in ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]:
@@ -78,7 +78,7 @@ def _check_stiffness(place: str, scene: Scene, bodies: Mapping[str, Body], elast
 
 
 def _check_integrator(place: str, scene: Scene, elastic: str, names: list[str]) -> None:
-    """Raise InputError for an integrator that does not suit the elastic effect, or the block of another."""
+    """Raise InputError for an integrator that does not suit the effects, and for settings of another integrator."""
     chosen = scene.integrator
     other = next((name for name in (*RELAXED, "touching") if getattr(scene, name) and name != chosen), None)
     if other:
@@ -110,7 +110,7 @@ def _check_integrator(place: str, scene: Scene, elastic: str, names: list[str]) 
 
 
 def _check_touching(place: str, scene: Scene, elastic: str, names: list[str]) -> None:
-    """Raise InputError for a scene that is no held body at rest, of finite elements under instruments that move."""
+    """Raise InputError unless the scene is a held body of finite elements at rest under moving instruments."""
     contact = scene.contact
     reason = (
         (f"the elastic effect is {elastic}" if elastic not in FINITE_ELEMENTS else "")
@@ -158,7 +158,7 @@ def _check_settings(place: str, scene: Scene, elastic: str, form: str) -> None:
 
 
 def _check_cut(place: str, scene: Scene, elastic: str) -> None:
-    """Raise InputError for a cut that comes too late, and for lips that contact or springs have no part for."""
+    """Raise InputError for a cut after the scene's end, or one that does not suit other effects or the integrator."""
     assert scene.cut is not None
     late = max(stroke.at_s for stroke in (scene.cut, *(scene.cut.more or [])))
     if late >= scene.duration_s:
@@ -186,6 +186,7 @@ def _check_cut(place: str, scene: Scene, elastic: str) -> None:
 
 
 def _check_springs(place: str, springs: Springs, form: str) -> None:
+    """Raise InputError for stiffnesses of the springs of a solid, and for lacking ones of a surface or a sheet."""
     given = {key: getattr(springs, key) for key in STRETCHED if getattr(springs, key) is not None}
     if form == "solid" and given:
         raise InputError(
@@ -203,7 +204,7 @@ def _check_springs(place: str, springs: Springs, form: str) -> None:
 
 
 def check_loads(place: str, scene: Scene) -> None:
-    """Raise InputError, naming ``place``, for a load that may fall between two steps, and a hook of two kinds."""
+    """Raise InputError, naming ``place``, for a load shorter than a step, and for a hook with both shift and force."""
     rises: dict[str, tuple[Hook | Load, float]] = {
         f"hooks[{i}]": (hook, hook.pull_s) for i, hook in enumerate(scene.hooks or [])
     }
@@ -221,7 +222,7 @@ def check_loads(place: str, scene: Scene) -> None:
 
 
 def check_instruments(place: str, scene: Scene) -> None:
-    """Raise InputError, naming ``place``, unless each path is complete and each name is different."""
+    """Raise InputError, naming ``place``, for an incomplete path of an instrument, and for a name that occurs twice."""
     # the name that contact gives to the body, to its pieces, or to several bodies together
     together = re.escape(", ".join(dict.fromkeys(scene.bodies)))
     first: dict[str, str] = {}

@@ -271,4 +271,4 @@ def test_the_way_is_the_shortest_between_the_hulls(cube):
     none, surfaces = np.zeros(0), [faces, faces + len(nodes)]
     movable = push_apart.Movable([], [], surfaces, np.zeros(2), np.zeros(2, dtype=bool), none, none, 0.001)
     points = np.vstack([nodes, nodes + np.array([0.07, 0.02, 0.01])])
-    np.testing.assert_allclose(push_apart.least_way(points, movable, (0, 1)), [-0.031, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(push_apart.shortest_separation(points, movable, (0, 1)), [-0.031, 0, 0], atol=1e-12)

@@ -6,7 +6,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
-from palpate.collision.contact_points import ContactPoints
+from palpate.collision.contact_points import Contacts
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import Counts
 from palpate.studies.brute_force import crossing
@@ -56,7 +56,7 @@ def judged(depths, directions, velocities, truth, true):
     k = len(depths)
     pairs = np.repeat(np.arange(k), 2).reshape(-1, 2)
     ways, moving = (np.reshape(vectors, (k, 3)) for vectors in (directions, velocities))
-    found = ContactPoints(pairs, np.zeros((k, 3)), ways, np.array(depths), moving, Counts(1, 0))
+    found = Contacts(pairs, np.zeros((k, 3)), ways, np.array(depths), moving, Counts(1, 0))
     frame = Frame([], [], np.empty((0, 2)), 0.0, truth)
     return stopped_precision._judge(found, frame, np.array(true, dtype=np.int64).reshape(-1, 2))
 

@@ -1,7 +1,7 @@
-"""Barrier that keeps surfaces apart: an energy that acts within a gap and diverges as it closes (Li et al. 2020).
+"""The barrier that keeps surfaces apart: an energy that acts within a gap and diverges as it closes (Li et al. 2020).
 
-It acts on stencils: a point and a triangle, or two edges, found from pairs of triangles, each once. A mollifier fades
-it out as edges become parallel, where their distance has a kink.
+It acts on stencils, a point and a triangle or two edges, which are listed once each from pairs of triangles. A
+mollifier fades it out as edges become parallel, where their distance has a kink.
 """
 
 import numba
@@ -80,7 +80,7 @@ def _stencils(nodes_a, vertices_a, edges_a, nodes_b, vertices_b, edges_b, pairs)
 
 @numba.njit(cache=True)
 def _points(triangle, owned, other, swapped, fill, count, kinds, nodes):
-    """Write the owned vertices of ``triangle`` with the triangle ``other``; return the new count of stencils."""
+    """Write the stencils of owned vertices of ``triangle`` with the triangle ``other``; return the new count."""
     if other[0] == other[1] == other[2] and (swapped or not triangle[0] == triangle[1] == triangle[2]):
         return count
     for i in range(3):
@@ -95,7 +95,7 @@ def _points(triangle, owned, other, swapped, fill, count, kinds, nodes):
 
 @numba.njit(cache=True)
 def _edges(triangle, owned, other, owned_other, fill, count, kinds, nodes):
-    """Write the owned edges of two triangles that share no node; return the new count of stencils."""
+    """Write the stencils of pairs of owned edges of two triangles that share no node; return the new count."""
     for i in range(3):
         a, b = triangle[i], triangle[(i + 1) % 3]
         for j in range(3):
@@ -186,10 +186,10 @@ def _free_directions(kind, x, nodes, weights, q, y):
 
 
 def thresholds(kinds: np.ndarray, nodes: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Compute ε (k,) [m⁴] of each stencil: 10⁻³ of the product of its edges' squared lengths at ``rest`` (n, 3) [m].
+    """Return ε (k,) [m⁴] of the mollifier: 10⁻³ of the product of both edges' squared lengths at ``rest`` (n, 3) [m].
 
-    Zero, which means no mollifier, for points and triangles, and for edges of no length.
-    Li et al. 2020, supplement, eq. 24.
+    It is zero, which means no mollifier, for a point and a triangle, and for edges of no length (Li et al. 2020,
+    supplement, eq. 24).
     """
     first, second = (rest[nodes[:, i + 1]] - rest[nodes[:, i]] for i in (0, 2))
     return np.where(kinds == EDGE_EDGE, 1e-3 * np.sum(first**2, axis=1) * np.sum(second**2, axis=1), 0.0)
@@ -276,13 +276,13 @@ def barrier(s):
 
 @numba.njit(cache=True)
 def energy(kinds, nodes, offsets, scales, mollify, gap, x):
-    """Sum scale · gap · m · b((d − offset)/gap) [J] over stencils whose parts are less than ``gap`` [m] from touching.
+    """Return Σ scale · gap · m · b((d − offset)/gap) [J] over stencils with clearance d − offset below ``gap`` [m].
 
     kinds : (k,) of POINT_TRIANGLE or EDGE_EDGE; nodes : (k, 4); offsets : (k,) [m] sums of the parts' radii;
     scales : (k,) [N]; mollify : (k,) [m⁴] from ``thresholds``; x : (n, 3) [m]
-    +inf where parts touch or overlap. Li et al. 2020, eq. 5; in s, so that a force has the size of ``scale``.
-    Trap: the energy of parallel edges is zero whatever their distance; their ends keep apart from the triangles
-    beside the other edge, so pass both kinds of stencils.
+    It is infinite where parts touch or overlap (Li et al. 2020, eq. 5, with an argument over the gap, so that a force
+    has the size of ``scale``). Trap: the energy of parallel edges is zero at any distance; their ends are kept from the
+    triangles beside the other edge, so pass both kinds of stencils.
     """
     weights, gradient, total = np.empty(4), np.empty((4, 3)), 0.0
     for k in range(len(kinds)):
@@ -299,7 +299,7 @@ def energy(kinds, nodes, offsets, scales, mollify, gap, x):
 
 @numba.njit(cache=True)
 def add_force(kinds, nodes, offsets, scales, mollify, gap, x, force):
-    """Add minus the energy's gradient to ``force`` (n, 3) [N]; nothing where parts touch or overlap and it has none."""
+    """Add minus the gradient of ``energy`` to ``force`` (n, 3) [N]; zero of parts that touch or overlap."""
     weights, gradient = np.empty(4), np.empty((4, 3))
     for k in range(len(kinds)):
         if boxes_apart(kinds[k], x, nodes[k], offsets[k] + gap):

@@ -1,4 +1,4 @@
-"""Contact as an effect: bodies and instruments that never intersect, with optional friction."""
+"""Contact as an effect: a barrier by which bodies and instruments never intersect, with optional friction."""
 
 from itertools import pairwise
 
@@ -28,16 +28,17 @@ from palpate.linalg.minimiser import Product, minimise_by_newton
 from palpate.linalg.multigrid import Factor
 
 TOLERANCE = 1e-8
-"""Relative residual at which the place counts as found."""
+"""Relative residual at which a projection has converged."""
 MAX_ITERATIONS = 40
-"""Iterations of Newton's method: a path that is stopped by one obstacle after another is better halved."""
+"""Iterations of Newton's method: where one obstacle after another stops them, it is better to halve the step."""
 
 
 def project(contact: "Contact", start: np.ndarray, target: np.ndarray, inertia: np.ndarray) -> np.ndarray:
-    """Find the z (n, 3) [m] of least ½ Σ inertia |z − target|² + E(z), on an intersection-free path from ``start``.
+    """Return the z (n, 3) [m] of least ½ Σ inertia |z − target|² + E(z), reached without intersection from ``start``.
 
-    E : the energy of ``contact``; inertia : (n,) [N/m], mass over squared step. Held nodes stay. The forces of the last
-    step are likely to act again, a guess that saves half of the iterations. Raises NotConverged if it is not found.
+    E : the energy of ``contact``; inertia : (n,) [N/m], mass over squared step
+    Held nodes stay. One of three initial guesses has the forces of the last step, which saves half of the iterations.
+    Raises NotConverged if the minimum is not found.
     """
     free = contact._free[:, None]
     target = np.where(free, target, start)
@@ -51,7 +52,7 @@ def project(contact: "Contact", start: np.ndarray, target: np.ndarray, inertia: 
 
 
 class _Problem:
-    """The minimisation, in the form that Newton's method needs."""
+    """The energy that ``project`` minimises, as a ``minimiser.Problem``."""
 
     def __init__(self, contact: "Contact", target: np.ndarray, inertia: np.ndarray):
         self._contact, self._target, self._free, self._inertia = contact, target, contact._free, inertia[:, None]
@@ -85,9 +86,9 @@ GAP = 1e-3
 GAPS = 1e-7, 0.1
 """Least and largest relative gap: below, rounding matters, and above it is no longer small against the piece."""
 HALVINGS = 8
-"""Number of times that an explicit step whose end is not found is halved before giving up."""
+"""Number of times that an explicit step is halved, if its projection fails, before giving up."""
 MAX_TRAVEL = 0.25
-"""Longest motion of one search step, in sizes of the largest piece: what is farther away is found later."""
+"""Longest motion in one step of a search, in sizes of the largest piece, which bounds how far near pairs are sought."""
 
 
 def make(particles: Particles, contact: settings.Contact, elastic: effect.Effect | None) -> "Contact":
@@ -142,7 +143,7 @@ class Contact(
         self._together = nodes_of_pieces(particles) if asked.push_out else []
         self._lagged: LaggedFriction | None = None
         self.settings, self._of_body = asked, particles
-        self._lent: InstrumentContact | None = None
+        self._instruments: InstrumentContact | None = None
         self._last_forces = np.zeros((self._n, 3))
         self._free = np.ones(self._n, dtype=bool)
         self._points = np.vstack([particles.nodes, *(o.points for o in obstacles)])
@@ -165,7 +166,7 @@ class Contact(
         self._take(particles)
 
     def _take(self, particles: Particles) -> None:
-        """Take the masses of ``particles``, and make the search between the surfaces that are known."""
+        """Take the masses of ``particles``, and make the search for near pairs of the present surfaces."""
         self._masses, rest = particles.masses, self._points.copy()
         rest[: self._n] = particles.nodes
         strengths = np.zeros(len(rest))
@@ -180,9 +181,9 @@ class Contact(
         self._proximity.movable[fixed] = False
 
     def place(self, x: np.ndarray) -> np.ndarray:
-        """Return where the nodes begin (n, 3) [m]: pushed out of what they overlap at ``x`` if the scene asks for it.
+        """Return the nodes (n, 3) [m] at the start: ``x``, moved out of overlaps if the scene has ``push_out``.
 
-        Raises InputError if no such place is found.
+        Raises InputError if overlaps remain.
         """
         if not self._together:
             return x
@@ -223,9 +224,9 @@ class Contact(
             self.work_j -= float(np.vdot(self.forces(x)[self._n :], self._path))
 
     def energy(self, x: np.ndarray) -> float:
-        """Compute the barrier's energy [J] at ``x`` (n, 3) [m], with friction's during a step.
+        """Return the energy [J] of the barrier at ``x`` (n, 3) [m], and that of friction during a step.
 
-        Infinite where anything touches.
+        It is infinite where surfaces touch.
         """
         points = self._all_points(x)
         energy = barrier.energy(*self._near(points).barrier, points)
@@ -255,7 +256,10 @@ class Contact(
         return np.repeat(nodes, 4, axis=1).ravel(), np.tile(nodes, (1, 4)).ravel(), blocks.reshape(-1, 3, 3)
 
     def instruments_on(self) -> InstrumentContact:
-        """Return the contact with the instruments alone; InputError if bodies can touch, too, or one does at first."""
+        """Return the contact with the instruments alone, whose steps the caller then makes.
+
+        InputError if bodies can touch each other or themselves, if there are no instruments, or one touches at rest.
+        """
         bodies = len(self.names) - len(self.obstacles)
         if bodies > 1 or self._can_touch[:bodies, :bodies].any():
             raise InputError("bodies that touch each other or themselves have no such modes; choose backward_euler.")
@@ -263,8 +267,8 @@ class Contact(
             raise InputError("contact has no instruments; give it one, or choose another integrator.")
         if found := self._overlap(self._points):
             raise InputError(found.describe(self.names))
-        self._lent = InstrumentContact(self.obstacles, self._friction, self._slip)
-        return self._lent
+        self._instruments = InstrumentContact(self.obstacles, self._friction, self._slip)
+        return self._instruments
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
         travel = float(np.sqrt(np.square(direction).sum(axis=1).max()))
@@ -282,6 +286,7 @@ class Contact(
         self._project(start, x, v, h, HALVINGS)
 
     def _project(self, start, x, v, h, halvings):
+        """Do what ``project`` does, in two halves where no end is found, with up to so many ``halvings``."""
         try:
             begin = self.begin(start, h)
             travel = float(np.sqrt(np.square(x - begin).sum(axis=1).max()))
@@ -298,7 +303,7 @@ class Contact(
         x[:] = found
 
     def _halve_step(self, start, x, v, half, halvings):
-        """Take the same path at the same speed in two steps, the second of which knows the end of the first."""
+        """Take the step in two halves, the second from where contact has let the first one end."""
         end, middle, before = self._time, 0.5 * (start + x), v.copy()
         self._time = end - half
         self._project(start, middle, v, half, halvings)
@@ -307,9 +312,9 @@ class Contact(
         self._project(middle, x, v, half, halvings)
 
     def relax(self, x: np.ndarray, h: float) -> None:
-        """End a step: keep the forces on the obstacles, and reset friction."""
-        if self._lent is not None:
-            self._reactions, self.work_j = list(self._lent.reactions), self._lent.work_j
+        """End a step: store the forces on the obstacles, and reset friction."""
+        if self._instruments is not None:
+            self._reactions, self.work_j = list(self._instruments.reactions), self._instruments.work_j
             self._began, self._lasts = self._points.copy(), h
             self._move_obstacles(self._time)
             self._all_points(x)
@@ -320,28 +325,28 @@ class Contact(
         self._lagged = None
 
     def observe(self, x: np.ndarray) -> dict[str, float]:
-        """Record each obstacle's mean point, ``<name>_x_m`` …, and the force on it, ``<name>_force_x_n`` …
+        """Return each obstacle's mean point, ``<name>_x_m`` …, and the force on it, ``<name>_force_x_n`` …
 
-        Whoever has taken over its instruments says the mean over the step, too, ``<name>_mean_force_x_n`` …
+        If ``instruments_on`` was called, also the mean force over the step, ``<name>_mean_force_x_n`` …
         """
         row = {}
         for obstacle, where, force in zip(self.obstacles, self._ranges, self._reactions, strict=True):
             for axis, letter in enumerate("xyz"):
                 row[f"{obstacle.name}_{letter}_m"] = float(self._points[where, axis].mean())
                 row[f"{obstacle.name}_force_{letter}_n"] = float(force[axis])
-        if self._lent is not None:
-            for obstacle, mean in zip(self.obstacles, self._lent.means, strict=True):
+        if self._instruments is not None:
+            for obstacle, mean in zip(self.obstacles, self._instruments.means, strict=True):
                 row |= {
                     f"{obstacle.name}_mean_force_{letter}_n": float(mean[axis]) for axis, letter in enumerate("xyz")
                 }
         return row
 
     def contacts(self, x: np.ndarray) -> pd.DataFrame:
-        """Tabulate each pair in contact at ``x`` (n, 3) [m], with the mean velocities of the step.
+        """Return a table with a row for each pair in contact at ``x`` (n, 3) [m].
 
         first, second : names of the surfaces, in the order of ``names``; x_m, y_m, z_m : midway between them;
-        normal_x … : from the second to the first; gap_m : their clearance, never negative (a depth, less than zero);
-        velocity_x_m_s … : of the first relative to the second there; force_n : along the normal
+        normal_x … : from the second to the first; gap_m : their clearance, which a barrier keeps positive;
+        velocity_x_m_s … : of the first relative to the second there, mean over the step; force_n : along the normal
         """
         points = self._all_points(x)
         near, velocities = self._near(points), (points - self._began) / self._lasts

@@ -1,7 +1,7 @@
-"""Coulomb friction as a potential: smooth at rest, with the directions and normal forces of an earlier state.
+"""Coulomb friction as a potential that is smooth at rest, with the directions and normal forces of an earlier state.
 
-``law`` and ``along`` serve stencils of four nodes, of a barrier, here, and points on rigid instruments in
-``instrument_contact``.
+``law`` and ``tangential`` are those of all contact: of stencils of four nodes of the barrier, here, and of points on
+rigid instruments, in ``instrument_contact``.
 """
 
 from typing import NamedTuple
@@ -16,9 +16,9 @@ from palpate.collision.triangles.closest_points import boxes_apart, closest, sep
 class LaggedFriction:
     """Σ μ λ f₀(|u|), where u is the tangential part of Σ wᵢ (xᵢ − startᵢ) with w, normals and λ of an earlier state.
 
-    f₀(u) = u²/ε − u³/(3 ε²) for u < ε, u − ε/3 beyond it (Li et al. 2020, eq. 14–17, without the constant, which has no
-    force): friction is at its limit from ε = ``slip_m`` on; IPC's is a speed times the length of the step. A normal
-    force is the barrier's, m scale |b′| (eq. 13); stencils without one are left out.
+    f₀(u) = u²/ε − u³/(3 ε²) for u < ε, and u − ε/3 beyond (Li et al. 2020, eq. 14–17, without the constant, which has
+    no force): friction is at its limit from ε = ``slip_m`` on, in a step a speed times its length. The normal force λ
+    is that of the barrier, m scale |b′| (eq. 13); stencils without one are left out.
 
     stencils : the first six arguments of barrier.energy, in their state at ``x`` (n, 3) [m]
     friction : coefficient μ; slip_m : > 0 [m]; start : (n, 3) [m]
@@ -55,8 +55,8 @@ class LaggedFriction:
 class Rubbing(NamedTuple):
     """Friction of q points on k rigid instruments in a step, as the kernels take it.
 
-    normals : (k, q, 3); limits : (k, q) μ λ [N]; slip : [m]
-    start : (q, 3) [m], where points were; ways : (k, 3) [m] of the instruments since
+    normals : (k, q, 3); limits : (k, q) μ λ [N]; slip : [m], from which friction is at its limit
+    start : (q, 3) [m], points at the start of the step; ways : (k, 3) [m], displacements of the instruments in it
     """
 
     normals: np.ndarray
@@ -88,8 +88,8 @@ def pressing(kinds, nodes, offsets, scales, mollify, gap, x):
 
 
 @numba.njit(cache=True)
-def along(u, normal):
-    """Leave the tangential part of ``u`` (3,) in it, and return its length [m]."""
+def tangential(u, normal):
+    """Replace ``u`` (3,) [m] by its tangential part, and return the length of that [m]."""
     through = u[0] * normal[0] + u[1] * normal[1] + u[2] * normal[2]
     for i in range(3):
         u[i] -= through * normal[i]
@@ -103,7 +103,7 @@ def _slide(nodes, weights, normal, x, start, u):
         u[i] = 0.0
         for a in range(4):
             u[i] += weights[a] * (x[nodes[a], i] - start[nodes[a], i])
-    return along(u, normal)
+    return tangential(u, normal)
 
 
 @numba.njit(cache=True, error_model="numpy")

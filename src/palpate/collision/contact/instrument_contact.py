@@ -1,7 +1,7 @@
-"""Contact of rigid instruments on their paths with points of a surface, as kernels of motions take it.
+"""Contact of points of a surface with rigid instruments on their paths: the penalty and friction of motions.
 
-The pressure at a point is k times how deep it is inside: what is searched for is finite everywhere, so that no step of
-a search has to be cut short.
+The pressure at a point is k times its depth inside an instrument. This energy is finite everywhere, unlike a barrier,
+so that no step of a search has to be limited.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.collision.contact.friction import Rubbing, along, law
+from palpate.collision.contact.friction import Rubbing, law, tangential
 from palpate.collision.contact.obstacles import Obstacle, make_obstacle
 from palpate.effects import settings
 from palpate.effects.instrument import Tools, gaps_of
@@ -19,10 +19,11 @@ from palpate.effects.instrument import Tools, gaps_of
 
 @dataclass(eq=False)
 class InstrumentContact:
-    """Spheres and capsules on their paths, with Coulomb's ``friction``, that creeps below ``slip_m_s`` [m/s].
+    """Spheres and capsules on their paths, with the coefficient of ``friction``, which creeps below ``slip_m_s`` [m/s].
 
+    The integrator writes the following.
     reactions : (k, 3) [N], the force on each at the end of the last step; means : (k, 3) [N], over that step
-    work_j : theirs on the body; whoever steps writes all three
+    work_j : their work on the body
     """
 
     obstacles: Sequence[Obstacle]
@@ -38,11 +39,11 @@ class InstrumentContact:
 
     @property
     def crossing_s(self) -> float:
-        """The least time [s] in which one of them moves by its radius."""
+        """The shortest time [s] in which one of the instruments moves by its radius."""
         return min(each.crossing_s for each in self.obstacles)
 
     def at(self, t: float) -> Tools:
-        """Return where instruments are at the time ``t`` [s]."""
+        """Return the poses of the instruments at the time ``t`` [s]."""
         return self._still._replace(tips=np.array([each.pose(t).tip for each in self.obstacles]))
 
 
@@ -54,9 +55,10 @@ def instruments_of(body: Body, contact: settings.Contact) -> InstrumentContact:
 
 @numba.njit(cache=True)
 def rubbing_of(points, stiff, tools, coefficient, base, ways, slip):
-    """Return the friction of points pressed as at ``points`` (q, 3) [m] by ``tools``, a step's argument of ``pushes``.
+    """Return the friction of a step, with the normals and pressures that ``points`` (q, 3) [m] have under ``tools``.
 
-    It is that against motion from ``base`` (q, 3) [m], while instruments move by ``ways`` (k, 3) [m]; slip : [m]
+    stiff : (q,) as of ``pushes``; coefficient : of friction; base : (q, 3) [m], points at the start of the step
+    ways : (k, 3) [m], displacements of the instruments in it; slip : [m], from which friction is at its limit
     """
     gaps, normals = gaps_of(points, tools)
     return Rubbing(normals, coefficient * (stiff * np.maximum(-gaps, 0.0)), slip, base, ways)
@@ -64,17 +66,17 @@ def rubbing_of(points, stiff, tools, coefficient, base, ways, slip):
 
 @numba.njit(cache=True)
 def _slide(point, start, way, normal, u):
-    """Write how far a point slides along an instrument to ``u`` (3,), and return its length [m]."""
+    """Write the tangential displacement of a point relative to an instrument to ``u`` (3,); return its length [m]."""
     for i in range(3):
         u[i] = point[i] - start[i] - way[i]
-    return along(u, normal)
+    return tangential(u, normal)
 
 
 @numba.njit(cache=True, error_model="numpy")
 def pushes(points, stiff, tools, rubbing):
-    """Return each instrument's forces (k, q, 3) [N] on ``points`` (q, 3) [m], and energies (q,) [J], with friction's.
+    """Return each instrument's forces (k, q, 3) [N] on ``points`` (q, 3) [m], and energies (q,) [J], with friction.
 
-    stiff : (q,) [N/m], or [Pa/m]; then all, that of ``rubbing_of`` included, is over an area
+    stiff : (q,) [N/m], the penalty; with one in [Pa/m], also in ``rubbing_of``, forces and energies are per area
     """
     gaps, normals = gaps_of(points, tools)
     held, limits, slip, start, ways = rubbing
@@ -95,7 +97,7 @@ def pushes(points, stiff, tools, rubbing):
 
 @numba.njit(cache=True, error_model="numpy")
 def stiffness(points, stiff, tools, rubbing, chosen):
-    """Return blocks (c, 3, 3) [N/m] of the ``chosen`` (c,) points, without what curvature and sliding take off."""
+    """Return blocks (c, 3, 3) [N/m] of the ``chosen`` (c,) points, without negative terms of curvature and sliding."""
     gaps, normals = gaps_of(points, tools)
     held, limits, slip, start, ways = rubbing
     blocks, u = np.zeros((len(chosen), 3, 3)), np.empty(3)

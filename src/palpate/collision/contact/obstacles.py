@@ -1,4 +1,4 @@
-"""What contact keeps apart: pieces of bodies, and rigid obstacles at rest or on a path; what overlaps at the start."""
+"""Pieces of bodies and rigid obstacles, which contact keeps apart; their overlaps; nodes that obstacles displace."""
 
 import math
 from dataclasses import dataclass
@@ -40,21 +40,22 @@ class Obstacle:
     shifts_m: np.ndarray
 
     def at(self, t: float) -> np.ndarray:
-        """Compute its points (k, 3) [m] at the time ``t`` [s]."""
+        """Return its points (k, 3) [m] at the time ``t`` [s]."""
         return self.points + self.shift(t) if len(self.times_s) else self.points
 
     def shift(self, t: float) -> np.ndarray:
-        """Compute how far (3,) [m] it has moved at the time ``t`` [s]."""
+        """Return its displacement (3,) [m] at the time ``t`` [s]."""
         if not len(self.times_s):
             return np.zeros(3)
         return np.array([np.interp(t, self.times_s, self.shifts_m[:, i]) for i in range(3)])
 
     def pose(self, t: float) -> Pose:
-        """Return where a sphere or a capsule is at the time ``t`` [s]; InputError for others."""
+        """Return the pose of a sphere or a capsule at the time ``t`` [s]; InputError for other kinds."""
         return self._first.moved(self.shift(t))
 
     @cached_property
     def _first(self) -> Pose:
+        """The pose before it moves."""
         if self.kind not in (SPHERE, CAPSULE):
             raise InputError(f"{self.name} is a {self.kind}; motions of what is touched know spheres and capsules.")
         along = self.points[-1] - self.points[0]
@@ -68,17 +69,16 @@ class Obstacle:
 
     @property
     def crossing_s(self) -> float:
-        """The least time [s] in which it moves by its radius; infinite if it has none, or does not move."""
-        ways, times = np.linalg.norm(np.diff(self.shifts_m, axis=0), axis=1), np.diff(self.times_s)
-        fastest = float((ways / times).max(initial=0.0))
+        """The shortest time [s] in which it moves by its radius; infinite if it has none, or does not move."""
+        distances, times = np.linalg.norm(np.diff(self.shifts_m, axis=0), axis=1), np.diff(self.times_s)
+        fastest = float((distances / times).max(initial=0.0))
         return self.radius_m / fastest if self.radius_m and fastest else math.inf
 
 
 def make_obstacle(tool: Instrument, place: str, name: str, size: float, middle: np.ndarray) -> Obstacle:
-    """Make the obstacle of one of a contact's instruments, called ``name`` unless it has one of its own.
+    """Return the obstacle that the settings of an instrument describe; ``name`` is its name if they have none.
 
-    size [m] and middle (3,) [m] are the body's.
-
+    size, middle : of the body, [m] and (3,) [m], by which a floor is placed
     Raises InputError, naming ``place``, for lengths that are too large.
     """
     times = np.array(tool.times_s or [], dtype=float)
@@ -107,7 +107,7 @@ def _shape(tool: Instrument, size: float, middle: np.ndarray) -> tuple[np.ndarra
 
 
 def pieces_of(particles: Particles) -> list[np.ndarray]:
-    """List the triangles (m, 3) of each connected piece of the particles, in the order of their first triangles.
+    """Return the triangles (m, 3) of each connected piece of the particles, in the order of their first triangles.
 
     The surfaces around a body and around its cavities belong to one piece, as its tetrahedra connect them.
     """
@@ -116,17 +116,17 @@ def pieces_of(particles: Particles) -> list[np.ndarray]:
 
 
 def nodes_of_pieces(particles: Particles) -> list[np.ndarray]:
-    """List the nodes (k,) of each of ``pieces_of``, those inside it included."""
+    """Return the nodes (k,) of each of ``pieces_of``, those inside it included."""
     return [np.unique(cells[chosen]) for cells, chosen in _pieces(particles)]
 
 
 def _pieces(particles: Particles) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return connected triples of nodes (c, 3), and which (c,) are of each piece.
+    """Return triples of connected nodes (c, 3), the same for each piece, and which (c,) of them are the piece's.
 
-    They are the triangles, then two triples of each tetrahedron.
+    The triples are the triangles, then two of each tetrahedron.
     """
     cells = np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
-    if particles.ties is not None:  # what a cut frees stays of the same piece, as it begins where that is
+    if particles.ties is not None:  # parts that a cut will separate are one piece, as they begin in touch
         cells = particles.ties.leaders()[cells]
     labels = label_shells(cells, len(particles.nodes))
     return [(cells, labels == label) for label in dict.fromkeys(labels[: len(particles.triangles)].tolist())]
@@ -138,7 +138,7 @@ LEAST_CLEARANCE = 1e-8
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two surfaces, ``first`` and ``second``, that overlap, and how: a sentence with a place for each name."""
+    """Two surfaces, ``first`` and ``second``, that overlap, and a ``sentence`` about it with a place for each name."""
 
     first: int
     second: int
@@ -152,11 +152,11 @@ class Overlap:
 def first_overlap(
     points: np.ndarray, surfaces: list[np.ndarray], can_touch: np.ndarray, is_floor: np.ndarray, near: NearStencils
 ) -> Overlap | None:
-    """Find two surfaces that can touch and do so, or one of which is inside the other; None if there are none.
+    """Return the first two surfaces that cross or touch, or one of which is inside the other; None if there are none.
 
-    points : (n, 3) [m]; surfaces : triangles (m, 3) of each; can_touch : (p, p) bool, which pairs can touch, on the
-    diagonal which can touch themselves; is_floor : (p,) bool, which have an inside although they are open; near : the
-    stencils that may touch
+    points : (n, 3) [m]; surfaces : triangles (m, 3) of each of p
+    can_touch : (p, p) bool, which pairs are looked at, on the diagonal which surfaces may cross themselves
+    is_floor : (p,) bool, which have an inside although they are open; near : the stencils that may touch
     """
     trees = [Tree(points, triangles) for triangles in surfaces]
     for i, j in np.argwhere(np.triu(can_touch)).tolist():
@@ -190,17 +190,18 @@ def winding_number(point: np.ndarray, corners: np.ndarray) -> float:
 
 
 MAX_ROUNDS = 100
-"""Most searches for further nodes in the path of those displaced already."""
+"""Most searches for further nodes in the path of those that are displaced already."""
 
 
 def displace_nodes(
     proximity: Proximity, points: np.ndarray, motion: np.ndarray, n_nodes: int, names: list[str]
 ) -> np.ndarray:
-    """Displace nodes, (n_nodes, 3) [m], to let obstacles, the further ``points``, make their ``motion`` (n, 3) [m].
+    """Return nodes (n_nodes, 3) [m] that are displaced to make way for the ``motion`` (n, 3) [m] of obstacles.
 
-    Whatever would be touched makes the whole motion, and so does whatever that would touch: so nothing ever
-    intersects, however long the motion. It is a place to start from, not where bodies end up. Raises NotConverged, with
-    its name in ``names`` of the pieces, if an obstacle is driven into nodes that cannot move or that another one moves.
+    points : (n, 3) [m], the nodes and then the points of obstacles; names : of the pieces
+    Nodes that an obstacle would touch make its whole motion, and so do nodes that those would touch, so that nothing
+    intersects, however long the motion is. The result is a start for a search, not an equilibrium. Raises NotConverged
+    for an obstacle that is driven into nodes that cannot move or that another one displaces.
     """
     travel = float(np.sqrt(np.square(motion).sum(axis=1).max()))
     near, motion = proximity.find_near(points, travel), motion.copy()

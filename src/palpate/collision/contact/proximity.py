@@ -1,4 +1,4 @@
-"""Search for near pairs, reused while no other can have come near, and how far they may move until anything touches."""
+"""Pairs of near parts of surfaces, found anew only when others can have come near, and how far they may move."""
 
 from dataclasses import dataclass
 
@@ -34,7 +34,7 @@ class NearStencils:
     known: np.ndarray
 
     def within(self, distance: float, lost: float) -> "NearStencils":
-        """Select those with less clearance than ``distance`` [m], ``lost`` [m] of which may be lost by now."""
+        """Return those whose ``known`` clearance is at most ``distance`` [m], and now smaller by ``lost`` [m]."""
         count = int(np.searchsorted(self.known, distance, side="right"))
         return self._select(slice(count), self.known[:count] - lost)
 
@@ -44,7 +44,7 @@ class NearStencils:
         return self.kinds, self.nodes, self.offsets, self.scales, self.mollify, self.gap
 
     def by_clearance(self, points: np.ndarray) -> "NearStencils":
-        """Sort by clearance at ``points`` (n, 3) [m], the smallest first."""
+        """Return the stencils sorted by their clearance at ``points`` (n, 3) [m], the smallest first."""
         clearances = self.clearances(points)
         order = np.argsort(clearances, kind="stable")
         return self._select(order, clearances[order])
@@ -56,11 +56,11 @@ class NearStencils:
         )  # fmt: skip
 
     def clearances(self, points: np.ndarray) -> np.ndarray:
-        """Compute the distances less the radii, (k,) [m]."""
+        """Return the distances between the parts less their radii, (k,) [m]."""
         return closest_points(self.kinds, self.nodes, points)[0] - self.offsets
 
     def limit(self, points: np.ndarray, motion: np.ndarray) -> float:
-        """Find the fraction of ``motion`` (n, 3) [m] that ``points`` can make until something would touch."""
+        """Return the fraction of ``motion`` (n, 3) [m] that ``points`` can make before anything touches."""
         return limit(self.kinds, self.nodes, self.offsets, self.known, points, motion)
 
     def blocks(self, points: np.ndarray, definite: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -70,11 +70,12 @@ class NearStencils:
 
 
 class Proximity:
-    """Search for stencils that are less than ``gap`` [m] from touching, or may become so within a given motion.
+    """The search for stencils with a clearance below ``gap`` [m], or that may come so near within a given motion.
 
-    points : (n, 3) [m] at rest; surfaces : triangles (m, 3) of each piece; thicknesses : (p,) [m]; can_touch : (p, p)
-    bool, which pieces can touch, on the diagonal which can touch themselves; strengths : (n,) [N] of the barrier at
-    each point; movable : (n,) bool, points none of which moves are not compared; owners : (n,) their pieces
+    points : (n, 3) [m] at rest; surfaces : triangles (m, 3) of each piece; thicknesses : (p,) [m]
+    can_touch : (p, p) bool, which pieces can touch, on the diagonal which can touch themselves
+    strengths : (n,) [N] of the barrier at each point; owners : (n,) the piece of each point
+    movable : (n,) bool; stencils of points none of which is movable are left out
     """
 
     def __init__(
@@ -99,10 +100,10 @@ class Proximity:
         self._searched_at, self._reach, self._travel = points, -1.0, 0.0
 
     def find_near(self, points: np.ndarray, travel: float) -> NearStencils:
-        """Find the stencils that may touch while ``points`` (n, 3) [m] move by up to ``travel`` [m].
+        """Return the stencils that may touch while ``points`` (n, 3) [m] move by up to ``travel`` [m].
 
-        Searches anew only if points have moved far; otherwise selects from the last result those whose clearance was
-        then less than both parts may have lost since.
+        There is a new search only if points have moved far; else they are those of the last search whose clearance was
+        then less than the decrease that is possible since.
         """
         moved = float(np.sqrt(np.square(points - self._searched_at).sum(axis=1).max()))
         self._travel = max(travel, self._travel if travel == 0.0 else 0.0)
@@ -116,7 +117,7 @@ class Proximity:
         return self._near.within(self._gap + 2.0 * (moved + travel), 2.0 * moved)
 
     def _search(self, points: np.ndarray) -> NearStencils:
-        """Find all stencils within the reach, those with least clearance first."""
+        """Return all stencils within the reach, those with least clearance first."""
         for tree, thickness in zip(self._trees, self._thicknesses, strict=True):
             tree.refit(points, margin=thickness + 0.5 * self._gap + self._reach)
             if tree.needs_rebuild:
@@ -137,7 +138,7 @@ class Proximity:
         return NearStencils(kinds, nodes, offsets, scales, mollify, self._gap, pieces, clearance[kept])
 
     def _pairs(self) -> list[tuple[int, int]]:
-        """List pieces that can touch themselves, and pairs that can touch and whose roots overlap."""
+        """Return the pieces that can touch themselves, and pairs that can touch and whose bounding volumes overlap."""
         overlapping = overlapping_trees(self._trees).tolist()
         return [(i, i) for i in self._adjacent] + [(i, j) for i, j in overlapping if self._can_touch[i, j]]
 
@@ -158,11 +159,11 @@ MAX_STEPS = 1000
 
 @numba.njit(cache=True)
 def limit(kinds, nodes, offsets, clearances, x, motion, keep=0.1):
-    """Find the largest t in [0, 1] that leaves every stencil ``keep`` of its clearance while x moves by t ``motion``.
+    """Return the largest t in [0, 1] for which a motion by t ``motion`` leaves each stencil ``keep`` of its clearance.
 
     kinds : (k,); nodes : (k, 4); offsets : (k,) [m]; x, motion : (n, 3) [m]; clearance is distance − offset
-    clearances : (k,) [m], known lower bounds, which save the search where little moves; 0 if nothing is known
-    1 where nothing comes that close; 0 where something touches or overlaps already, or the motion is not finite.
+    clearances : (k,) [m], known lower bounds, which save the search where little moves; 0 if unknown
+    It is 1 where no parts come that close; 0 where parts touch or overlap already, or the motion is not finite.
 
     Additive CCD (Li, Kaufman and Jiang 2021, algorithm 1): distances are bounded below for the length of a step,
     again and again, until little clearance is left; no roots are sought, so none is missed. The paper bounds the loss
@@ -208,7 +209,7 @@ def limits(kinds, nodes, offsets, x, motion, keep=0.1):
 
 @numba.njit(cache=True)
 def _advance(kind, nodes, offset, x, motion, keep, longest, work):
-    """Find the limit of one stencil, if it is less than ``longest``; work : its nodes, velocities and weights."""
+    """Return the limit of one stencil, or ``longest`` if that is less; work : scratch of nodes, velocities, weights."""
     y, velocity, weights = work
     size = _velocities(nodes, motion, velocity)
     if not np.isfinite(size):
@@ -233,9 +234,9 @@ def _advance(kind, nodes, offset, x, motion, keep, longest, work):
 
 @numba.njit(cache=True)
 def _velocities(nodes, motion, velocity):
-    """Write motions relative to the first node's, over the largest component, which is returned; 1 if it is 0.
+    """Write motions relative to the first node's over their largest component, and return that, or 1 if it is 0.
 
-    So squares of long and short ones neither overflow nor vanish.
+    So squares of very long and short motions neither overflow nor vanish.
     """
     size = 0.0
     for i in range(4):
@@ -252,9 +253,10 @@ def _velocities(nodes, motion, velocity):
 
 @numba.njit(cache=True, error_model="numpy")
 def _safe_step(kind, y, velocity, r, distance, least):
-    """Bound the time for which the distance exceeds ``least`` [m], by slab and by speed; the longer one, or inf.
+    """Return a time for which the distance is sure to exceed ``least`` [m]: the longer bound of two, by slab and speed.
 
-    Where rounding of ``r`` tilts the slab so that nodes reach into it only the speed counts, which needs no direction.
+    Where rounding of ``r`` tilts the slab so that nodes reach into it, only the bound by speed counts, as it needs no
+    direction. It is infinite if nothing moves.
     """
     ends, by_slab, fastest = kind + 1, np.inf, 0.0
     for i in range(ends):

@@ -1,4 +1,4 @@
-"""A start without overlap for a scene whose bodies begin inside each other: each moves out on a short way."""
+"""A start without overlap for a scene whose bodies begin inside each other: each is shifted out of the other."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ DIRECTIONS = GRID / np.linalg.norm(GRID, axis=1)[:, None]
 
 @dataclass(frozen=True, eq=False)
 class Movable:
-    """All that can move to end an overlap, and what moves with it.
+    """The surfaces that can be shifted to end an overlap, and the nodes and points of each.
 
     together : the nodes (k,) of each piece; obstacles : the points of each obstacle, numbered after the nodes
     surfaces : triangles (m, 3) of each piece, then of each obstacle; radii : (p,) [m]; floors : (p,) bool, likewise
@@ -37,9 +37,9 @@ class Movable:
     gap_m: float
 
     def shares(self, first: int, second: int) -> tuple[float, float]:
-        """Return what part of a separation two surfaces take, (0, 0) if neither can move.
+        """Return the fractions of a separation by which two surfaces move; (0, 0) if neither can.
 
-        Pieces without a held node move in inverse proportion to their masses; an instrument only if nothing else can.
+        Pieces without a held node move in inverse proportion to their masses, an instrument only if no piece can.
         """
         light = [self._lightness(surface) for surface in (first, second)]
         if sum(light) == 0.0:
@@ -65,10 +65,10 @@ def start_outside(
     proximity: Proximity,
     names: list[str],
 ) -> np.ndarray:
-    """Return the nodes (n, 3) [m] outside of whatever they overlap at ``points``, which the obstacles follow.
+    """Return the nodes (n, 3) [m] moved out of all overlaps at ``points``, which are nodes and then obstacles' points.
 
-    Free pieces move out as wholes. Where a held body and an instrument overlap, the instrument is taken out and put
-    back to its place, and displaces the nodes in its path. Raises InputError, with ``names``, if that does not end it.
+    Free pieces are shifted as wholes. Where a held body and an instrument overlap, the instrument is shifted out and
+    back, and displaces the nodes in its path. Raises InputError, with ``names`` of surfaces, if overlaps remain.
     """
     count = len(movable.free)
     apart = push_apart(points, movable, find)
@@ -86,10 +86,10 @@ def start_outside(
 
 
 def push_apart(points: np.ndarray, movable: Movable, find: Callable[[np.ndarray], Overlap | None]) -> np.ndarray:
-    """Shift surfaces as wholes until ``find`` finds no overlap, or one that no shift ends; return them (n, 3) [m].
+    """Return points (n, 3) [m] of surfaces that are shifted until ``find`` returns no overlap, or one that remains.
 
-    Each pair moves along the direction in which their convex hulls overlap least, as far as its surfaces need, and one
-    gap more.
+    Each pair is separated along the direction in which their convex hulls overlap least, as far as their surfaces
+    need, and one gap more.
     """
     for _ in range(MAX_ROUNDS * len(movable.surfaces)):
         found = find(points)
@@ -99,39 +99,39 @@ def push_apart(points: np.ndarray, movable: Movable, find: Callable[[np.ndarray]
         shares = movable.shares(*pair)
         if not any(shares):
             break
-        way = least_way(points, movable, pair)
+        separation = shortest_separation(points, movable, pair)
         shift = np.zeros_like(points)
         for surface, share in zip(pair, (shares[0], -shares[1]), strict=True):
-            shift[movable.moved(surface)] = share * way
+            shift[movable.moved(surface)] = share * separation
 
         def meets(part: float, at: np.ndarray = points, by: np.ndarray = shift, pair: tuple = pair) -> bool:
             met = find(at + part * by)
             return met is not None and {met.first, met.second} == set(pair)
 
-        part = _least_part(meets) + movable.gap_m / float(np.linalg.norm(way))
+        part = _least_part(meets) + movable.gap_m / float(np.linalg.norm(separation))
         points = points + min(1.0, part) * shift
     return points
 
 
-def least_way(points: np.ndarray, movable: Movable, pair: tuple[int, int]) -> np.ndarray:
-    """Compute the shortest of the tried shifts (3,) [m] of one surface from another that separate the convex hulls.
+def shortest_separation(points: np.ndarray, movable: Movable, pair: tuple[int, int]) -> np.ndarray:
+    """Return the shortest shift (3,) [m] of the first of a pair of surfaces that leaves a gap between the convex hulls.
 
-    From a floor the way leads along its normal. One gap is left between them.
+    The directions are the normals of both surfaces' triangles and DIRECTIONS; of a floor only its normal.
     """
     triangles = [points[movable.surfaces[surface]] for surface in pair]
-    ways = np.vstack([-_normals(triangles[0]), _normals(triangles[1]), DIRECTIONS])
+    directions = np.vstack([-_normals(triangles[0]), _normals(triangles[1]), DIRECTIONS])
     for other, sign in ((1, 1.0), (0, -1.0)):
         if movable.floors[pair[other]]:
-            ways = sign * _normals(triangles[other])
-    # along each way, one moves until its hindmost point is ahead of the foremost of the other
-    hindmost, foremost = (triangles[0] @ ways.T).min(axis=(0, 1)), (triangles[1] @ ways.T).max(axis=(0, 1))
+            directions = sign * _normals(triangles[other])
+    # along each direction, the first moves until its hindmost point is ahead of the foremost of the second
+    hindmost, foremost = (triangles[0] @ directions.T).min(axis=(0, 1)), (triangles[1] @ directions.T).max(axis=(0, 1))
     lengths = foremost - hindmost + movable.radii[pair[0]] + movable.radii[pair[1]] + movable.gap_m
     best = int(np.argmin(lengths))
-    return float(lengths[best]) * ways[best]
+    return float(lengths[best]) * directions[best]
 
 
 def _least_part(meets: Callable[[float], bool]) -> float:
-    """Find the smallest part of a shift, at most 1, at which nothing meets, by halving."""
+    """Return the smallest fraction of a shift, at most 1, at which the surfaces do not meet, by bisection."""
     low, high = 0.0, 1.0
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)

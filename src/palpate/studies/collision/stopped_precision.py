@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from palpate.bodies.surfaces.remesh import area_normals
 from palpate.bodies.surfaces.triangles import polydata
-from palpate.collision.contact_points import ContactPoints, stopped_contacts, triangle_contacts
+from palpate.collision.contact_points import Contacts, stopped_contacts, triangle_contacts
 from palpate.collision.trees.build_tree import CHILD, KIND
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import StoppedTree, candidates, overlapping_trees
@@ -186,7 +186,7 @@ def _course(scene: Moving, frames: int) -> list[Frame]:
 def _row(scene: Moving, course: list[Frame], structure: str, deep: tuple[int, int] | None, layer: int | None) -> dict:
     """Measure trees of a structure in a scene, stopped at ``layer``, or whole if it is None."""
     trees = RefittedTrees(structure, deep, scene.triangles, course[0].points, layer)
-    find: Callable[..., ContactPoints] = triangle_contacts if layer is None else stopped_contacts
+    find: Callable[..., Contacts] = triangle_contacts if layer is None else stopped_contacts
     find(*trees.trees, *course[0].velocities)  # compiles before anything is timed
     costs, judged = [], []
     for frame in course:
@@ -212,7 +212,7 @@ def _true_pairs(trees: RefittedTrees, frame: Frame) -> np.ndarray:
     return np.unique(np.column_stack(leaves), axis=0)
 
 
-def _judge(contacts: ContactPoints, frame: Frame, true: np.ndarray) -> dict[str, float]:
+def _judge(contacts: Contacts, frame: Frame, true: np.ndarray) -> dict[str, float]:
     """Compare the contacts of a frame with its exact answers; ``true`` : of ``_true_pairs``; lengths in m.
 
     The response is the largest depth times the direction of the contacts' mean, weighted with depths: a penalty force

@@ -274,6 +274,7 @@ class BallOnSlab:
         away = x[touching] - centre
         lengths = np.linalg.norm(away, axis=1)
         normals = away / lengths[:, None]
+        # the last axis of what is known and of right sides: the step, and its change per unit of depth
         fixed, ahead = self._held.copy(), np.zeros((len(x), 2, 2))
         right = np.stack([-gradient, np.zeros_like(x)], axis=2)
         turns, turned = np.zeros((len(x), 2, 2)), np.zeros(len(x), dtype=bool)
@@ -284,6 +285,7 @@ class BallOnSlab:
             ahead[self._held] = 0.0
             force, gap = -gradient[touching, 1].sum(), np.abs(ahead[touching, :, 0]).max()
         else:
+            # equations of touching nodes are along the ball's normal, which is known, and tangent
             turned[touching] = touching > 0  # the node on the axis moves along it
             tangents = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
             turns[touching, 0], turns[touching, 1] = normals, tangents

@@ -83,10 +83,7 @@ def modes(
 
 @numba.njit(cache=True, error_model="numpy")
 def _log_force(logs, slopes, start, step, depth):
-    """Interpolate log f and its slope over depth at ``depth`` [m], by Hermite's cubic; linear beyond both ends.
-
-    logs, slopes : (depths,) of one table, at the log depths start + k step
-    """
+    """Interpolate log f of a table and its slope over depth at ``depth`` [m], by Hermite's cubic, linear beyond it."""
     if depth <= 0.0:
         return -700.0, 0.0
     at = (np.log(depth) - start) / step
@@ -127,10 +124,9 @@ def _all_places(
     depth_m, force_n, level, weight, press_start, place_start, table, logs, slopes, start, step, log_young, spread,
     effects, minus2, log_force,
 ):  # fmt: skip
-    """Find the modes of the effects place by place; arguments are as in ``modes``, the last two the results.
+    """Find the modes of the effects by the Gauss-Newton method, place by place; the last two arguments are the results.
 
-    A place has 2 effects, a and b, and 2 for each of its presses, o and r. The Gauss-Newton method minimises the sum of
-    squares of residuals and effects; Laplace's integral needs the determinant of its Hessian.
+    A place has 2 effects, a and b, and 2 for each of its presses, o and r.
     """
     noise, floor_n, place_sd, shape_sd, repeat_sd, offset, offset_sd, excess = spread
     seen, constant = np.empty(len(force_n)), np.empty(len(force_n))

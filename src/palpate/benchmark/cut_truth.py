@@ -217,10 +217,7 @@ class CutMesh:
         return pulled(self.problem, self._hooks)
 
     def answer(self, x: np.ndarray, surface: np.ndarray, places: np.ndarray) -> Pulled:
-        """Return the answer at positions ``x`` for points at rest, ``surface`` (n, 3) and ``places`` (k, 3) [m].
-
-        surface : of the skin; places : of the mouth, where the opening is measured
-        """
+        """Return the answer at positions ``x`` for the points at rest ``surface`` (n, 3) and ``places`` (k, 3) [m]."""
         moved, side = x - self.problem.mesh.nodes, self._side_of_skin()
         assert self._cut.cut is not None
         # the mesh may have bent the cut to a place beside it, which is then on both lips

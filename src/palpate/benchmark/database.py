@@ -114,7 +114,6 @@ def read(path: Path | str) -> Database:
 
 
 def _store(group: "h5py.Group", name: str, value: np.ndarray | sparse.csr_array, unit: str) -> None:
-    """Write an array or a sparse matrix with its unit into a group."""
     if sparse.issparse(value):
         inner = group.create_group(name)
         inner.attrs.update({"shape": value.shape, "unit": unit})
@@ -156,11 +155,7 @@ FIELDS: dict[str, Field] = {
 
 
 def check(values: dict[str, Any], where: str) -> None:
-    """Check the fields of a database; InputError naming the file ``where`` and the first with a wrong value.
-
-    Shapes have to go together, numbers to be finite, and nodes to exist. Contacts have to be on the coarse surface,
-    times to be positive, and samples to move.
-    """
+    """Raise InputError naming ``where`` and the first field of a database with a wrong shape, number or node."""
     lengths: dict[str, int] = {}
     for name, field in FIELDS.items():
         _check_shape(where, name, values[name].shape, lengths)

@@ -82,7 +82,7 @@ class Load:
         return given
 
     def parted(self) -> tuple[list[tuple[int, np.ndarray]], list[tuple[int, np.ndarray]]]:
-        """Return node and force (3,) [N] of the presses by force, and node and way (3,) [m] of those to a depth."""
+        """Return node and force (3,) [N] of the presses by force, and node and displacement (3,) [m] of others."""
         given = [(press.node, press.force) for press in self.presses if press.force is not None]
         return given, [(p.node, p.moved) for p in self.presses if p.force is None and p.moved is not None]
 
@@ -123,10 +123,10 @@ class SurfacePress(Block):
                 f"radius_m of the press is {self.radius_m:g} m, and {body.name} is {body.fine.size:.3g} m long; "
                 "give the radius of what presses it, in metres."
             )
-        way = -body.fine.normals[self.node] if self.direction is None else np.array(self.direction, dtype=float)
-        if not np.linalg.norm(way) > 0.0:
+        direction = -body.fine.normals[self.node] if self.direction is None else np.array(self.direction, dtype=float)
+        if not np.linalg.norm(direction) > 0.0:
             raise InputError(f"the press at node {self.node} has no direction; give one with a length.")
-        return Load.at(self.node, self.force_n * way / np.linalg.norm(way))
+        return Load.at(self.node, self.force_n * direction / np.linalg.norm(direction))
 
 
 @dataclass(frozen=True, eq=False)

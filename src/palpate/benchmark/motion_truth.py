@@ -263,10 +263,7 @@ class _TouchedLevels:
         return motion.touched_steps(h, count, TOUCHED_TOLERANCE)
 
     def _find_touched(self, h: float, count: int) -> np.ndarray:
-        """Return the places at rest (k, 3) [m] of points that are touched after any of ``count`` steps of ``h`` [s].
-
-        The motion is that on the coarsest mesh. NotConverged where nothing is touched.
-        """
+        """Return the places at rest (k, 3) [m] that are touched in ``count`` steps of ``h`` [s] on mesh 0."""
         motion, _ = self.motion(0)
         rest = motion.points.interpolation @ motion.mesh.nodes
         touched = np.any([motion.bearing for _ in motion.touched_steps(h, count, TOUCHED_TOLERANCE)], axis=0)

@@ -322,10 +322,7 @@ def reasons(rejected: np.ndarray) -> dict[str, int]:
 
 
 def warn_of_rejected(place: str, questions: str, rejected: np.ndarray, then: str) -> None:
-    """Warn of ``questions``, presses or touches of a body at ``place``, that have no truth.
-
-    rejected : (k,) why each has none, or ""; then : the end of the sentence, what follows from it
-    """
+    """Warn of ``questions`` of a body that have no truth; rejected : (k,) why, or ""; then : what follows from that."""
     if counts := reasons(rejected):
         why = "; ".join(f"{count} times {reason}" for reason, count in counts.items())
         lost = f"{sum(counts.values())} of {len(rejected)} {questions}"

@@ -51,8 +51,8 @@ def touches_in(questions: Questions, body: Body) -> list[Touch]:
     instrument, loads = Instrument(**questions.info["instrument"]), questions.arrays["loads"]
     placed = zip(*(loads[name] for name in ("node", "tip_m", "axes", "direction", "depth_m")), strict=True)
     return [
-        Touch(instrument, int(node), way, float(depth), {body: Pose(instrument, tip, axes)})
-        for node, tip, axes, way, depth in placed
+        Touch(instrument, int(node), direction, float(depth), {body: Pose(instrument, tip, axes)})
+        for node, tip, axes, direction, depth in placed
     ]
 
 

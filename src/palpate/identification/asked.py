@@ -62,10 +62,7 @@ class Asked:
 
 
 def thickness_of(records: PressRecords, asked: Asked) -> tuple[Range | None, np.ndarray | None]:
-    """Return the slab's thickness [m] as a value or range, and that at each press (presses,) if all are measured.
-
-    None stands for what is not known; a thickness that the user has given comes before those of the presses.
-    """
+    """Return the slab's thickness [m] as given, or else the range of the presses' and that of each, (presses,)."""
     each = [press.thickness_m for press in records.presses if press.thickness_m is not None]
     if asked.body is not None:
         return None, None

@@ -44,12 +44,11 @@ DOUBT = 1e-3
 class IndentationCurve:
     """Force over depth at k states, of which the last is as deep as asked for, or deeper.
 
-    depth, force : (k,); contact : (k,) radius of what touches; limit : force over depth ** 1.5 at small depths
+    depth, force : (k,); limit : force over depth ** 1.5 at small depths
     """
 
     depth: np.ndarray
     force: np.ndarray
-    contact: np.ndarray
     limit: float
 
     def at(self, depth: np.ndarray) -> np.ndarray:
@@ -169,10 +168,9 @@ class BallOnSlab:
         else:
             self._solve(touching, following, depth)
         while True:
-            states.append((self._depth, self._force, self._x[following, 0]))
+            states.append((self._depth, self._force))
             if self._depth >= deepest:
-                depths, forces, radii = np.array(states).T
-                return IndentationCurve(depths, forces, radii, hertz(self._poisson, self._sticks))
+                return IndentationCurve(*np.array(states).T, hertz(self._poisson, self._sticks))
             # states at corners are alike, and most exact; what sticks is followed from node to node
             for _ in range(2 if self._sticks else 1):
                 count += 1 if self._sticks else 2
@@ -276,6 +274,7 @@ class BallOnSlab:
         away = x[touching] - centre
         lengths = np.linalg.norm(away, axis=1)
         normals = away / lengths[:, None]
+        # the last axis of what is known and of right sides: the step, and its change per unit of depth
         fixed, ahead = self._held.copy(), np.zeros((len(x), 2, 2))
         right = np.stack([-gradient, np.zeros_like(x)], axis=2)
         turns, turned = np.zeros((len(x), 2, 2)), np.zeros(len(x), dtype=bool)
@@ -286,6 +285,7 @@ class BallOnSlab:
             ahead[self._held] = 0.0
             force, gap = -gradient[touching, 1].sum(), np.abs(ahead[touching, :, 0]).max()
         else:
+            # equations of touching nodes are along the ball's normal, which is known, and tangent
             turned[touching] = touching > 0  # the node on the axis moves along it
             tangents = np.stack([-normals[:, 1], normals[:, 0]], axis=1)
             turns[touching, 0], turns[touching, 1] = normals, tangents

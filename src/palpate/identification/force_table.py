@@ -153,10 +153,7 @@ def _node_counts(free: int) -> list[int]:
 
 
 def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
-    """Return the weights (m,) of the values at ``nodes`` (m,) in the polynomial's value at ``x``.
-
-    nodes : Chebyshev points of the second kind, for which the barycentric formula is simple
-    """
+    """Return the barycentric weights (m,) at ``x`` of values at Chebyshev points of the second kind, ``nodes`` (m,)."""
     away = x - nodes
     if (hit := np.abs(away) < 1e-14).any():
         return hit.astype(float)

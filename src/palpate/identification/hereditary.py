@@ -72,10 +72,9 @@ Kernel = Branches | Fading
 
 @numba.njit(cache=True, error_model="numpy")
 def _add_branches(loads, shares, a, b, found):
-    """Add Σ gᵢ hᵢ to ``found`` (k, m), where dhᵢ/dt = dF₀/dt − hᵢ/τᵢ, by one recursion a step.
+    """Add Σ gᵢ hᵢ to ``found`` (k, m), where dhᵢ/dt = dF₀/dt − hᵢ/τᵢ, for loads F₀ (k, m) and shares gᵢ (n,).
 
-    loads : F₀ (k, m); shares : gᵢ (n,); a, b : (k − 1, n), or (1, n) for equal steps, factors of hᵢ and of the
-    change of F₀ in a step
+    a, b : factors of hᵢ and of the change of F₀ in each step, (k − 1, n), or (1, n) if all are equal
     """
     memory = np.empty((len(shares), loads.shape[1]))
     for i in range(len(shares)):

@@ -78,10 +78,7 @@ Found = dict[float, tuple[Unknown, float]]
 
 @dataclass(frozen=True, eq=False)
 class Profiler:
-    """Finds profiles of a fitted model.
-
-    best : its unknowns of the greatest likelihood; least : −2 log likelihood there
-    """
+    """Finds profiles of a model, from its unknowns of the greatest likelihood and the ``least`` −2 log likelihood."""
 
     model: MixedModel
     best: Unknown
@@ -140,10 +137,7 @@ class Profiler:
         return lambda value, start: self._above(*fitted(self.model, start, {name: value}, None, scaling))
 
     def _over_range(self, name: str, in_unit: Callable[[float], float]) -> tuple[Interval, Profile]:
-        """Return interval and profile of an unknown over its range, from values of a grid outward from the best.
-
-        in_unit : from −1 … 1 of the range to the unknown's own unit
-        """
+        """Return interval and profile of an unknown over its range; in_unit : from −1 … 1 of that to its own unit."""
         at, rise = self.best[name], self._holding(name)
         found: Found = {at: (self.best, 0.0)}
         for grid in (np.linspace(-1, 1, GRID), np.linspace(1, -1, GRID)):
@@ -159,10 +153,7 @@ class Profiler:
         return interval.through(in_unit), profile._replace(values=values)
 
     def _stepped(self, rise: Rise, at: float, first: float) -> tuple[Interval, Profile]:
-        """Return interval and profile of an unknown without a range, in steps outward from its best value ``at``.
-
-        first : the half width that is expected
-        """
+        """Return interval and profile of an unknown without a range, by steps from ``at`` of about ``first``."""
         found: Found = {at: (self.best, 0.0)}
         for side in (-1.0, 1.0):
             start, value, step, last = self.best, at, STEP * first, 0.0

@@ -55,14 +55,10 @@ class Spread(NamedTuple):
 
 
 class Modes(NamedTuple):
-    """Likelihood of presses, and predictions with the modes of the effects.
-
-    minus2 : (places,) −2 log likelihood; log_force : (n,) of all points; offset_m : (presses,) of first touch [m]
-    """
+    """Likelihood, minus2 (places,) of −2 log, and predictions with the modes of the effects, log_force (n,)."""
 
     minus2: np.ndarray
     log_force: np.ndarray
-    offset_m: np.ndarray
 
 
 def no_effects(layout: Layout) -> np.ndarray:
@@ -79,8 +75,7 @@ def modes(
     logs, slopes : (tables, depths) of log f and its slope over log depth, at the log depths start + k step
     effects : (k,) where the search starts, overwritten by the modes; those of nearby parameters save most iterations
     """
-    places, n = len(layout.place_start) - 1, len(layout.depth_m)
-    found = Modes(np.empty(places), np.empty(n), np.empty(len(layout.press_start) - 1))
+    found = Modes(np.empty(len(layout.place_start) - 1), np.empty(len(layout.depth_m)))
     effects = no_effects(layout) if effects is None else effects
     _all_places(*layout, logs, slopes, start, step, log_young, tuple(spread), effects, *found)
     return found
@@ -88,10 +83,7 @@ def modes(
 
 @numba.njit(cache=True, error_model="numpy")
 def _log_force(logs, slopes, start, step, depth):
-    """Interpolate log f and its slope over depth at ``depth`` [m], by Hermite's cubic; linear beyond both ends.
-
-    logs, slopes : (depths,) of one table, at the log depths start + k step
-    """
+    """Interpolate log f of a table and its slope over depth at ``depth`` [m], by Hermite's cubic, linear beyond it."""
     if depth <= 0.0:
         return -700.0, 0.0
     at = (np.log(depth) - start) / step
@@ -130,12 +122,11 @@ def _solve(matrix, right, solution):
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def _all_places(
     depth_m, force_n, level, weight, press_start, place_start, table, logs, slopes, start, step, log_young, spread,
-    effects, minus2, log_force, offset_m,
+    effects, minus2, log_force,
 ):  # fmt: skip
-    """Find the modes of the effects place by place; arguments are as in ``modes``, the last three the results.
+    """Find the modes of the effects by the Gauss-Newton method, place by place; the last two arguments are the results.
 
-    A place has 2 effects, a and b, and 2 for each of its presses, o and r. The Gauss-Newton method minimises the sum of
-    squares of residuals and effects; Laplace's integral needs the determinant of its Hessian.
+    A place has 2 effects, a and b, and 2 for each of its presses, o and r.
     """
     noise, floor_n, place_sd, shape_sd, repeat_sd, offset, offset_sd, excess = spread
     seen, constant = np.empty(len(force_n)), np.empty(len(force_n))
@@ -158,10 +149,10 @@ def _all_places(
                 grad[k] = -u[k]
             for press in range(first, end):
                 o = 2 + 2 * (press - first)
-                offset_m[press] = offset + offset_sd * u[o]
+                first_touch = offset + offset_sd * u[o]
                 for i in range(press_start[press], press_start[press + 1]):
                     log_f, slope = _log_force(
-                        logs[table[press]], slopes[table[press]], start, step, depth_m[i] - offset_m[press]
+                        logs[table[press]], slopes[table[press]], start, step, depth_m[i] - first_touch
                     )
                     log_m = log_young + log_f + place_sd * u[0] + (shape_sd * u[1] + excess) * level[i]
                     log_m += repeat_sd * u[o + 1]

@@ -30,11 +30,12 @@ from palpate.identification.presses import Press
 from palpate.solvers.equilibrium import Equilibrium
 
 HALF_SPACE = 2048.0 / (315.0 * np.pi**2)
-"""E a / (1 − ν²) times what a half-space gives way under a unit force: the mean displacement, weighted with the
-pressure 1 − (r/a)². By Hankel's transform it is 64/π ∫ J₂(x)² x⁻⁴ dx, an integral of Weber and Schafheitlin."""
+"""E a / (1 − ν²) times the compliance of a half-space under a disc: the mean displacement by a unit force, with the
+pressure 1 − (r/a)² as its weight. By Hankel's transform it is 64/π ∫ J₂(x)² x⁻⁴ dx, an integral of Weber and
+Schafheitlin."""
 ALONG, STIFFER = 1.0, 0.021
-"""Least elements along the radius of the deepest contact, and how much stiffer they are, as a share, where one is as
-long as the contact's radius; it falls with the square of their length."""
+"""Least number of elements along the radius of the deepest contact, and the relative error of force where one element
+is as long as the contact's radius, which falls with the square of its length."""
 RATES = (2.0, 3.0)
 """Of convergence at the rim of what is held, where displacements grow with the root of the distance."""
 TOGETHER, FEWEST = 4, 3
@@ -205,12 +206,12 @@ def touch_of(body: Body, instrument: Instrument, press: Press, deepest_m: float)
     InputError for a press that is off the body, points out of it, is on what is held, or is too deep.
     """
     assert press.at_m is not None and press.direction is not None
-    mesh, way = body.fine, press.direction / np.linalg.norm(press.direction)
+    mesh, direction = body.fine, press.direction / np.linalg.norm(press.direction)
     able = places_to_touch(body)
     node = int(mesh.surface[np.linalg.norm(mesh.nodes[mesh.surface] - press.at_m, axis=1).argmin()])
     try:
-        pose = first_touch(upright(instrument, press.at_m, -way), mesh, way)
-        off = abs(float((pose.tip - press.at_m) @ way))
+        pose = first_touch(upright(instrument, press.at_m, -direction), mesh, direction)
+        off = abs(float((pose.tip - press.at_m) @ direction))
     except InputError:
         off = np.inf
     if off > instrument.radius_m:
@@ -218,13 +219,13 @@ def touch_of(body: Body, instrument: Instrument, press: Press, deepest_m: float)
             f"press {press.name} at {np.round(press.at_m, 4).tolist()} m is off bodies.{body.name}; give places on its "
             "surface, in metres and in its axes."
         )
-    if way @ mesh.normals[node] >= 0.0:
+    if direction @ mesh.normals[node] >= 0.0:
         raise InputError(f"press {press.name} points out of bodies.{body.name}; give directions into the tissue.")
     if node not in able:
         raise InputError(f"press {press.name} is where bodies.{body.name} is held, or beside; leave it out.")
-    if deepest_m >= float(np.ptp(mesh.nodes @ way)):
+    if deepest_m >= float(np.ptp(mesh.nodes @ direction)):
         raise InputError(f"press {press.name} is deeper than bodies.{body.name} is thick; check the unit of depth_m.")
-    return Touch(instrument, node, way, deepest_m, {body: pose})
+    return Touch(instrument, node, direction, deepest_m, {body: pose})
 
 
 def _simulate(body: Body, touch: Touch) -> Place:

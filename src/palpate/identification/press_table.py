@@ -67,11 +67,9 @@ PLAIN = {_plain(name): name for name in COLUMNS}
 def _named(
     path: str, header: list[str], rows: list[list[str]], columns: Mapping[str, Sequence[str]]
 ) -> dict[str, list[str]]:
-    """Return the cells of each of COLUMNS that a file has, by name.
+    """Return the cells of each of COLUMNS that a file has, by name, found by ``columns`` or in any case and signs.
 
-    columns : for names of COLUMNS those of the file; others are found whatever their case and signs
-    InputError for a name of ``columns`` that the file does not have, or that has another unit, and for two columns of
-    one name.
+    InputError for a name of ``columns`` that is not in the file or has another unit, and for two columns of one name.
     """
     numbers: dict[str, list[int]] = {}
     for number, name in enumerate(header):
@@ -103,10 +101,7 @@ def _named(
 
 
 def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> None:
-    """Raise InputError for missing columns, for vectors without all three components, and for two kinds of direction.
-
-    others : further names of columns in the file, of which one may be meant for a missing one
-    """
+    """Raise InputError for missing columns, for which ``others`` may stand, and for incomplete or double vectors."""
     for column in MEASURED:
         stem, _, unit = column.rpartition("_")
         alike = [name for name in others if re.fullmatch(f"{stem}({OTHER_UNITS[unit]})?", _plain(name))]

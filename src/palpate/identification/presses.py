@@ -112,10 +112,9 @@ def read_presses(
 
 
 def _level(records: PressRecords) -> PressRecords:
-    """Subtract the sensor's zero and slope, which rows before contact show; return the records without them.
+    """Subtract the sensor's zero and slope from all forces, which rows before contact show, if any press has them.
 
-    From a press without such rows the median line of the others is subtracted. Where no press has any, the records are
-    returned as they are.
+    For a press without such rows they are the medians of the others.
     """
     ends = [int(press.depth_m.argmax()) + 1 for press in records.presses]
     lines = [
@@ -159,11 +158,7 @@ def join(records: Sequence[PressRecords]) -> PressRecords:
 
 
 def doubts(records: PressRecords) -> Iterator[str]:
-    """Yield a sentence for each oddity of records that can be read, but were hardly meant so.
-
-    These are forces that do not rise with depth, negative forces after first touch, a depth that is small beside the
-    ball, presses that are far stiffer or softer than the others, and a modulus that no organ has.
-    """
+    """Yield a sentence for each oddity of presses: forces that fall or pull, small depths, moduli of no organ."""
     if weak := [press.name for press in records.presses if not _rises(press)]:
         yield (
             f"{records.source}: the force does not rise with depth in {len(weak)} of {len(records.presses)} presses "
@@ -206,10 +201,9 @@ def doubts(records: PressRecords) -> Iterator[str]:
 
 
 def _named(table: pd.DataFrame, names: str, path: str) -> pd.DataFrame:
-    """Add columns of session, specimen or place to the table, found in the names of presses by a regular expression.
+    """Add columns of session, specimen or place to the table, by the groups of the regular expression ``names``.
 
-    names : the expression, with a group for each column; what it finds is put in capitals
-    InputError for an expression without such groups, and for a press whose name it does not fit.
+    It searches the names of presses. InputError for one without such groups, or that a name does not fit.
     """
     try:
         pattern = re.compile(names)
@@ -226,10 +220,7 @@ def _named(table: pd.DataFrame, names: str, path: str) -> pd.DataFrame:
 
 
 def _runs(table: pd.DataFrame, path: str) -> Iterator[tuple[str, pd.Index, dict[str, np.ndarray]]]:
-    """Yield name, lines of the file and cells by column of each press of a table.
-
-    InputError for a name that stands in two places of the file.
-    """
+    """Yield name, lines of the file and cells by column of each press; InputError for a name in two places."""
     cells = {column: table[column].to_numpy() for column in COLUMNS if column in table}
     starts = np.flatnonzero(table["press"].ne(table["press"].shift()))
     seen: set[str] = set()
@@ -245,10 +236,7 @@ def _runs(table: pd.DataFrame, path: str) -> Iterator[tuple[str, pd.Index, dict[
 
 
 def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], path: str) -> Press:
-    """Return the press of some rows of a file; InputError for what no single press has.
-
-    rows : (k,) lines of the file; cells : (k,) each, by column
-    """
+    """Return the press of ``rows`` of a file, with ``cells`` by column; InputError for what no single press has."""
     place = f"{path}: the press {name}"
     if len(rows) < LEAST_POINTS:
         raise InputError(f"{place} has {len(rows)} points, fewer than {LEAST_POINTS}; measure more, or leave it out.")
@@ -319,10 +307,7 @@ def _rises(press: Press) -> bool:
 
 
 def check_units(records: PressRecords, size_m: float | None) -> None:
-    """Raise InputError for depths, forces and an instrument that no organ has, which are in other units.
-
-    size_m : thickness of the slab or size of the body [m], if it is known
-    """
+    """Raise InputError for depths, forces or an instrument in other units; size_m : of what is pressed [m], or None."""
     path, presses, ball = records.source, records.presses, records.ball_m
     deepest = max(presses, key=lambda press: press.depth_m.max())
     depth = float(deepest.depth_m.max())

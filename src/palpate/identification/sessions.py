@@ -23,7 +23,7 @@ class Comparison(NamedTuple):
     """Comparison of the ``first`` and the ``second`` session of a specimen, at the ``places`` that both pressed.
 
     ratio : median over places of the second's force over the first's
-    error : standard error of the log of ratio; spread : its standard deviation between places
+    error : standard error of the log of ratio
     """
 
     specimen: str
@@ -32,7 +32,6 @@ class Comparison(NamedTuple):
     places: int
     ratio: float
     error: float
-    spread: float
 
     @property
     def contradicts(self) -> bool:
@@ -58,9 +57,7 @@ def compare_sessions(records: PressRecords) -> list[Comparison]:
             if logs:
                 spread = 1.4826 * float(np.median(np.abs(np.array(logs) - np.median(logs))))
                 error = 1.2533 * spread / np.sqrt(len(logs))  # of a median of normal values
-                found.append(
-                    Comparison(specimen, first, second, len(logs), float(np.exp(np.median(logs))), error, spread)
-                )
+                found.append(Comparison(specimen, first, second, len(logs), float(np.exp(np.median(logs))), error))
     return found
 
 

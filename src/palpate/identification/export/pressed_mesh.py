@@ -94,9 +94,8 @@ def mesh_force(body: Body, level: int, touch: Touch, pose: Pose) -> float:
 
 
 def filling_points(mesh: Mesh, young_pa: float, center: np.ndarray, radius_m: float) -> ContactPoints:
-    """Return contact points that fill the triangles of ``mesh`` near a ball, with corners and edges.
+    """Return contact points that fill the triangles, corners and edges of ``mesh`` within 1.5 radii of ``center`` (3,).
 
-    center : (3,) [m] of the ball at its depth; triangles within 1.5 radii of it are filled
     NotConverged where there are none.
     """
     corners = mesh.nodes[mesh.triangles]

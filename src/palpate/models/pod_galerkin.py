@@ -52,6 +52,7 @@ class Galerkin(Solver):
         self._surface = np.tensordot(database.fine[rows], mixes, (0, 0)).reshape(-1, mixes.shape[1])
         self._soft = softness(self._surface.reshape(-1, 3, mixes.shape[1]))
         self._shares, self._buckling = ContactShares(case, offline.level, 2), NearBuckling(case, LARGEST_SHARE)
+        # the samples' loads in coordinates, by which cubature points are chosen
         self._pulls: dict[int, np.ndarray] = {}
         loads = zip(database.contact[rows], database.force[rows], strict=True)
         pulls = np.stack([force @ self._pull(int(contact)) for contact, force in loads], axis=1)

@@ -13,9 +13,8 @@ from palpate.bodies.mesh import TetMesh
 from palpate.errors import InputError
 from palpate.models.enrichment.features import Ordered
 from palpate.models.enrichment.training_samples import gather
-from palpate.models.linear_fem import LinearFem
 from palpate.models.warped_compliance import LoadResidual
-from palpate.models.warped_response import NodalSpins, WarpedResponse, turn, warp
+from palpate.models.warped_response import LinearFem, NodalSpins, WarpedResponse, turn, warp
 from palpate.solvers.compliance import Compliance
 
 FORCE = np.array([0.1, 0.2, -0.4])

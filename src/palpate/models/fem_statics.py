@@ -122,7 +122,7 @@ class LinearCoarse:
         self._contacts, self._columns = compliance.contacts, compliance.coarse
 
     def displacement(self, load: Load) -> np.ndarray:
-        """Return displacements (n_nodes, 3) [m] of coarse nodes under a load; InputError for an unprepared contact."""
+        """Return displacements (n_nodes, 3) [m] under ``load``; InputError for a contact that is not prepared."""
         parts = [np.tensordot(f, self._columns[row_of(self._contacts, c)], 1) for c, f in load.forces()]
         return np.sum(parts, axis=0)
 

@@ -2,8 +2,8 @@
 
 from palpate.benchmark.model import Case
 from palpate.models import kinds
-from palpate.models.linear_fem import LinearFem
 from palpate.models.warped_compliance import Stored
+from palpate.models.warped_response import LinearFem
 
 
 def prepare(case: Case, model: kinds.LinearResidual) -> Stored:

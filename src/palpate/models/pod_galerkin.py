@@ -52,6 +52,7 @@ class Galerkin(Solver):
         self._surface = np.tensordot(database.fine[rows], mixes, (0, 0)).reshape(-1, mixes.shape[1])
         self._soft = softness(self._surface.reshape(-1, 3, mixes.shape[1]))
         self._shares, self._buckling = ContactShares(case, offline.level, 2), NearBuckling(case, LARGEST_SHARE)
+        # the samples' loads in coordinates, by which cubature points are chosen
         self._pulls: dict[int, np.ndarray] = {}
         loads = zip(database.contact[rows], database.force[rows], strict=True)
         pulls = np.stack([force @ self._pull(int(contact)) for contact, force in loads], axis=1)
@@ -70,14 +71,15 @@ class Galerkin(Solver):
         pull = np.sum([force @ self._pull(node) for node, force in load.forces()], axis=0)
         q, residual, least = self._reduced.at_rest(pull, RESIDUAL)
         moved, far = (self._surface @ q).reshape(-1, 3), float(np.linalg.norm(q)) / self._reach
+        why = ""
         if not least >= LEAST_DET:
             why = f"cells are squeezed to det F = {least:.2f}, beyond what the modes are made of"
-            raise Doubted(why, [residual], Answer(moved))
-        if not far <= LARGEST_NORM:
+        elif not far <= LARGEST_NORM:
             why = f"this goes {far:.1f} times as far as any sample, beyond what is known"
+        elif not self._reduced.is_stiff(q, LEAST_STIFFNESS * self._soft):
+            why = "the body is about to give way"
+        if why:
             raise Doubted(why, [residual], Answer(moved))
-        if not self._reduced.is_stiff(q, LEAST_STIFFNESS * self._soft):
-            raise Doubted("the body is about to give way", [residual], Answer(moved))
         return self._buckling.checked(load, moved)
 
     def _pull(self, node: int) -> np.ndarray:

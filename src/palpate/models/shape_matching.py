@@ -339,6 +339,7 @@ def split(clusters: Clusters, parted: Parted, cuts: Sequence[Cut]) -> Clusters:
     A cluster has all copies of its nodes. Nodes on the other side of a cut than the cluster's middle are another part
     if the cut is between (Steinemann, Otaduy and Gross 2006), or has doubled them.
     """
+    # all copies of each cluster's nodes
     copies = np.bincount(parted.origin, minlength=len(parted.whole.nodes))
     first = np.cumsum(copies) - copies
     owner = np.repeat(np.arange(len(clusters.starts) - 1), np.diff(clusters.starts))
@@ -350,6 +351,7 @@ def split(clusters: Clusters, parted: Parted, cuts: Sequence[Cut]) -> Clusters:
     nodes = np.argsort(parted.origin, kind="stable")[np.repeat(first[clusters.members], each) + number]
     owner, rest, part = np.repeat(owner, each), parted.mesh.nodes, np.zeros(each.sum(), dtype=np.int64)
     corners = parted.mesh.tetrahedra
+    # the part of each, a binary digit for each cut
     for c, cut in enumerate(cuts):
         total = np.bincount(corners.ravel(), np.repeat(parted.sides[:, c], 4), minlength=len(rest))
         side = np.where(total == 0.0, cut.across(rest), total) >= 0.0

@@ -138,6 +138,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
     steps, turns, scale = np.empty((MEMORY, len(z))), np.empty((MEMORY, len(z))), np.empty(MEMORY)
     begun, old = z.copy(), z.copy()
     for rounds in range(most + 1):
+        # the gradient, and the direction of a factor, which is made anew where the last step has left too much
         gradient = -outer - pulled_by(force, touch, len(z))
         gradient[:wide] += inertia * away + share * own
         gradient[wide:] += share * bent
@@ -160,6 +161,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
                 break
         if not slope < 0.0 or (left <= enough and rounds >= fewest) or rounds == most:
             break
+        # the length of the step, shortened by quadratic interpolation
         length, found = 1.0, False
         while length > 1e-5:
             reached = z + length * ahead

@@ -16,9 +16,8 @@ from palpate.models.enrichment.features import Ordered
 from palpate.models.enrichment.ridge import KernelRidge
 from palpate.models.enrichment.training_samples import Training, convinces, gather
 from palpate.models.limit import at_limit
-from palpate.models.linear_fem import LinearFem
 from palpate.models.near_buckling import NearBuckling
-from palpate.models.warped_response import WarpedResponse, turn
+from palpate.models.warped_response import LinearFem, WarpedResponse, turn
 from palpate.solvers.compliance import Compliance
 
 KINDS = ("response", "force")
@@ -106,7 +105,7 @@ class Stored(Solver):
         if self._residual is not None:
             return self._buckling.checked(load, self._residual.respond(*load.single()))
         forces, to_depth = load.parted()
-        answer = self._discs.answer(load, self._base.superpose) if to_depth else self._base.superpose(forces)
+        answer = self._base.at_depth(load, self._discs) if to_depth else self._base.superpose(forces)
         return self._buckling.checked(load, answer)
 
 

@@ -1,4 +1,4 @@
-"""Stored linear responses, turned with the rotations that they have themselves: no mesh is simulated.
+"""Stored linear responses, as they are or turned with the rotations that they have themselves: no mesh is simulated.
 
 The responses are precomputed Green's functions (James and Pai 1999, "ArtDefo"); the warp is that of Choi and Ko (2005),
 "Modal warping": each node's displacement is turned by the mean of the rotations that lead up to its own.
@@ -11,9 +11,11 @@ import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.database import Database
+from palpate.benchmark.load import Answer, Load
 from palpate.bodies.contacts import row_of
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import shape_gradients
+from palpate.models.depths import Discs
 from palpate.solvers.compliance import Compliance
 
 
@@ -67,6 +69,34 @@ def _combine(spins, vectors, mean):
     return rotated
 
 
+class LinearFem:
+    """The linear response of fine elements to a force; the coarse simulation is not used."""
+
+    sigma_m = np.nan
+
+    def __init__(self, compliance: Compliance):
+        self._contacts, self._columns = compliance.contacts, compliance.fine.reshape(len(compliance.fine), 3, -1)
+
+    def predict(self, coarse: np.ndarray | None, contact: int, force: np.ndarray) -> np.ndarray:
+        """Return the fine surface displacement (n, 3) [m] under ``force`` (3,) [N] at coarse node ``contact``."""
+        return (force @ self._columns[row_of(self._contacts, contact)]).reshape(-1, 3)
+
+    def answer(self, contact: int, force: np.ndarray) -> tuple[np.ndarray, None]:
+        """Return the displacement as ``predict`` does, and None for rotations; InputError for an unprepared contact."""
+        return self.predict(None, contact, force), None
+
+    def superpose(self, presses: list[tuple[int, np.ndarray]]) -> np.ndarray:
+        """Return the sum (n, 3) [m] of the responses to forces (3,) [N], each at its contact."""
+        first, *others = [self.predict(None, *press) for press in presses]
+        return np.sum([first, *others], axis=0) if others else first
+
+    def at_depth(self, load: Load, discs: Discs) -> Answer:
+        """Return the answer to a ``load`` with depths, from the exact forces of its ``discs``."""
+        forces = discs.linear_forces(load)
+        presses = [(press.node, force) for press, force in zip(load.presses, forces, strict=True)]
+        return Answer(self.superpose(presses), forces)
+
+
 class WarpedResponse:
     """u = R̃(w) C f', with the rotation vectors w of C f', and the force f' turned back by the contact's rotation.
 
@@ -94,6 +124,10 @@ class WarpedResponse:
         Rotation vectors add up as linear responses do, and each force is turned back by the sum at its contact.
         """
         return self._warped(presses)[0]
+
+    def at_depth(self, load: Load, discs: Discs) -> Answer:
+        """Return the answer to a ``load`` with depths, by a search for the forces of its ``discs``."""
+        return discs.answer(load, self.superpose)
 
     def _warped(self, presses: list[tuple[int, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
         """Return the turned sum (n, 3) [m] of the responses to forces, and its rotation vectors (n, 3) [rad]."""

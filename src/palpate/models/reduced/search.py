@@ -138,7 +138,7 @@ def newton(q, right, body, touch):
     r, near = len(q), np.flatnonzero(pressures > 0.0)
     rows, bent, bends = np.empty((3 * len(near), r)), np.empty((3 * len(near), r)), np.empty((1, 3, 3))
     step = right.copy()
-    for curved in (True, False):
+    for curved in (True, False):  # with the tangent, or without what may make it indefinite
         for j in range(len(near)):
             n = near[j]
             one = slice(n, n + 1)

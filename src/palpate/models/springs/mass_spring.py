@@ -399,6 +399,7 @@ class CutSprings(LevelModel):
         stiffness = particles.material.young_pa * model.weights
         self._springs = Springs(model.pairs[kept], stiffness[kept], model.rest_m[kept])
         self._still = cut.held | cut.moved
+        # the stiffness at rest, lifted where nodes hang loosely, and its inverse with still nodes apart
         pattern = pattern_of(self._springs.couples, len(rest))
         values = np.zeros((len(pattern.indices), 3, 3))
         self._springs.add_stiffness(rest, True, pattern.slots[0], values)

@@ -94,12 +94,14 @@ def settle_discs(rest, motions, spins, shares, tip, way, steps, axes, shape):
         most = ITERATIONS if step == steps else 1
         for count in range(most + 1):
             distances(at, tip + step / steps * way, axes, shape, gaps, normals)
+            # the error of contact
             means[:] = np.dot(shares, gaps)
             off = 0.0
             for i in range(m):
                 off = max(off, abs(means[i]) if forces[i] > 0.0 else -means[i])
             if off <= OFF * length or count == most:
                 break
+            # how forces of the discs that bear or overlap close the gaps of these
             near = np.flatnonzero((forces > 0.0) | (means < 0.0))
             k = len(near)
             back = warp(-spin, normals) if turned else normals
@@ -117,6 +119,7 @@ def settle_discs(rest, motions, spins, shares, tip, way, steps, axes, shape):
             found, solved = complementary(closing, right, 10 * k)
             if not solved:
                 break
+            # the places under these forces
             forces[near] = found
             at = combined(forces, motions)
             if turned:

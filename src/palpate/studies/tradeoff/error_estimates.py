@@ -19,8 +19,7 @@ from palpate.benchmark.model import Case
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_fine, to_surface, with_unknowns
 from palpate.models.kinds import FEM
-from palpate.models.linear_fem import LinearFem
-from palpate.models.warped_response import WarpedResponse
+from palpate.models.warped_response import LinearFem, WarpedResponse
 from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.studies.tradeoff.error_bounds import COARSER, EVERY, RESIDUAL
 

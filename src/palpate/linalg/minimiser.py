@@ -296,7 +296,7 @@ def line_search(
     energy: float,
     force: np.ndarray,
     direction: np.ndarray,
-    shortest: float = SHORTEST,
+    shortest: float,
     grow: bool = False,
     longest: float = np.inf,
 ) -> Candidate | None:

@@ -92,7 +92,7 @@ def spread_out(points: np.ndarray, known: np.ndarray, count: int) -> list[int]:
 
 
 def pressed_contacts(body: Body, contacts: np.ndarray) -> np.ndarray:
-    """Return those of ``contacts`` that samples press: not on the bed, nor beside a held node, which would bear it."""
+    """Return those of ``contacts`` that samples press: not those on the bed or beside a held node."""
     elements = body.coarse.tetrahedra
     away = np.setdiff1d(contacts, elements[np.isin(elements, body.anchors[0]).any(axis=1)])
     return away if body.bed is None else np.setdiff1d(away, inner_nodes(body.coarse, body.bed))

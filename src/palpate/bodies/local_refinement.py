@@ -1,4 +1,4 @@
-"""Refine a body near a place and near what is held only: fine elements there, coarse ones elsewhere, without gaps."""
+"""Refine a body near a place and near held nodes only: fine elements there, coarse ones elsewhere, without gaps."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -93,7 +93,7 @@ class LocalRefinement:
 
 
 MARGIN = 2.0
-"""Longest edges beyond the radius within which parts are made: neighbours of what is split may have to be, too."""
+"""Longest edges beyond the radius within which elements get parts, as neighbours of split elements may be split."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -102,7 +102,7 @@ def _coarse(entry: bodies.SolidBody) -> tuple[TetMesh, Snap | None, bool]:
 
 
 def _remedy(body: Body, remeshed: bool) -> str:
-    """Return what to do about bad elements; a surface that has few nodes already is not remeshed to as many."""
+    """Return the advice on bad elements; a surface of few nodes is not to be remeshed to as many."""
     if remeshed:
         return "give more surface_nodes"
     improve = "improve the mesh in the program that made it"

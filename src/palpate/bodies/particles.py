@@ -62,7 +62,7 @@ class Particles(Mesh):
         return stiff / around
 
     def refuse_regions(self, what: str) -> None:
-        """Raise InputError if the elements differ in stiffness, of which ``what`` has one only."""
+        """Raise InputError if the elements differ in stiffness; what : begins the reason, such as "springs have"."""
         if self.regions is not None and not self.regions.is_one_stiffness:
             raise InputError(
                 f"{self.name}: {what} one stiffness only, and its tetrahedra have several; choose an elastic effect of "

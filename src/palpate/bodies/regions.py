@@ -35,7 +35,7 @@ VOLUME_OFF, MISPLACED = 0.2, 0.3
 """Shares of a region's volume from which on there is a warning: of the difference to that of its elements, and of what
 lies in one of the two alone."""
 AT_ONCE = 4096
-"""Elements whose points are looked at together."""
+"""Elements whose points are tested at once."""
 
 Inside = Callable[[np.ndarray], np.ndarray]
 """A test whether points (n, 3) [m] lie in a region, (n,) bool."""

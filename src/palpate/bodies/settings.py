@@ -1,4 +1,4 @@
-"""Settings of bodies: where a mesh comes from, what it is made of, and what holds it."""
+"""Settings of bodies: the source of the mesh, materials, and supports."""
 
 from os.path import isdir, isfile, normpath
 from pathlib import Path

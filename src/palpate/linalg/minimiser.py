@@ -24,7 +24,7 @@ Product = Callable[[np.ndarray], np.ndarray]
 MAX_ITERATIONS = 60
 """Iterations of L-BFGS after which Newton's method takes over; 10 to 30 do where nothing is wrong."""
 PACE, WINDOW = 0.1, 12
-"""In so many iterations the residual has to fall to this share of what it was, or Newton's method is faster."""
+"""Factor by which the residual has to fall in so many iterations of L-BFGS, or Newton's method is faster."""
 MEMORY = 8
 """Steps that the inverse Hessian is improved by (Liu, Bouaziz and Kavan 2017 keep 5)."""
 SHORT, MAX_SHORT = 0.02, 3
@@ -296,7 +296,7 @@ def line_search(
     energy: float,
     force: np.ndarray,
     direction: np.ndarray,
-    shortest: float = SHORTEST,
+    shortest: float,
     grow: bool = False,
     longest: float = np.inf,
 ) -> Candidate | None:

@@ -101,7 +101,7 @@ def _opened(path: Path) -> gzip.GzipFile | BufferedReader:
 
 
 def extensions(path: Path) -> bytes:
-    """Return what stands before a NIfTI file's first voxel."""
+    """Return the bytes before a NIfTI file's first voxel: header and extensions."""
     with _opened(path) as file:
         return file.read(_nifti(path).GetNIFTIHeader().GetVoxOffset())
 

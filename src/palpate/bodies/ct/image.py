@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 AIR_HU = -1024
 FRAME, POSITION = "frame", "0018|5100"
-"""Keys of what in a header says where the axes point, and of how the patient lay, which is DICOM's."""
+"""Keys of metadata: which header entry says where the axes point, and how the patient lay, which is DICOM's."""
 FORMATS = (*NIFTI, ".nrrd", ".nhdr", ".mhd", ".mha")
 
 
@@ -74,7 +74,7 @@ class Image(Grid):
 
     hu : (nz, ny, nx), int16 or float32; of a CT [HU] and nowhere below air, of an MRI grey values without a unit
     modality : "ct" or "mri"; only the grey values of a CT say how dense tissue is
-    frame : what of the file says where the axes point; position : how the patient lay, as DICOM has it, "" if unknown
+    frame : header entry that says where the axes point; position : how the patient lay, as in DICOM, "" if unknown
     """
 
     hu: np.ndarray

@@ -113,7 +113,7 @@ def build(entry: Ct) -> tuple[TetMesh, Snap | None]:
 
 
 def refuse_thin(image: Image, mask: np.ndarray) -> None:
-    """Raise InputError for an organ that is fewer than THINNEST voxels thick, of whose inside nothing is seen."""
+    """Raise InputError for an organ fewer than THINNEST voxels thick along an axis, so that no inside is seen."""
     for axis, name in enumerate("zyx"):
         thick = int(mask.any(axis=tuple({0, 1, 2} - {axis})).sum())
         if thick < THINNEST:

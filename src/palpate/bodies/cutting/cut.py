@@ -316,7 +316,7 @@ def _count(length_m: float, spacing_m: float) -> int:
 
 
 def make_cut(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
-    """Make the cut of a body at rest that is asked for.
+    """Make the cut of a body at rest that the settings ``asked`` describe.
 
     place : where the settings stand, for messages; mesh : of the body
     Raises InputError for settings that describe no cut, and for a cut that misses the body.
@@ -367,8 +367,8 @@ def blade(mesh: Mesh, path_m: np.ndarray, direction: np.ndarray, depth_m: float)
 
 
 PROBES = 33
-"""Points of the blade at an end of its path, of which any in the body says that it does not leave it there, and points
-of a path whose normals are taken."""
+"""Points of the blade at each end of its path, none of which is in the body where the blade leaves it; and points of a
+path at which normals are taken."""
 
 
 def inside(mesh: Mesh, points: np.ndarray) -> np.ndarray:

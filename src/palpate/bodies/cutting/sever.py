@@ -1,4 +1,4 @@
-"""Double the nodes of faces inside a mesh, so that what these faces joined can come apart."""
+"""Double the nodes of faces inside a mesh, so that the elements that they joined can come apart."""
 
 from dataclasses import dataclass
 

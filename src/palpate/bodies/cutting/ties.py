@@ -20,7 +20,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.errors import InputError
 
 CONFORM = "conform"
-"""The way in which the mesh is made anew, so that faces of it are the cut."""
+"""The way in which the mesh is changed so that faces of it are the cut."""
 ON_FACE = 1e-6
 """Distance over the size of the body by which a face may be nearer to one cut than to another and be of both."""
 
@@ -73,7 +73,7 @@ class Ties:
 
 
 def cut_particles(place: str, body: Body, level: int, asked: settings.Cut) -> Particles:
-    """Make the particles of one level of ``body`` with the ties of the cuts that are asked for.
+    """Make the particles of one level of ``body`` with the ties of the cuts in the settings ``asked``.
 
     place : of the scene
     The surface of the particles is the skin. Raises InputError for settings of no cut, and for one that severs nothing.

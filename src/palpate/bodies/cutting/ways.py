@@ -36,7 +36,7 @@ Joints = tuple[np.ndarray, np.ndarray, np.ndarray]
 class Parted:
     """A level of a body after cuts.
 
-    body : its one level, without what was lost; its ``regions`` say how much of each element is tissue
+    body : the cut level, without removed elements; its ``regions`` say how much of each element is tissue
     whole : the mesh before; node i was ``origin[i]``, (n,), of it, and element e a part of ``parents[e]``, (m,)
     sides : (m, cuts) on which side of each cut an element is: 1, -1, or 0 for both, beyond the front
     solid : (n,) bool, false for a node that has no tissue at its own place, the corner of a copy's empty part
@@ -203,7 +203,7 @@ def _copied(mesh: TetMesh, crossed: _Crossed) -> _Copies:
 
 
 def _without_crossed(copies: _Copies, joints: Joints) -> tuple[_Copies, Joints]:
-    """Remove crossed elements; what only they joined comes apart, so that nothing hangs by a node or an edge."""
+    """Remove crossed elements, and sever the faces that they bare, so that nothing hangs by a node or an edge."""
     kept = np.logical_not(copies.doubled.any(axis=1))
     (faces, pairs, blocked), number = joints, np.cumsum(kept) - 1
     both, bared = kept[pairs].all(axis=1), kept[pairs].sum(axis=1) == 1

@@ -120,7 +120,7 @@ class Solid(Grid):
 
 
 def solidify(source: str, mended: Mended) -> Solid:
-    """Find the largest piece of what a surface encloses, and the places on its surface.
+    """Return the largest piece of the volume that a surface encloses, on a grid, and places on the piece's surface.
 
     Raises InputError if it encloses nothing, or several large pieces.
     """

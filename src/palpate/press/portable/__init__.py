@@ -1,1 +1,1 @@
-"""Take prepared models along: a file that holds one for any place of a surface, and what answers from it."""
+"""Portable models: a file that holds a prepared model for any place of a surface, and runtimes that answer from it."""

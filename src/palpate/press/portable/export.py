@@ -29,14 +29,14 @@ from palpate.press.portable.touches import Touches, measured, prepare_places
 from palpate.press.portable.write import PackedContact, SurfaceBasis, model_bytes, surface_basis
 
 EVERY = 4
-"""Of the presses that a contact's snapshots are made of, each so many-th is asked for."""
+"""Step through the presses of a contact's snapshots, of which every so many-th is compared."""
 AT_CONTACTS, PAIRS = 12, 6
 """Contacts at which the file is compared with what it was made of, and pairs of places that are pressed at once."""
 LEAST_ERROR = 1e-3
 """Smallest error that is said."""
 
 BELIEVED, ALONE, BEYOND = 0.0, 1.0, 2.0
-"""An answer that the file believes, one far from every contact, and one that is doubted for what was asked."""
+"""Doubt of an answer: none, one for its distance from every contact, and any other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +209,7 @@ COLUMNS = ContactModes(modes="columns", target="limit")
 """The model that is exported if none is asked for: cheap, so that many contacts can be had."""
 
 Progress = Callable[[str], Callable[[Sequence], Iterable]]
-"""Return, for what is counted, a function that wraps a sequence and tells how far it has come."""
+"""From a word for the items to a function that wraps a sequence of them and reports progress."""
 
 
 def export_model(

@@ -29,11 +29,11 @@ from palpate.press.portable.runtimes.palpate_model import (
 )
 
 LOWER, FALLS = 0.7, 3
-"""Factor by which the depth of a place that bears too little is lowered, and how often; then another is taken."""
+"""Factor by which the depth is lowered at a place that gives way, and how often before the place is left out."""
 TILTS, TURNS, SHARES = (22.5, 45.0), 8, (0.35, 0.7, 1.0)
 """Angles [degrees], directions and depths over the deepest at which searches of the file begin."""
 HELD = 2
-"""Level to which meshes of places are refined at the rim of what is held."""
+"""Level to which meshes of places are refined at the rim of held nodes."""
 TRIED = ((0.0, 0.0, (0.4, 0.9)), (TILTED, 22.5, (0.55, 0.85)))
 """Tilts and turns [degrees] and depths over the deepest at which the file is compared with elements."""
 PUSH_TOLERANCE = 1e-4

@@ -21,7 +21,7 @@ MADE_OF = 6
 PARTS_OF_RADIUS, MOST_PARTS = 10.0, 8
 """A disc is integrated over triangles split into parts of a tenth of its radius, at most eight along an edge."""
 BENT = 0.5
-"""Weight of what is beyond the linear part, in the choice of vectors."""
+"""Weight of displacements beyond the linear part, in the choice of vectors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,7 @@ INT16_MAX = 32767
 
 
 class PackedContact(NamedTuple):
-    """A prepared contact of a file: its place (3,) [m], its outward normal (3,), and what answers there."""
+    """A prepared contact of a file: its place (3,) [m], its outward normal (3,), and the model there."""
 
     place: np.ndarray
     normal: np.ndarray

@@ -32,7 +32,7 @@ CUT_ABOUT = {
     "cut_linear": "Linear elements, doubled where the knife went, with one factor for all presses.",
 }
 SCALES = ("peak_m", "hardest_n")
-"""Of a full press: what colours, arrows and depths of the page are measured by."""
+"""Displacement and force of a full press, which scale colours, arrows and depths of the page."""
 
 
 def press(

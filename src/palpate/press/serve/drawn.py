@@ -61,7 +61,7 @@ def drawn(
 
 
 def _rims(cuts: Sequence[Cut], nodes: np.ndarray, triangles: np.ndarray, near: float) -> np.ndarray:
-    """Return the edges (k, 2) of one triangle of the skin only whose ends are both on the surface of one cut."""
+    """Return the border edges (k, 2) of the skin both of whose ends are on the surface of one cut."""
     edges, count = triangle_edges(triangles)
     on = np.any([(np.abs(cut.across(nodes)) <= near)[edges].all(axis=1) for cut in cuts], axis=0)
     return edges[on & (count == 1)]

@@ -30,13 +30,13 @@ from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.pushed_discs import OVERLAP, push
 
 MOST_NODES = 1500
-"""Nodes of a level that is made anew within a tenth of a second; the finest that has no more answers."""
+"""Most nodes of a level that is cut and factorised within a tenth of a second; the finest such level answers."""
 MOST_CUTS, MOST_POINTS = 4, 12
 """Cuts of a body, and points of the path of each."""
 FULLY = 1e-9
 """What the weights of held nodes may lack where a point follows them alone."""
 TOLERANCE = 1e-3
-"""Relative residual of an answer, far below what a level of so few nodes differs from the truth by."""
+"""Relative residual of an answer, far below the error of a level of so few nodes."""
 
 
 def read_cuts(body: bytes) -> list[CutSettings]:
@@ -74,7 +74,7 @@ def cut_level(body: Body) -> tuple[int, float]:
 
 
 class Followed(NamedTuple):
-    """A cut body: the surface to draw, which of its nodes are held, (n,) bool, and what it took.
+    """A cut body: the surface to draw, which of its nodes are held, (n,) bool, and the times taken.
 
     ready, seen : milliseconds until presses could be answered, and of finding the surface after that
     """

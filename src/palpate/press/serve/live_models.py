@@ -21,7 +21,7 @@ KNIVES = {"cut_elements": False, "cut_linear": True}
 SOON_S = 0.1
 """Time of an answer that a finger follows without waiting."""
 BEYOND = 5.0
-"""A press may be so many times as hard, or as deep, as those of the run: models say themselves what they doubt."""
+"""Factor over the hardest and the deepest press of the run up to which presses are answered."""
 
 
 class LiveModels:
@@ -73,12 +73,12 @@ class LiveModels:
         """Return a model that follows a knife, prepared at its first use; InputError if that cannot be done."""
         if name not in self._knives:
             self._knives[name] = KnifeModel(self.case, KNIVES[name])
-            with suppress(InputError, NotConverged):  # what it calls is compiled before it is timed
+            with suppress(InputError, NotConverged):  # its code is compiled before it is timed
                 self._knives[name].respond([self._slight_press()])
         return self._knives[name]
 
     def warm_up(self, name: str) -> None:
-        """Prepare a model and let it answer once to a depth, as what it calls is compiled at the first use ever."""
+        """Prepare a model and let it answer a press to a depth once, so that the code for that is compiled."""
         model = self.prepare(name)
         with suppress(InputError, NotConverged):  # a page that asks for it is told
             model.respond([self._slight_press()])

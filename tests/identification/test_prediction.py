@@ -5,7 +5,7 @@ import pytest
 from fixtures.pressed_layer import Layer, draw_presses
 
 from palpate.identification.fit import Data, MixedModel, Options, best_fit
-from palpate.identification.prediction import left_out, predict, summary
+from palpate.identification.prediction import fitted_points, predict, summary
 
 OPTIONS = Options(resamples=0)
 
@@ -41,10 +41,10 @@ def test_what_is_left_out_is_whole_places_deep_points_or_sessions():
     records = draw_presses(Layer(0.004), {}, np.random.default_rng(0), places=7, repeats=2)
     data = Data.of(records)
     place = data.place_of_press[data.press_of_point]
-    parts = left_out(data, "place", 0)
+    parts = fitted_points(data, "place", 0)
     assert np.array([~part for part in parts]).sum(axis=0).tolist() == [1] * len(place)
     for part in parts:
         assert not set(place[part]) & set(place[~part])
-    (shallow,) = left_out(data, "depth", 0)
+    (shallow,) = fitted_points(data, "depth", 0)
     assert shallow.sum() == 14 * 5
-    assert left_out(data, "session", 0) == [] and left_out(data, "specimen", 0) == []
+    assert fitted_points(data, "session", 0) == [] and fitted_points(data, "specimen", 0) == []

@@ -11,7 +11,7 @@ from palpate.bodies.cutting.cut import blade
 from palpate.bodies.cutting.ways import LEAST_SHARE, REMOVAL, SPLIT_FACES, VIRTUAL_NODES, WAYS, part
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
-from palpate.bodies.mesh import unit
+from palpate.bodies.mesh import components, unit
 from palpate.bodies.simple_shapes import box
 from palpate.models.fem_statics import to_surface
 
@@ -34,8 +34,12 @@ def filled(found):
     return found.mesh.volumes * found.body.regions.share
 
 
+def pieces(found):
+    return components(found.mesh.edges, len(found.mesh.nodes))
+
+
 def volumes_of_pieces(found):
-    return np.bincount(found.pieces()[found.mesh.tetrahedra[:, 0]], filled(found))
+    return np.bincount(pieces(found)[found.mesh.tetrahedra[:, 0]], filled(found))
 
 
 def longest_edge(mesh):
@@ -122,7 +126,7 @@ def test_lips_of_a_blade_are_apart_and_its_front_is_not(way):
     cuts = [blade(body.coarse, path, -np.eye(3)[2], 0.015)]
     found = part(body, 0, cuts, way)
     check(found, body, 0, cuts, way)
-    assert found.pieces().max() == 0
+    assert pieces(found).max() == 0
     copied = np.flatnonzero(np.bincount(found.origin, minlength=len(found.whole.nodes)) > 1)
     if way == SPLIT_FACES:  # the doubled part of the mesh is about as deep and long as the cut
         low, high = found.whole.nodes[copied].min(axis=0), found.whole.nodes[copied].max(axis=0)
@@ -152,7 +156,7 @@ def test_a_lip_is_held_on_its_own_side_only(way, near):
     across = part(body, 0, [plane([0.05, 0.05 + near, 0.02], [0.0, 1.0, 0.0])], way)
     assert len(across.body.anchors[0]) == 50
     along = part(body, 0, [plane([0.6 * 0.0125 + near, 0.0, 0.0], [1.0, 0.0, 0.0])], way)
-    free = along.pieces() == along.pieces()[along.mesh.nodes[:, 0].argmax()]
+    free = pieces(along) == pieces(along)[along.mesh.nodes[:, 0].argmax()]
     assert not free[along.body.anchors[0]].any()
 
 

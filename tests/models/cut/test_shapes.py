@@ -6,6 +6,7 @@ from fixtures.cut_cases import answer
 
 from palpate.bodies.cutting.cut import blade
 from palpate.bodies.cutting.ways import SPLIT_FACES, VIRTUAL_NODES, part, whole
+from palpate.bodies.mesh import components
 from palpate.bodies.particles import particles_of
 from palpate.effects.settings import Clusters
 from palpate.effects.shape_matching import make_clusters
@@ -27,7 +28,8 @@ def test_severed_shapes_follow_their_hook(severed, way):
     along = case.body.fine.nodes[case.body.fine.surface][:, 0]
     assert np.abs(found[along < 0.0537]).max() < 1e-9
     assert np.abs(found[along > 0.0537] - shift).max() < 0.01 * np.linalg.norm(shift)
-    clusters, piece = model._matching.clusters, model._opened.parted.pieces()
+    mesh = model._opened.parted.mesh
+    clusters, piece = model._matching.clusters, components(mesh.edges, len(mesh.nodes))
     assert piece.max() == 1
     assert all(np.ptp(piece[own]) == 0 for own in np.split(clusters.members, clusters.starts[1:-1]))
 

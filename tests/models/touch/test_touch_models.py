@@ -74,14 +74,14 @@ def test_the_force_is_the_slope_of_the_energy(touch_case, touches):
     step = 1e-5
     stored = []
     for depth in (0.005 - step, 0.005 + step):
-        pose = touches[0].pose(touch_case.body).moved(depth * touches[0].direction)
-        reduced, q = place.reduced, np.zeros(place.reduced.count)
-        reduced.settle(pose, q)
-        count = len(reduced.points[2])
+        touch = replace(touches[0], depth_m=depth, poses={})
+        q = place.expected(touch)
+        place.answer(touch, q)
+        pose = touch.pose(touch_case.body).moved(depth * touch.direction)
+        count, body = len(place.points[2]), place.model.body
         scratch = np.empty((count, 3)), np.empty(count), np.empty((count, 3)), np.empty(count)
-        where = *reduced.points, pose.tip, pose.axes, pose.instrument.shape
-        body = reduced.model.body
-        energies = elastic(q, body, scratch_of(body))[0], touched(q, (reduced.model.base, *where, *scratch))[0]
+        where = *place.points, pose.tip, pose.axes, pose.instrument.shape
+        energies = elastic(q, body, scratch_of(body))[0], touched(q, (place.model.base, *where, *scratch))[0]
         stored.append(sum(energies))
     slope = (stored[1] - stored[0]) / (2.0 * step)
     # the instrument's force on the body along its way is what the hand feels

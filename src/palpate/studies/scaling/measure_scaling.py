@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,6 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
 from palpate.run.job import powers
-from palpate.studies.springs.settings import Settings as Cube
 from palpate.table_declaration import Table
 
 if TYPE_CHECKING:
@@ -102,7 +102,10 @@ TOLERANCE = 1e-8
 OBJECT, CLUSTERS = 100, 8
 """Particles and clusters of each object of shape matching, as in paper 3."""
 POPULATION = 60
-CUBE = Cube(duration_s=0.016, key_points_m=[[0.005, 0.005, 0.01]])
+CUBE = SimpleNamespace(
+    side_m=0.01, material=SimpleNamespace(young_pa=1000, density_kg_m3=1000), force_n=0.001, rise_s=0.02,
+    duration_s=0.016, step_s=0.00032, damping_ratio=0.1, key_points_m=[[0.005, 0.005, 0.01]], young_pa=[300, 3000],
+)  # fmt: skip
 """Paper 2's experiment with a short duration, since only the time of a generation is measured."""
 Size = tuple[str, int]
 

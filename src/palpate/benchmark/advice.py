@@ -70,8 +70,6 @@ SPREAD = "95th percentile"
 """What stands for a bound where too few touches were asked."""
 PATH = "error on this path only"
 """What stands for a bound of a motion that was measured nowhere else."""
-ALONE = "on this path only, as "
-"""What a reason begins with why a setting of a motion has no bound."""
 QUADRATIC = "fem_p2"
 """What dynamic_accuracy.csv calls a reference that is a truth: the limit of these elements."""
 ELEMENTS = "fem_p1"
@@ -207,8 +205,10 @@ def other_loads(rows: pd.DataFrame, kind: str, error: str = "rms", own: float = 
         pace=able["online_median_s"], slowest_s=able["online_max_s"],
     )  # fmt: skip
     refused = sorted(set(answers["model"]) - set(answers.loc[answers["refused"] == 0, "model"]))
-    notes = ["" if len(able) else "no setting has answered all loads"]
-    notes.append(f"refused by {', '.join(refused)}" if refused else "")
+    notes = [
+        "" if len(able) else "no setting has answered all loads",
+        f"refused by {', '.join(refused)}" if refused else "",
+    ]
     about = {"scene": scene, "load": kind, "error": error}
     return Candidates(able.reset_index(drop=True), about, "load", own, notes=notes)
 
@@ -302,16 +302,17 @@ def bound_elsewhere(row: pd.Series, bounds: pd.DataFrame | None) -> tuple[float,
 
     row : of dynamic_accuracy.csv; bounds : of motion_bounds.csv. Without a bound, NaN and the reason.
     """
+    alone = "on this path only, as"
     if bounds is None or bounds.empty:
-        return np.nan, f"{ALONE}nothing was measured elsewhere"
+        return np.nan, f"{alone} nothing was measured elsewhere"
     places = f"{bounds['places'].max()} other places"
     mine = (bounds["model"] == row["model"]) & (bounds["setting"] == row["setting"])
     found = bounds[mine & (bounds["estimate"] == CONSTANT)]
     if found.empty:
-        return np.nan, f"{ALONE}this setting was not asked at the {places}"
+        return np.nan, f"{alone} this setting was not asked at the {places}"
     there = found.iloc[0]
     if np.isnan(there["bound_of_peak"]):
-        return np.nan, f"{ALONE}this setting answered at {there['places'] - there['failures']:g} of {places}"
+        return np.nan, f"{alone} this setting answered at {there['places'] - there['failures']:g} of {places}"
     tried = np.isfinite(there["coverage"])
     held = f", where it held for {percent(there['coverage'])} of the places held out" if tried else ""
     return float(there["bound_of_peak"]), f"{places} of the push{held}"

@@ -192,16 +192,19 @@ class Candidates:
         Returns the bound of the errors there, and their share below ``max_error``; without any such contact, zero and
         NaN. No contact has a part in the choice that is tried on it, so that being lucky is no part of these errors.
         """
-        errors, contact, rows = [], [], self.rows[list(dict(self._by_time))]
-        for place, (bound, mean) in self.held.without.items() if self.held else ():
+        if self.held is None:
+            return 0.0, np.nan
+        found, places, rows = [np.empty(0)], [np.empty(0, dtype=int)], self.rows[list(dict(self._by_time))]
+        for place, (bound, mean) in self.held.without.items():
             fits = _below(rows.assign(limit=bound, mean=mean), most)
             if len(fits):
                 there = self.held.errors[pick(fits, self._by_time, self.floor).name, self.held.contact == place]
-                errors += list(there[np.isfinite(there)])
-                contact += [place] * int(np.isfinite(there).sum())
-        if not errors:  # with as few contacts as a bound needs there is none where one is left out
+                found.append(there[np.isfinite(there)])
+                places.append(np.full(len(found[-1]), place))
+        errors, contact = np.concatenate(found), np.concatenate(places)
+        if not len(errors):  # with as few contacts as a bound needs there is none where one is left out
             return 0.0, np.nan
-        return bound_factor(np.array(errors), np.array(contact)), share_below(np.array(errors), contact, max_error)
+        return bound_factor(errors, contact), share_below(errors, contact, max_error)
 
     def _rival(self, best: pd.Series, rows: pd.DataFrame, order: Order, by: str) -> dict[str, Any]:
         """Return the first of the other models, and how many times the error or the time of ``best`` it has."""

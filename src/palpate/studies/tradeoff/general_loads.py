@@ -262,13 +262,14 @@ def measure_beyond(
             raise one.solver
         told = labels_of(case) | one.about
         for kind in dict.fromkeys(press.kind for press in asked):
-            judged = [_judged(one.solver, press) for press in asked if press.kind == kind]
-            counts = {what: sum(verdict == what for verdict, *_ in judged) for what in ("right", "needless", "wrong")}
-            doubted = sum(verdict in ("doubted", "needless") for verdict, *_ in judged)
-            unsound = sum(press.truth is None for press in asked if press.kind == kind)
-            most = [max((e[k] for e in judged if np.isfinite(e[k])), default=np.nan) for k in (1, 2)]
-            rows.append(told | {"kind": kind, "samples": len(judged), "unsound": unsound, "doubted": doubted} | counts)
-            rows[-1] |= {"rmse_most": most[0], "patch_max_most": most[1]}
+            presses = [press for press in asked if press.kind == kind]
+            verdicts, *errors = zip(*(_judged(one.solver, press) for press in presses), strict=True)
+            row = told | {"kind": kind, "samples": len(presses)}
+            row |= {name: verdicts.count(name) for name in ("right", "needless", "wrong")}
+            row |= {"unsound": sum(press.truth is None for press in presses)}
+            row |= {"doubted": verdicts.count("doubted") + verdicts.count("needless")}
+            row["rmse_most"], row["patch_max_most"] = map(np.fmax.reduce, errors)
+            rows.append(row)
     return BEYOND_DESIGN.frame(rows)
 
 

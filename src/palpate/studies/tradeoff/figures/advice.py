@@ -61,7 +61,7 @@ def draw_advice(advice, accuracy_vs_time) -> Figure:
 
 
 def _truth(axis, rows: dict, column: str) -> None:
-    """Draw in grey what is below the truth's own error, in each row."""
+    """Shade the errors below the truth's own in each row; rows : the settings of each scene."""
     low = axis.get_xlim()[0]
     for place, settings in enumerate(rows.values()):
         own = 100 * own_error(settings, column)
@@ -70,7 +70,10 @@ def _truth(axis, rows: dict, column: str) -> None:
 
 
 def _row(axis, place: int, row, settings, column: str) -> None:
-    """Draw one scene in one panel."""
+    """Draw what is advised for one scene as a row of a panel: mean, interval and bound, and the next best model.
+
+    place : of the row; row : of advice.csv; settings : the scene's, of ``averaged``; column : of the error
+    """
     if row.model == NONE:
         axis.text(0.5, place, "none", transform=axis.get_yaxis_transform(), ha="center", va="center", color="#aa0000")
         return
@@ -91,7 +94,7 @@ def _row(axis, place: int, row, settings, column: str) -> None:
 
 
 def _error(settings, model: str, setting: str, column: str) -> float:
-    """Return the error of a setting in %; nearly exact answers are drawn at the edge, as in the diagrams."""
+    """Return the error of a setting in %, at least LEAST_PERCENT, where nearly exact answers are drawn."""
     return max(100 * tables.where(settings, model=model, setting=setting)[column].iloc[0], LEAST_PERCENT)
 
 
@@ -102,7 +105,7 @@ def _beside(axis, x: float, place: int, text: str, side: int, colour: str) -> No
 
 
 FORCE = "depth: the force"
-"""The last column: what a disc bears that is pushed to a depth."""
+"""The last column: the error of the force on a disc that is pushed to a depth."""
 
 
 @style.figure("any_load", tables=("any_load",))
@@ -155,12 +158,12 @@ def draw_break_even(accuracy_vs_time, advice) -> Figure:
         scene: advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene))
         for scene in names
     }
-    told = {scene: [_named(row) for row in rows.itertuples()] for scene, rows in taken.items()}
-    most = max("\n".join(texts).count("\n") + 1 for texts in told.values())
+    legends = {scene: [_named(row) for row in rows.itertuples()] for scene, rows in taken.items()}
+    most = max("\n".join(texts).count("\n") + 1 for texts in legends.values())
     figure, axes = style.panel_each(names, 2, 5, 2.8 + 0.15 * most)
     for scene, axis in axes.items():
         drawn: list[str] = []
-        for row, text in zip(taken[scene].itertuples(), told[scene], strict=True):
+        for row, text in zip(taken[scene].itertuples(), legends[scene], strict=True):
             shown = look(row.model)
             total = row.offline_s + ANSWERS * row.online_median_s
             axis.loglog(ANSWERS, total, DASHES[drawn.count(row.model) % 4], color=shown.colour, label=text, zorder=2)
@@ -179,7 +182,7 @@ def _named(row) -> str:
 
 
 def advised(settings, advice):
-    """Select the settings of one scene that are advised for any limit, and the most accurate; most accurate first."""
+    """Select the settings of one scene that are advised for any limit, and the least wrong one; least wrong first."""
     means = answers(averaged(settings))
     able = means[means["failures"] == 0].set_index(["model", "setting"], drop=False)
     taken = {*zip(advice["model"], advice["setting"], strict=True), pick(able, BY_ERROR).name}

@@ -20,7 +20,7 @@ from palpate.models.reduced.energy import ReducedEnergy
 from palpate.models.reduced_body import BodyAtRest, Modes, ReducedBody, limit_modes
 from palpate.models.reduced_motion import CubatureEnergy, ReducedMotion, misses, move, prepare
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.dynamic.accuracy import told_in_modes
+from palpate.studies.dynamic.estimates import estimate_in_modes
 
 UNDAMPED = Rayleigh(mass_1_s=0.0, stiffness_s=0.0)
 FALLING = Loads(gravity={"acceleration_m_s2": [0.0, 0.0, -3.0]})
@@ -80,7 +80,7 @@ def asked(body: ReducedBody, compared, steps: int) -> tuple:
     """A motion, and what it says of itself, over the peak."""
     motion = ReducedMotion(body, compared.placed_loads(), compared.rayleigh)
     found = move(motion, compared.duration_s, compared.frames, steps)
-    return found, told_in_modes(compared, motion, found).estimate_of_peak
+    return found, estimate_in_modes(compared, motion, found).estimate_of_peak
 
 
 def test_vibrations_are_those_of_the_dense_problem(box):

@@ -1,11 +1,8 @@
 # How wrong models are in motion, and what that costs: scenes against fine finite elements.
 
 
-include: "functions/dynamic.smk"
-
-
 from palpate.benchmark.comparable import compared_scenes, followed
-from palpate.studies.dynamic.settings import MAX_HALVINGS, OF_PLACES
+from palpate.studies.dynamic.settings import MAX_HALVINGS, OF_PLACES, tried
 
 # how each scene is followed, and why those are left out in which models cannot be compared
 FOLLOWED, LEFT_OUT = config["dynamic"].get("scenes"), {}
@@ -15,6 +12,35 @@ if FOLLOWED is None:
 # what a scene does not say for itself
 OF_ALL = some("dynamic", "frames", "change_of_peak") | {"max_halvings": MAX_HALVINGS}
 FOLLOWED = {name: OF_ALL | {"duration_s": followed(settings.scenes[name])} | own for name, own in FOLLOWED.items()}
+
+BODY_OF = {scene: BODY.format(body=settings.scenes[scene].body) for scene in FOLLOWED}
+# each scene as models are compared in it, apart from the values that are tried of their settings
+COMPARED = {
+    scene: {
+        "scene": config["scenes"][scene] | {"name": scene},
+        "own": {key: own[key] for key in own if key not in ("settings", "elsewhere", "truth", "held_out")},
+    }
+    for scene, own in FOLLOWED.items()
+}
+# the values to try of the settings of each model, those of the scene before those of all
+TRIED = {scene: tried(config["dynamic"]["settings"], own.get("settings", {})) for scene, own in FOLLOWED.items()}
+# models that are learnt from strokes, and each scene as these are simulated in it, apart from all that others have
+STROKED = {
+    scene: [model for model in ("path_modes", "region_modes") if model in own.get("models", [])]
+    for scene, own in FOLLOWED.items()
+}
+OF_STROKES = {
+    scene: compared
+    | {"own": {key: compared["own"][key] for key in ("duration_s", "frames", "level") if key in compared["own"]}}
+    for scene, compared in COMPARED.items()
+}
+# packages from which effects and integrators are imported by the names that a scene gives them
+BY_NAME = {
+    scene: ["palpate.effects", "palpate.solvers"]
+    + (["palpate.models.stroke_motion"] if STROKED[scene] else [])
+    + (["palpate.collision.contact"] if settings.scenes[scene].contact else [])
+    for scene in FOLLOWED
+}
 
 # scenes of which it is found how well their motion is known
 TRUE = [scene for scene, own in FOLLOWED.items() if "truth" in own]
@@ -40,7 +66,7 @@ DYNAMIC_SHOWN = drawn("dynamic", "dynamic_accuracy", "dynamic_reference", *(["dy
 
 rule simulate_dynamic_reference:
     input:
-        body=body_of_compared,
+        body=lambda wildcards: BODY_OF[wildcards.scene],
     output:
         reference=f"{TRIAL}/reference.h5",
         table=f"{TRIAL}/reference.csv",
@@ -50,15 +76,17 @@ rule simulate_dynamic_reference:
     benchmark:
         "results/benchmarks/dynamic/{scene}/simulate_dynamic_reference.tsv"
     params:
-        **calls("palpate.studies.dynamic.reference:simulate_dynamic_reference", by_name),
-        compared=compared_of,
+        **calls(
+            "palpate.studies.dynamic.reference:simulate_dynamic_reference", lambda wildcards: BY_NAME[wildcards.scene]
+        ),
+        compared=lambda wildcards: COMPARED[wildcards.scene],
     script:
         "../job.py"
 
 
 rule find_motion_truth:
     input:
-        body=body_of_compared,
+        body=lambda wildcards: BODY_OF[wildcards.scene],
     output:
         truth=f"{TRIAL}/truth.h5",
         table=f"{TRIAL}/truth.csv",
@@ -68,8 +96,8 @@ rule find_motion_truth:
     benchmark:
         "results/benchmarks/dynamic/{scene}/find_motion_truth.tsv"
     params:
-        **calls("palpate.studies.dynamic.reference:find_motion_truth", by_name),
-        compared=compared_of,
+        **calls("palpate.studies.dynamic.reference:find_motion_truth", lambda wildcards: BY_NAME[wildcards.scene]),
+        compared=lambda wildcards: COMPARED[wildcards.scene],
         truth=lambda wildcards: FOLLOWED[wildcards.scene]["truth"],
     script:
         "../job.py"
@@ -77,7 +105,7 @@ rule find_motion_truth:
 
 rule simulate_strokes:
     input:
-        body=body_of_compared,
+        body=lambda wildcards: BODY_OF[wildcards.scene],
     output:
         strokes=f"{TRIAL}/{{model}}.h5",
     log:
@@ -88,18 +116,24 @@ rule simulate_strokes:
         model="path_modes|region_modes",
     params:
         **calls("palpate.studies.dynamic.strokes:simulate_strokes", "palpate.effects"),
-        compared=shown_of,
-        region=region_of,
+        compared=lambda wildcards: OF_STROKES[wildcards.scene],
+        # of random strokes; those of path_modes are beside the path
+        region=lambda wildcards: (
+            {key: TRIED[wildcards.scene]["region_modes"][key] for key in ("half_width_m", "strokes")}
+            | {"seed": config["seed"]}
+            if wildcards.model == "region_modes"
+            else None
+        ),
     script:
         "../job.py"
 
 
 rule measure_dynamic:
     input:
-        body=body_of_compared,
+        body=lambda wildcards: BODY_OF[wildcards.scene],
         reference=f"{TRIAL}/reference.h5",
-        truth=truth_of_compared,
-        strokes=strokes_of_compared,
+        truth=lambda wildcards: f"{TRIAL}/truth.h5".format(scene=wildcards.scene) if wildcards.scene in TRUE else [],
+        strokes=lambda wildcards: expand(f"{TRIAL}/{{model}}.h5", model=STROKED[wildcards.scene], **wildcards),
         own=list(own_that("move").values()),
     output:
         table=f"{TRIAL}/accuracy.csv",
@@ -110,10 +144,10 @@ rule measure_dynamic:
         "results/benchmarks/dynamic/{scene}/measure_dynamic.tsv"
     threads: HALF
     params:
-        **calls("palpate.studies.dynamic.accuracy:measure_dynamic", by_name),
-        compared=compared_of,
-        settings=settings_of_compared,
-        stroked=lambda wildcards: stroked(wildcards.scene),
+        **calls("palpate.studies.dynamic.accuracy:measure_dynamic", lambda wildcards: BY_NAME[wildcards.scene]),
+        compared=lambda wildcards: COMPARED[wildcards.scene],
+        settings=lambda wildcards: TRIED[wildcards.scene],
+        stroked=lambda wildcards: STROKED[wildcards.scene],
         own=own_that("move"),
         seed=config["seed"],
     script:
@@ -122,8 +156,8 @@ rule measure_dynamic:
 
 rule measure_elsewhere:
     input:
-        body=body_of_compared,
-        truth=truth_of_compared,
+        body=lambda wildcards: BODY_OF[wildcards.scene],
+        truth=lambda wildcards: f"{TRIAL}/truth.h5".format(scene=wildcards.scene) if wildcards.scene in TRUE else [],
     output:
         f"{TRIAL}/elsewhere.csv",
     log:
@@ -131,9 +165,9 @@ rule measure_elsewhere:
     benchmark:
         "results/benchmarks/dynamic/{scene}/measure_elsewhere.tsv"
     params:
-        **calls("palpate.studies.dynamic.elsewhere:measure_elsewhere", by_name),
-        compared=compared_of,
-        settings=settings_of_compared,
+        **calls("palpate.studies.dynamic.elsewhere:measure_elsewhere", lambda wildcards: BY_NAME[wildcards.scene]),
+        compared=lambda wildcards: COMPARED[wildcards.scene],
+        settings=lambda wildcards: TRIED[wildcards.scene],
         own=lambda wildcards: OF_PLACES | FOLLOWED[wildcards.scene]["elsewhere"],
         seed=config["seed"],
     script:
@@ -142,7 +176,7 @@ rule measure_elsewhere:
 
 rule measure_held_out:
     input:
-        body=body_of_compared,
+        body=lambda wildcards: BODY_OF[wildcards.scene],
         strokes=f"{TRIAL}/region_modes.h5",
     output:
         f"{TRIAL}/held_out.csv",
@@ -151,9 +185,9 @@ rule measure_held_out:
     benchmark:
         "results/benchmarks/dynamic/{scene}/measure_held_out.tsv"
     params:
-        **calls("palpate.studies.dynamic.touching:measure_held_out", by_name),
-        compared=shown_of,
-        grid=lambda wildcards: settings_of_compared(wildcards)["region_modes"],
+        **calls("palpate.studies.dynamic.elsewhere:measure_held_out", lambda wildcards: BY_NAME[wildcards.scene]),
+        compared=lambda wildcards: OF_STROKES[wildcards.scene],
+        grid=lambda wildcards: TRIED[wildcards.scene]["region_modes"],
         held_out=lambda wildcards: FOLLOWED[wildcards.scene]["held_out"],
         seed=config["seed"],
     script:

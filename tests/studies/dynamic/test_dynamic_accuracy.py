@@ -121,6 +121,6 @@ def test_models_are_judged_by_the_truth_if_there_is_one_that_is_believed(pressed
 
 def test_a_motion_that_blows_up_is_a_failure(pressed, truth):
     fitted = accuracy.Fitted(lambda *at: ComparedScene.springs(*at, Springs(), 0.1).but(allow_unstable=True), 1e12, 0.0)
-    one = accuracy.ready(pressed, "springs", pressed.frames * 20, fitted, "")
-    [row] = measure(accuracy.Motions(pressed, truth), [one], 0, 0.0)[1]
+    one = accuracy.prepared_setting(pressed, "springs", pressed.frames * 20, fitted, "")
+    [row] = measure(accuracy.Motions(pressed, truth.truth, truth.force), [one], 0, 0.0)[1]
     assert row["failures"] == 1 and "rmse_m" not in row

@@ -5,8 +5,7 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.conformal import CONSTANT, OWN
-from palpate.studies.dynamic.elsewhere import MOTION_BOUNDS, motion_bounds
-from palpate.studies.dynamic.touching import MOTION_PLACES
+from palpate.studies.dynamic.elsewhere import MOTION_BOUNDS, MOTION_PLACES, motion_bounds
 
 PLACES = 20
 

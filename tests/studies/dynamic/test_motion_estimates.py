@@ -12,9 +12,9 @@ from scipy.linalg import eigh
 from palpate.effects.settings import Loads, Rayleigh
 from palpate.scenes.run_scene import compose
 from palpate.studies.dynamic import accuracy
-from palpate.studies.dynamic.accuracy import estimated, mesh_residual
 from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.elsewhere import measure_places, moved_pushes
+from palpate.studies.dynamic.estimates import estimate, mesh_residual
 from palpate.studies.dynamic.fitted import Fitted
 from palpate.studies.dynamic.reference import reference
 
@@ -77,7 +77,7 @@ def test_steps_of_half_the_length_are_said_to_be_better(pressed):
     said = []
     for count in (2, 4, 8):
         moved, run = pressed.move(pressed.fem(count * pressed.frames), 1)
-        said.append(estimated(pressed, fitted, count * pressed.frames, run.motion, moved).estimate_of_peak)
+        said.append(estimate(pressed, fitted, count * pressed.frames, run.motion, moved).estimate_of_peak)
     assert said[0] > 2.0 * said[1] > 4.0 * said[2] > 0.0
 
 

@@ -13,9 +13,8 @@ from palpate.effects.settings import Ball, Contact, Rayleigh
 from palpate.models import strokes
 from palpate.scenes.settings import Scene
 from palpate.stores import stored
-from palpate.studies.dynamic import touching
+from palpate.studies.dynamic import elsewhere
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
-from palpate.studies.dynamic.elsewhere import motion_bounds
 from palpate.studies.dynamic.strokes import Strokes, simulate_strokes
 
 BALL = Ball(name="finger", center_m=[0.03, 0.03, 0.0441], radius_m=0.012)
@@ -41,17 +40,17 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     shown = stored(Strokes, tmp_path / "shown.h5")
     assert shown.shown.shape == (4 * 60, len(mesh.nodes) + len(mesh.edges), 3) and shown.seconds > 0.0
     made = ComparedScene.of(STROKED, body, **OWN)
-    table = touching.measure_strokes(made, shown, GRID, 3, 1)
+    table = elsewhere.measure_strokes(made, shown, GRID, 3, 1)
     assert list(table["contact"]) == [0, 1, 2]
     found = table[table["failures"] == 0]
     assert len(found) and (found["rmse_of_peak"] < 0.2).all() and (found["estimate_of_peak"] > 0.0).all()
     assert (found["reference_change"] < 0.02).all()
     assert set(found["setting"]) == {"step_s=0.02"}  # as in the scene, whose bound it is
-    bounds = motion_bounds([table])
+    bounds = elsewhere.motion_bounds([table])
     assert set(bounds["estimate"]) == {"constant", "own"} and (bounds["places"] == 3).all()
     assert bounds["bound_of_peak"].isna().all()  # of fewer than nine strokes there is none
 
     monkeypatch.setattr(strokes, "DEPTHS_M", (0.022, 0.024))
-    flat = touching.stroked(made, strokes.roaming(made.particles(-1), CONTACT, 0.022, 1, 1)[0])
-    [row] = touching.measure_stroke(flat, touching.limit_of(flat), None, 0, [2])
+    flat = elsewhere.stroked(made, strokes.roaming(made.particles(-1), CONTACT, 0.022, 1, 1)[0])
+    [row] = elsewhere.measure_stroke(flat, elsewhere.limit_of(flat), None, 0, [2])
     assert "model" not in row  # its elements are turned inside out, so that nothing says how wrong a model is

@@ -1,4 +1,4 @@
-"""A moving scene with all that is composed of it, a scene for each way to simulate it."""
+"""A moving scene whose models are compared, and the scene that each model simulates in its place."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -35,7 +35,7 @@ from palpate.studies.dynamic.settings import Followed, Training
 
 @dataclass(frozen=True, eq=False)
 class ComparedScene(MovingScene):
-    """A moving scene whose models are compared, each composed as a scene of its own."""
+    """A moving scene whose models are compared; each model simulates it by effects and an integrator of its own."""
 
     @property
     def thickness_m(self) -> float:
@@ -68,15 +68,15 @@ class ComparedScene(MovingScene):
         return replace(self, loads=self.loads.but(contact=contact))
 
     def fem(self, steps: int, order: int | None = None) -> Scene:
-        """Compose finite elements, stepped implicitly, by an integrator of ``order``, by default the scene's own."""
+        """Return the scene of finite elements in implicit steps of ``order``, by default that of ``self.order``."""
         return self._elements("bdf2" if (order or self.order) == 2 else "backward_euler", steps)
 
     def relaxed(self, steps: int, method: str, setting: Mapping) -> Scene:
-        """Compose the same elements, relaxed one by one: ``setting`` is the block ``method`` of a scene."""
+        """Return the scene of the same elements, relaxed one by one; ``setting`` is its block named ``method``."""
         return self._elements(method, steps, **{method: dict(setting)})
 
     def touching(self, steps: int, modes: Touching) -> Scene:
-        """Compose finite elements that move in modes of strokes."""
+        """Return the scene of finite elements that move in modes of strokes."""
         return self._elements("touching", steps, touching=modes)
 
     def _elements(self, integrator: str, steps: int, **more: Any) -> Scene:
@@ -84,7 +84,7 @@ class ComparedScene(MovingScene):
         return self._scene(integrator, steps, bending=bending, rayleigh=self.rayleigh, **more)
 
     def springs(self, steps: int, stiffness: Springs, ratio: float, volume_n_m: float = 0.0) -> Scene:
-        """Compose springs with dampers of ``ratio`` times critical damping, stepped explicitly.
+        """Return the scene of springs in explicit steps, with dampers of ``ratio`` times critical damping.
 
         stiffness : a sheet's, empty for a solid, whose springs follow from its modulus
         """
@@ -93,17 +93,17 @@ class ComparedScene(MovingScene):
         return self._scene("symplectic_euler", steps, springs=stiffness, volume=volume, **damped)
 
     def shapes(self, steps: int, matching: ShapeMatching, rate_1_s: float) -> Scene:
-        """Compose shape matching; velocities decay at ``rate_1_s``."""
+        """Return the scene of shape matching, whose velocities decay at ``rate_1_s``."""
         decay = VelocityDamping(rate_1_s=rate_1_s)
         return self._scene("goal_position", steps, shape_matching=matching, velocity_damping=decay)
 
     def limit_s(self, scene: Scene, young_pa: float) -> float:
-        """Return the longest step at which its integrator is stable on the coarse level."""
+        """Return the longest step [s] in which the integrator of a ``scene`` is stable on the coarse level."""
         system = compose(scene, self.particles(0, young_pa))
         return effect_registry.integrator(scene.integrator).make(system, scene).limit_s
 
     def move(self, scene: Scene, level: int, young_pa: float | None = None) -> tuple[np.ndarray, Run]:
-        """Run a scene; return displacements (frames, n_surface, 3) [m] of the reference's surfaces, and the run.
+        """Run a ``scene`` on a level; return displacements (frames, n_surface, 3) [m] of the fine surface, and the run.
 
         young_pa : another modulus than the body's; NotConverged, InputError as ``run``
         """
@@ -145,7 +145,7 @@ class ComparedScene(MovingScene):
 
 
 class Compared(Block):
-    """What a rule says of a scene that models are compared in."""
+    """A scene that models are compared in, as a rule gives it to a job."""
 
     scene: Scene = key("The scene")
     own: Followed = key("How it is followed, and by which models")

@@ -1,30 +1,54 @@
-"""Push a body at other places than its scene does, and bound the errors there: conformal, with places as the unit."""
+"""Measure models at other places of a scene's push and on strokes held out, and bound the errors there.
+
+Bounds are conformal, with places or strokes as the unit.
+"""
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark import measuring
+from palpate.benchmark.accuracy import errors
 from palpate.benchmark.conformal import CONSTANT, OWN, Draws, bound_factor, finite
 from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.presses import oblique
 from palpate.benchmark.ranking import EXACT
 from palpate.bodies import body_file
 from palpate.bodies.contacts import kept_contacts
-from palpate.effects.settings import Push
+from palpate.collision.contact.instrument_contact import instruments_of
+from palpate.effects.settings import Contact, Push
 from palpate.errors import NotConverged
 from palpate.files import merge
+from palpate.models import strokes
 from palpate.run.job import steps
-from palpate.studies.dynamic.accuracy import STEP, measure
+from palpate.solvers.quadratic_motion import Reached
+from palpate.stores import stored
+from palpate.studies.dynamic.accuracy import STEP, Motions, Moved, measure, prepared_setting
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
-from palpate.studies.dynamic.fitted import MadeModes
+from palpate.studies.dynamic.fitted import Fitted, MadeModes
 from palpate.studies.dynamic.reference import read_truth, reference
-from palpate.studies.dynamic.touching import MOTION_PLACES
+from palpate.studies.dynamic.strokes import Strokes, contact_of, modes_of_strokes
 from palpate.table_declaration import Table
 
+MOTION_PLACES = Table(
+    "motion_places",
+    "The error of a motion at each other place of the push, or of each stroke held out, and what it says of it itself.",
+    """
+    scene body contact model setting: a scene, its body, the node that is pushed or the number of the stroke, and what
+        answers; without a model where elements find no motion, or turn inside out in it
+    failures: 1 where there is no answer, or one that knows that it is wrong
+    rmse_of_peak estimate_of_peak estimate_s: error, what the model says of it itself, and the time that takes [s]
+    force_rms_of_peak real_time_factor: error of an instrument's force, RMS over frames of its peak, and seconds for a
+        second, of strokes
+    peak_m reference reference_change reference_error: largest displacement, and of what errors are from as in
+        dynamic_accuracy
+    """,
+    always=False,
+)
 MOTION_BOUNDS = Table(
     "motion_bounds",
     "Below what the error of nine motions in ten stays where the push is at another place, and how often it did.",
@@ -42,16 +66,17 @@ MOTION_BOUNDS = Table(
 def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
     """Tabulate motion_bounds.csv of tables like MOTION_PLACES: a row a scene, model, setting and estimate.
 
-    A bound is a factor times the estimate, as in error_bounds.csv: nothing (``constant``), or what the model says of
-    its own motion (``own``). A motion that failed has an infinite error. Factor and bound are of all places; coverage
-    and sharpness are those at places held out.
+    A bound is a factor times an estimate, as in error_bounds.csv: 1 (``constant``), or the model's estimate of its own
+    error (``own``). A motion that failed has an infinite error. Factor and bound are found from all places, coverage
+    and sharpness at places held out.
     """
     rows = [row for table in tables for _, scene in table.groupby("scene", sort=False) for row in _of_scene(scene)]
     return MOTION_BOUNDS.frame(rows)
 
 
 def _of_scene(table: pd.DataFrame) -> list[dict]:
-    from scipy.stats import spearmanr  # it takes most of a second
+    """Return the rows of motion_bounds.csv of one scene from those of MOTION_PLACES."""
+    from scipy.stats import spearmanr  # importing it takes most of a second
 
     known = table.dropna(subset="model")
     unresolved = table["contact"].nunique() - known["contact"].nunique()
@@ -66,30 +91,30 @@ def _of_scene(table: pd.DataFrame) -> list[dict]:
         errors = errors.where(rows["failures"] == 0, np.inf).to_numpy()
         place = rows["contact"].to_numpy()
         draws = Draws(place)
-        values = {CONSTANT: (np.ones(len(rows)), 0.0)}
-        told = rows["estimate_of_peak"].to_numpy()
-        if np.isfinite(told[np.isfinite(errors)]).all() and np.isfinite(told).any():
-            values[OWN] = np.maximum(np.nan_to_num(told, nan=1.0), EXACT), float(rows["estimate_s"].median())
-        for name, (value, seconds) in values.items():
-            factor = finite(bound_factor(errors / value, place))
-            told = {"estimate": name, "rank_correlation": np.nan, "error_of_peak": np.median(errors)}
-            if np.ptp(value) > 0 and np.unique(errors).size > 1:
-                told["rank_correlation"] = float(spearmanr(errors, value).statistic)
-            told |= {"bound_factor": factor, "bound_of_peak": factor * np.median(value), "estimate_s": seconds}
+        estimates = {CONSTANT: (np.ones(len(rows)), 0.0)}
+        own = rows["estimate_of_peak"].to_numpy()
+        if np.isfinite(own[np.isfinite(errors)]).all() and np.isfinite(own).any():
+            estimates[OWN] = np.maximum(np.nan_to_num(own, nan=1.0), EXACT), float(rows["estimate_s"].median())
+        for name, (estimate, seconds) in estimates.items():
+            factor = finite(bound_factor(errors / estimate, place))
+            row = {"estimate": name, "rank_correlation": np.nan, "error_of_peak": np.median(errors)}
+            if np.ptp(estimate) > 0 and np.unique(errors).size > 1:
+                row["rank_correlation"] = float(spearmanr(errors, estimate).statistic)
+            row |= {"bound_factor": factor, "bound_of_peak": factor * np.median(estimate), "estimate_s": seconds}
             with np.errstate(invalid="ignore"):  # how sharp an infinite bound of a failure is
-                kept = draws.coverage(errors, value)
-            told |= {key: getattr(kept, key) for key in ("sharpness", "coverage", "coverage_low")}
-            found.append(labels | told)
+                tried = draws.coverage(errors, estimate)
+            row |= {key: getattr(tried, key) for key in ("sharpness", "coverage", "coverage_low")}
+            found.append(labels | row)
     return found
 
 
 def moved_pushes(
     compared: ComparedScene, count: int, tilts_degrees: Sequence[float], seed: int
 ) -> dict[int, ComparedScene]:
-    """Return, by the node that is pushed, scenes that differ in place and direction of their only push.
+    """Return, by the node that is pushed, the scene with its only push at ``count`` contacts spread over the surface.
 
-    Places are ``count`` contacts spread over the surface; forces are as large as the scene's and follow the same
-    course, inward, tilted by one of ``tilts_degrees`` after the other towards a seeded random side.
+    Forces are as large as the scene's and follow the same course in time. They point inward, tilted by each of
+    ``tilts_degrees`` in turn towards a seeded random side.
     """
     contacts, push = kept_contacts(compared.body, count), compared.loads.pushes[0]
     newtons = float(np.linalg.norm(push.force_n))
@@ -111,12 +136,12 @@ def measure_places(
     progress: Callable = iter,
     like: MotionTruth | None = None,
 ) -> pd.DataFrame:
-    """Tabulate errors and estimates of models at other places, a row a place, model and setting of the step.
+    """Tabulate errors and estimates of models with the push at other places, a row a place, model and step.
 
     own : the scene's block ``elsewhere``
-    grid : as for ``dynamic_accuracy.measure``, with the steps of ``own``; looser residuals and the like are left out
-    like : the truth of the scene's own motion, if there is one; then there is one of every place
-    A place whose reference is not resolved to the end, or whose truth is not believed, has one row, without a model.
+    grid : as of ``accuracy.measure``; steps are those of ``own``, and looser residuals and the like are left out
+    like : the truth of the scene's own motion, if it has one; then the truth at every place is found, too
+    A place whose standard is not resolved to the end, or whose truth is not believed, has one row, without a model.
     """
     steps = own["steps_per_frame"]
     grid = dict(grid) | {name: grid[name] | {"steps_per_frame": steps} for name in ("fem_coarse", "moving_modes")}
@@ -142,13 +167,121 @@ def measure_places(
 
 
 def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
-    """Find the truth where the push is elsewhere; NotConverged if it is not believed."""
+    """Find the truth of ``moved``, a scene whose push is elsewhere, with the ratio of ``like``, the scene's own truth.
+
+    NotConverged if it is not believed.
+    """
     count = min(each.steps for each in like.tried)
     acts = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
     found = motion_truth(*acts, moved.frames, count, like=like)
     if found.rejected:
         raise NotConverged(f"{moved.name}: no truth that is believed: {found.rejected}", [])
     return found
+
+
+HELD_OUT = 1000
+"""Added to the seed of the strokes that modes are learnt from, for those that are held out."""
+
+
+def measure_strokes(
+    compared: ComparedScene, shown: Strokes, grid: Mapping[str, Any], count: int, seed: int, progress: Callable = iter
+) -> pd.DataFrame:
+    """Tabulate errors and doubts of ``region_modes`` on ``count`` strokes held out, a row a stroke and step.
+
+    grid : as for ``modes_of_strokes``; seed : of the strokes ``shown``, which modes are learnt from
+    """
+    fitted = modes_of_strokes(compared, shown, grid, seed)
+    square = grid["half_width_m"], count, seed + HELD_OUT
+    contacts = strokes.roaming(compared.particles(-1), contact_of(compared), *square)
+    rows: list[measuring.Row] = []
+    for number, contact in enumerate(progress(contacts)):
+        each = stroked(compared, contact)
+        rows += measure_stroke(each, limit_of(each), fitted, number, grid["steps_per_frame"])
+    return MOTION_PLACES.frame(rows)
+
+
+def stroked(compared: ComparedScene, contact: Contact) -> ComparedScene:
+    """Return the scene with another stroke; frames, and so steps, are as long as those of ``compared``."""
+    frames = max(1, round(strokes.DURATION_S * compared.frames / compared.duration_s))
+    return replace(compared, duration_s=strokes.DURATION_S, frames=frames, loads=compared.loads.but(contact=contact))
+
+
+@dataclass(frozen=True, eq=False)
+class StrokeLimit:
+    """The limit in time of quadratic elements on a stroke: displacement (f, n_surface, 3) [m], force (f, k, 3) [N].
+
+    change : by the last halving of steps, RMSE over peak; no frames of a stroke that is not found, or on which
+        elements turn inside out
+    """
+
+    displacement: np.ndarray
+    force: np.ndarray
+    change: float
+
+
+STEP_S, TOLERANCE = 0.02, 1e-3
+"""About the step of quadratic elements on a stroke held out, which is halved once for their limit; its tolerance."""
+
+
+def limit_of(each: ComparedScene) -> StrokeLimit:
+    """Extrapolate the motion of quadratic elements on a stroke from two lengths of steps to steps of no length."""
+    fewest = max(1, round(each.duration_s / each.frames / STEP_S))
+    try:
+        longer, shorter = (_of_elements(each, n * fewest) for n in (1, 2))
+    except NotConverged:
+        return StrokeLimit(np.zeros((0, 0, 3)), np.zeros((0, 0, 3)), np.nan)
+    truth, force = ((4.0 * b - a) / 3.0 for a, b in zip(longer, shorter, strict=True))  # their steps are of order 2
+    return StrokeLimit(truth, force, errors(shorter[0].reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak)
+
+
+def _of_elements(each: ComparedScene, per_frame: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return displacements (f, n_surface, 3) [m] of quadratic elements at frames' ends, mean forces (f, k, 3) [N].
+
+    NotConverged where they turn inside out, too: such a motion is balanced, and none of tissue.
+    """
+    contact, surface = contact_of(each), each.body.fine.surface
+    motion = strokes.elements_under(each.body, contact, each.rayleigh, strokes.points_of(each.body, [contact]))
+    count = each.frames * per_frame
+    reached: list[Reached] = []
+    for end in motion.touched_steps(each.duration_s / count, count, TOLERANCE):
+        if (det := motion.least_det(end.x)) <= 0.0:
+            raise NotConverged(f"an element is turned inside out (det F {det:.2g}) after {len(reached) + 1} steps", [])
+        reached.append(end)
+    moved = np.array([(end.x - motion.rest)[surface] for end in reached[per_frame - 1 :: per_frame]])
+    forces = np.array([end.forces for end in reached])
+    return moved, forces.reshape(each.frames, per_frame, -1, 3).mean(axis=1)
+
+
+class HeldOut(Motions):
+    """A stroke held out, beside the limit of quadratic elements on it.
+
+    Doubt is infinite where an instrument goes where nothing was prepared: such a motion has failed.
+    """
+
+    def judged(self, i: int, answer: Moved) -> measuring.Row:
+        if not np.isfinite(answer.columns["estimate_of_peak"]):
+            raise NotConverged("the instrument goes where nothing was prepared", [])
+        return super().judged(i, answer)
+
+
+def measure_stroke(
+    each: ComparedScene, limit: StrokeLimit, fitted: Fitted, number: int, tried: Sequence[int]
+) -> list[measuring.Row]:
+    """Return the rows of a stroke, one for each number of steps in a frame that is ``tried``.
+
+    A stroke that is not found, or too fast for such steps, is a failure. One that elements do not find has no model.
+    """
+    labels: measuring.Row = {"scene": each.name, "body": each.body.name, "contact": number}
+    if not len(limit.displacement):
+        return [labels]
+    labels |= {"reference": "fem_p2", "reference_change": limit.change}
+    labels |= {"peak_m": np.linalg.norm(limit.displacement, axis=2).max()}
+    settings = [prepared_setting(each, "region_modes", n * each.frames, fitted, "") for n in tried]
+    longest_s = instruments_of(each.body, contact_of(each)).crossing_s
+    too_fast = NotConverged("an instrument crosses elements within a step", [])
+    settings = [one._replace(solver=too_fast) if one.about["step_s"] > longest_s else one for one in settings]
+    rows = measuring.measure(HeldOut(each, limit.displacement, limit.force), settings, 0, 0.0)[1]
+    return [row | labels for row in rows]
 
 
 def measure_elsewhere(
@@ -160,6 +293,15 @@ def measure_elsewhere(
     like = found if isinstance(found, MotionTruth) and not found.rejected else None
     progress = steps(say, f"{scene.name}: place")
     return measure_places(scene, own, settings, seed, progress, like)
+
+
+def measure_held_out(
+    input: Any, compared: Compared, grid: dict[str, Any], held_out: int, seed: int, say: Callable
+) -> Any:
+    """Measure strokes that region_modes were not shown, for the rule of that name."""
+    scene = compared.of(body_file.load(input.body))
+    progress = steps(say, f"{scene.name}: stroke held out")
+    return measure_strokes(scene, stored(Strokes, input.strokes), grid, held_out, seed, progress)
 
 
 def tabulate_dynamic(input: Any, output: Any, left_out: dict[str, str]) -> Any:

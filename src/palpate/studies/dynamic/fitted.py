@@ -1,6 +1,6 @@
-"""Models that are fitted to another motion: springs, shape matching, corrected coarse FEM, and modes."""
+"""The models of a scene in motion and the settings that each is tried with; some are fitted to another motion."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 
 from palpate.benchmark.comparable import LOADS
 from palpate.benchmark.measuring import Prepared, prepared
+from palpate.bodies.material import LAWS
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.effects.settings import Loads, Push, ShapeMatching, Springs
@@ -29,13 +30,19 @@ from palpate.scenes.run_scene import compose
 from palpate.scenes.settings import Scene
 from palpate.studies.dynamic.compared_scene import ComparedScene
 
+Grid = Mapping[str, Any]
+"""The values to try of the settings of one model, by the names of settings."""
+Settings = Iterator[tuple[int, "Fitted | Prepared", str]]
+"""Numbers of steps, what moves in them, and what of the setting is not the usual one, such as "tolerance=0.1"."""
+
 
 @dataclass(frozen=True)
 class Fitted:
-    """A model with its parameters found: ``scene(compared, steps)``, the modulus for its particles, what the fit took.
+    """A model whose parameters are known, which moves a body as a scene of its own.
 
-    finish : what makes displacements (f, n_surface, 3) [m] of its motion, if interpolation does not
-    level : which it moves, 0 is the coarse one, −1 the reference's
+    scene(compared, steps) : that scene; young_pa : the modulus of its particles; offline_s : time of the fit [s]
+    finish : makes displacements (f, n_surface, 3) [m] of its motion; without it these are interpolated
+    level : of the body that it moves, 0 is the coarse one, −1 the reference's
     """
 
     scene: Callable[[ComparedScene, int], Scene]
@@ -45,17 +52,19 @@ class Fitted:
     level: int = 0
 
 
-def fit_springs(lesson: ComparedScene, wanted: np.ndarray, volume: bool, step_share: float, evaluations: int) -> Fitted:
-    """Fit a modulus, the dampers' ratio and a sheet's bending springs, in so many motions at most.
+def fit_springs(
+    training: ComparedScene, wanted: np.ndarray, volume: bool, step_share: float, evaluations: int
+) -> Fitted:
+    """Fit the modulus of springs, the ratio of their dampers and a sheet's bending springs to a training motion.
 
-    lesson, wanted : the motion to fit, and its displacements (f, n_surface, 3) [m]
-    volume : with the volume force that the Poisson ratio calls for
-    step_share : of the longest stable step, at which it is fitted
+    training, wanted : that motion, and its displacements (f, n_surface, 3) [m]
+    volume : whether a volume force is added, whose stiffness follows from the Poisson ratio
+    step_share : length of steps over the longest stable one; evaluations : most motions that are computed
     """
-    begin, given = perf_counter(), lesson.body.material
+    begin, given = perf_counter(), training.body.material
     bulk = 0.0
     if volume:
-        bulk = volume_stiffness(spring_model(particles_of(lesson.body, 0, surface=False)), given)
+        bulk = volume_stiffness(spring_model(particles_of(training.body, 0, surface=False)), given)
 
     def young_pa(q: np.ndarray) -> float:
         return float(given.young_pa * np.exp(q[0]))
@@ -68,24 +77,24 @@ def fit_springs(lesson: ComparedScene, wanted: np.ndarray, volume: bool, step_sh
         return compared.springs(steps, stiffness, float(np.exp(q[1])), bulk * young_pa(q) / given.young_pa)
 
     def misfit(q: np.ndarray) -> float:
-        limit = lesson.limit_s(scene(lesson, lesson.frames, q), young_pa(q))
-        return error_of(lesson, scene(lesson, lesson.steps(step_share * limit), q), young_pa(q), wanted)
+        limit = training.limit_s(scene(training, training.frames, q), young_pa(q))
+        return error_of(training, scene(training, training.steps(step_share * limit), q), young_pa(q), wanted)
 
     start, sides, bounds = [0.0, np.log(0.1)], [-0.4, 0.7], [(-2.3, 2.3), (-6.0, 1.0)]
-    if lesson.thickness_m:
+    if training.thickness_m:
         start, sides, bounds = [*start, -4.0], [*sides, 1.5], [*bounds, (-9.0, 1.0)]
-    q = _simplex(misfit, np.array(start), sides, bounds, evaluations, f"{lesson.name}: no springs")
+    q = _simplex(misfit, np.array(start), sides, bounds, evaluations, f"{training.name}: no springs")
     return Fitted(lambda compared, steps: scene(compared, steps, q), young_pa(q), perf_counter() - begin)
 
 
-def fit_shapes(lesson: ComparedScene, wanted: np.ndarray, per_frame: int, evaluations: int) -> Fitted:
-    """Fit α, β, the decay of velocities and the scale of the loads, for so many steps a frame: α m/h² depends on them.
+def fit_shapes(training: ComparedScene, wanted: np.ndarray, per_frame: int, evaluations: int) -> Fitted:
+    """Fit α, β, the decay of velocities and a scale of the loads to a training motion, in ``per_frame`` steps a frame.
 
-    Where the body falls or is met by an instrument, loads are what they are.
+    The stiffness α m/h² depends on the step. Loads are not scaled where the body falls or meets an instrument.
     """
-    begin, young, steps = perf_counter(), lesson.body.material.young_pa, per_frame * lesson.frames
-    clusters = cubes(lesson.body.coarse)
-    scaled = lesson.held and not lesson.loads.contact
+    begin, young, steps = perf_counter(), training.body.material.young_pa, per_frame * training.frames
+    clusters = cubes(training.body.coarse)
+    scaled = training.held and not training.loads.contact
 
     def scene(compared: ComparedScene, steps: int, q: np.ndarray) -> Scene:
         matching = ShapeMatching(mode="linear", alpha=float(q[0]), beta=float(q[1]), clusters=clusters)
@@ -93,14 +102,14 @@ def fit_shapes(lesson: ComparedScene, wanted: np.ndarray, per_frame: int, evalua
         return loaded.shapes(steps, matching, float(np.exp(q[2])))
 
     def misfit(q: np.ndarray) -> float:
-        return error_of(lesson, scene(lesson, steps, q), young, wanted)
+        return error_of(training, scene(training, steps, q), young, wanted)
 
     bounds, sides = [(0.02, 1.0), (0.0, 0.99), (-5.0, 7.0)], [0.25, 0.3, -1.0]
     starts = [np.array([alpha, beta, 1.6]) for alpha, beta in product((0.3, 0.9), (0.2, 0.7))]
     if scaled:
         bounds, sides = [*bounds, (-12.0, 12.0)], [*sides, 0.7]
         starts = [np.array([0.7, 0.4, 1.6, scale]) for scale in np.arange(-6.0, 6.1, 1.5)]
-    q = _simplex(misfit, min(starts, key=misfit), sides, bounds, evaluations, f"{lesson.name}: no shapes")
+    q = _simplex(misfit, min(starts, key=misfit), sides, bounds, evaluations, f"{training.name}: no shapes")
     return Fitted(lambda compared, steps: scene(compared, steps, q), young, perf_counter() - begin)
 
 
@@ -124,7 +133,7 @@ def _simplex(misfit: Callable, start: np.ndarray, sides: list, bounds: list, eva
 
 
 def corrects(compared: ComparedScene) -> bool:
-    """Return whether all that acts has a linear response: a held solid under gravity and pushes."""
+    """Return whether the correction applies: to a held solid of several levels under gravity and pushes alone."""
     return _held_solid(compared) and set(compared.loads.given()) <= set(LOADS) and len(compared.body.levels) > 1
 
 
@@ -193,7 +202,7 @@ def _responses(compared: ComparedScene, level: int) -> tuple[np.ndarray, np.ndar
 
 @dataclass(frozen=True)
 class MadeModes:
-    """A body at rest, whatever of it all places share, and the time that took [s]."""
+    """What modes for all places of a push share: the body at rest, and the time that it took [s]."""
 
     at_rest: BodyAtRest
     seconds: float
@@ -210,16 +219,16 @@ class MadeModes:
 
 def moving_modes(
     compared: ComparedScene,
-    lesson: ComparedScene | None,
+    training: ComparedScene | None,
     grid: Mapping[str, Any],
     made: MadeModes | None = None,
     other: ReducedBody | None = None,
-) -> Iterator[tuple[int, Prepared, str]]:
+) -> Settings:
     """Yield steps in modes for the pushes of ``compared``, then, at the middle step, other cells and another place.
 
-    What answers is a reduced body. Nothing is learnt: of the lesson's motion its places are taken alone, to see what a
-    push elsewhere comes to.
-    made, other : the body at rest, and its modes for another place, if they are known; otherwise made of the lesson
+    A reduced body answers. Nothing is learnt from the motion of ``training``: it names another place, whose modes show
+    the error of a push that they are not for.
+    made, other : the body at rest, and its modes for another place, if they are known; otherwise both are made here
     """
     made, counts = made or MadeModes.of(compared, grid), grid["steps_per_frame"]
     middle = counts[len(counts) // 2] * compared.frames
@@ -235,10 +244,109 @@ def moving_modes(
         yield middle, reduced(compared, missed), f"tolerance={missed:g}"
     if other is not None:
         yield middle, Prepared({}, other, made.seconds + other.seconds), "place=another"
-    elif lesson is not None and _places(lesson) and _places(lesson) != _places(compared):
-        yield middle, reduced(lesson, grid["missed"]), "place=another"
+    elif training is not None and _places(training) and _places(training) != _places(compared):
+        yield middle, reduced(training, grid["missed"]), "place=another"
 
 
 def _places(compared: ComparedScene) -> list[dict]:
     """List the discs that are pushed."""
     return [{"at_m": push.at_m, "radius_m": push.radius_m} for push in compared.loads.pushes]
+
+
+def models_of(
+    compared: ComparedScene, training: ComparedScene | None, wanted: np.ndarray, grid: Mapping[str, Grid], **made: Any
+) -> dict[str, Callable[[], Settings]]:
+    """Return, by name, the models that can simulate a scene, each as a function that prepares its settings.
+
+    training, wanted : the motion that models are fitted to, and its displacements (g, n_surface, 3) [m]; without it
+        those that need a fit are left out
+    made : what ``moving_modes`` need not make
+    Springs have no plasticity, those of a sheet no volume, and what relaxes elements one by one has the corotational
+    law.
+    """
+    found: dict[str, Callable[[], Settings]] = {"fem_coarse": partial(_coarse, compared, grid["fem_coarse"])}
+    if len(compared.body.levels) > 1:
+        found["fem_fine"] = partial(_fine, compared, grid["fem_fine"])
+    if compared.thickness_m or compared.body.material.law == LAWS[0]:
+        found |= {name: partial(_relaxed, compared, name, each) for name, each in grid.get("relaxed", {}).items()}
+    if corrects(compared):
+        found["detail_correction"] = partial(_corrected, compared, grid["fem_coarse"])
+        found["moving_modes"] = partial(moving_modes, compared, training, grid["moving_modes"], **made)
+    if not training:
+        return found
+    learnt = training, wanted
+    if not compared.loads.plasticity:
+        found["springs"] = partial(_springs, compared, *learnt, False, grid["springs"])
+        if not compared.thickness_m:
+            found["springs_volume"] = partial(_springs, compared, *learnt, True, grid["springs"])
+    return found | {"shape_matching": partial(_shapes, compared, *learnt, grid["shape_matching"])}
+
+
+def _coarse(compared: ComparedScene, grid: Grid) -> Settings:
+    """Yield steps of finite elements on the coarse level, then looser residuals and other gaps at the middle one."""
+    counts, elements = grid["steps_per_frame"], Fitted(ComparedScene.fem, compared.body.material.young_pa, 0.0)
+    if len(compared.body.levels) > 1:
+        for count in counts:
+            yield count * compared.frames, elements, ""
+    middle = counts[len(counts) // 2] * compared.frames
+    if compared.order > 1:
+        yield middle, replace(elements, scene=partial(ComparedScene.fem, order=1)), "order=1"
+    for loose in grid["tolerances"]:
+        yield middle, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
+    for factor in grid["gaps"] if compared.loads.contact else []:
+        yield middle, replace(elements, scene=partial(_wider, factor)), f"gap={factor:g}×"
+
+
+def _fine(compared: ComparedScene, grid: Grid) -> Settings:
+    """Yield finite elements on the reference's level, at looser residuals than its own and by steps of first order.
+
+    At its own residuals they need no run: the reference has tried these steps.
+    """
+    counts = grid["steps_per_frame"]
+    elements = Fitted(ComparedScene.fem, compared.body.material.young_pa, 0.0, level=-1)
+    for count, loose in product(counts, grid["tolerances"]):
+        yield count * compared.frames, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
+    if compared.order > 1:
+        yield min(counts) * compared.frames, replace(elements, scene=partial(ComparedScene.fem, order=1)), "order=1"
+
+
+def _corrected(compared: ComparedScene, grid: Grid) -> Settings:
+    """Yield the steps of the coarse level whose motion is corrected."""
+    fitted = fit_correction(compared)
+    for count in grid["steps_per_frame"]:
+        yield count * compared.frames, fitted, ""
+
+
+def _relaxed(compared: ComparedScene, method: str, grid: Sequence[dict]) -> Settings:
+    """Yield settings of a method that relaxes elements one by one, on levels that the body has."""
+    for each in grid:
+        setting = {name: value for name, value in each.items() if name not in ("level", "steps_per_frame")}
+        if each["level"] < len(compared.body.levels):
+            scene = partial(ComparedScene.relaxed, method=method, setting=setting)
+            elements = Fitted(scene, compared.body.material.young_pa, 0.0, level=each["level"])
+            said = " ".join(f"{name}={value}" for name, value in (setting | {"level": each["level"]}).items())
+            yield each["steps_per_frame"] * compared.frames, elements, said
+
+
+def _looser(tolerance: float, compared: ComparedScene, steps: int) -> Scene:
+    return compared.fem(steps).model_copy(update={"tolerance": tolerance})  # looser than a scene may be
+
+
+def _wider(factor: float, compared: ComparedScene, steps: int) -> Scene:
+    return compared.widen(factor).fem(steps)
+
+
+def _springs(
+    compared: ComparedScene, training: ComparedScene, wanted: np.ndarray, volume: bool, grid: Grid
+) -> Settings:
+    shares = grid["shares_of_stable_step"]
+    fitted = fit_springs(training, wanted, volume, max(shares), grid["evaluations"])
+    limit = compared.limit_s(fitted.scene(compared, compared.frames), fitted.young_pa)
+    for share in shares:
+        yield compared.steps(share * limit), fitted, ""
+
+
+def _shapes(compared: ComparedScene, training: ComparedScene, wanted: np.ndarray, grid: Grid) -> Settings:
+    """Yield steps of shape matching, which is fitted for each."""
+    for count in grid["steps_per_frame"]:
+        yield count * compared.frames, fit_shapes(training, wanted, count, grid["evaluations"]), ""

@@ -17,17 +17,19 @@ from palpate.benchmark.richardson import limit
 from palpate.studies.dynamic.compared_scene import ComparedScene
 
 FELT = 0.2
-"""Of its peak, what the limit's force may be wrong by for models to be judged by a force."""
+"""Largest own error of the limit's force, over its peak, with which models are judged by their forces."""
 
 
 @dataclass(frozen=True, eq=False)
 class LinearLimit:
-    """What meshes and steps say of a motion, until they part.
+    """How well a motion of linear elements is known, from what another mesh and another step change.
 
-    steps : of the longer of the two; until_s : up to when surface and pressed nodes are known to ``part`` of the peak
-    own : (4, k), the k TruthErrors of space, of time, of their mixture, and together; own_force : of the force, RMS of
-        its peak, NaN where nothing touches; both until ``until_s``, or of the whole motion if they part at once
-    peaks_m : (3,) largest displacement on the last two meshes, and on the last in the shorter steps; spent_s : [s]
+    levels : number of meshes; steps : number of the longer ones
+    until_s : time up to which surface and pressed nodes are known to ``part`` of the peak
+    own : (4, k), the k TruthErrors of space, of time, of their mixture, and together; own_force : of the force, RMS
+        over its peak, NaN where nothing touches; both up to ``until_s``, or of the whole motion where that is 0
+    peaks_m : (3,) largest displacement on the last two meshes, and on the last in the shorter steps
+    spent_s : time of all motions [s]
     """
 
     levels: int
@@ -41,7 +43,7 @@ class LinearLimit:
 
     @property
     def said(self) -> str:
-        """Until when models are judged beside it, in words."""
+        """In words, up to when models are judged by it."""
         until = f"until {self.until_s:.3g} s and no longer" if self.until_s else "at no time"
         return (
             f"linear elements alone, of which two meshes and two steps agree to {self.part:.2g} of the peak {until}; "
@@ -50,7 +52,7 @@ class LinearLimit:
 
     @property
     def peaks(self) -> str:
-        """What meshes and steps say of the largest displacement, in words."""
+        """In words, the largest displacement on the last two meshes and in both steps."""
         before, last, shorter = (f"{1e3 * peak:.3g}" for peak in self.peaks_m)
         return (
             f"largest displacement {before} mm on the mesh before the last, {last} mm on the last, {shorter} mm there "
@@ -72,7 +74,7 @@ class LinearLimit:
 
 
 def linear_limit(compared: ComparedScene, count: int, part: float, progress: Callable = iter) -> LinearLimit:
-    """Compare the motion of ``compared`` on all levels of its body, in ``count`` and twice as many steps a frame.
+    """Simulate ``compared`` on all levels, in ``count`` and twice as many steps a frame, and compare the motions.
 
     part : of the peak, by which meshes and steps together may differ in a frame, at the surface and where it is pressed
     progress : wraps the sequence of motions, as ``tqdm`` does; NotConverged as ``run``

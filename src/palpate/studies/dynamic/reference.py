@@ -29,17 +29,18 @@ LEAST_SHARE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Surface displacements [m] at the ends of the first f of ``of_frames`` frames, up to which steps are resolved.
+    """The standard: a motion of linear elements, extrapolated from m lengths of steps to steps of no length.
 
-    truth : (f, n_surface, 3), extrapolated to steps of no length; change : what halving the step last changed it by,
-        in parts of its peak; step_s : the shortest step; bound : what the change may be
-    tried : (m, f, n_surface, 3) of steps ``tried_s`` (m,), as they are; seconds, step_p95_s,
-        step_max_s : (m,) what each took for all frames, and 95 % of its steps, and all of them, at most
-    changes : (m − 2, of_frames) of each frame by each halving after the first, in parts of the peak of all frames
+    It has the first f of ``of_frames`` frames, in which halving the step changes little; positions are at their ends.
+    truth : (f, n_surface, 3) [m]; change : by the last halving of the step, over the peak; bound : what it may be
+    step_s : the shortest step; tried_s : (m,) all steps, each half of the one before
+    tried : (m, f, n_surface, 3) [m], the motions in these steps
+    seconds : (m,) time of each for all frames; step_p95_s, step_max_s : (m,) of its steps
+    changes : (m − 2, of_frames) of each frame by each halving after the first, over the peak of all frames
     duration_s : the time until the last of the f frames
-    training : (g, n_surface, 3) of the motion that models are fitted to, until training_s; if none is fitted, g is 0
-    force : (f, k, 3) [N] of k instruments, extrapolated as the motion; force_change : what halving the step last
-        changed it by, RMS over its peak, NaN where nothing touches; tried_force : (m, f, k, 3) [N]
+    training : (g, n_surface, 3) [m], the motion that models are fitted to, until training_s; if none is fitted, g is 0
+    force : (f, k, 3) [N] of k instruments, extrapolated as the motion; tried_force : (m, f, k, 3) [N]
+    force_change : by the last halving of the step, RMS over the peak, NaN where nothing touches
     """
 
     truth: np.ndarray
@@ -84,17 +85,17 @@ class Reference:
         )
 
 
-def reference(compared: ComparedScene, lesson: ComparedScene | None, change: float, max_halvings: int) -> Reference:
-    """Simulate the motion of ``compared`` and that of ``lesson``, which models are fitted to, if any is.
+def reference(compared: ComparedScene, training: ComparedScene | None, change: float, max_halvings: int) -> Reference:
+    """Find the standard of ``compared``, and of ``training``, the motion that models are fitted to, if any is.
 
-    change : of the extrapolated motion at a halving, below which it ends: RMSE of the worst frame over the peak
-    max_halvings : of the step, from one a frame. Where they are not enough, the frames count that come before, with a
-        warning; NotConverged if these are less than LEAST_SHARE of all
-    The error is of order k in the step, 2 for BDF2 and 1 for backward Euler, so u(h/2) + (u(h/2) − u(h)) / (2ᵏ − 1) is
-    of the next, until contact makes it less.
+    change : halving of steps ends where it changes the extrapolated motion by less: RMSE of the worst frame over peak
+    max_halvings : of the step, from one a frame. Where they are not enough, the frames before remain, with a warning;
+        NotConverged if these are less than LEAST_SHARE of all
+    The error is of order k in the step, 2 for BDF2 and 1 for backward Euler. So u(h/2) + (u(h/2) − u(h)) / (2ᵏ − 1) is
+    of order k + 1, but where bodies touch.
     """
     found = converge(compared, change, max_halvings)
-    taught = converge(lesson, LOOSER * change, max_halvings) if lesson else None
+    taught = converge(training, LOOSER * change, max_halvings) if training else None
     if found.frames < compared.frames:
         warnings.warn(
             f"scenes.{compared.name}: models are compared in its first {found.duration_s:.3g} s of "
@@ -106,7 +107,7 @@ def reference(compared: ComparedScene, lesson: ComparedScene | None, change: flo
 
 
 def converge(compared: ComparedScene, change: float, max_halvings: int) -> Reference:
-    """Simulate a motion with fine finite elements at steps that are halved; errors as ``reference``."""
+    """Simulate a motion on the finest level in steps that are halved until they change little, see ``reference``."""
     lengths, tried, costs, changes, forces = [], [], [], [], []
     resolved = 0
     compared.begin(compared.fem(compared.frames), len(compared.body.levels) - 1)
@@ -133,20 +134,31 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
             "of its peak; allow more change, or damp the scene more",
             [float(each.max()) for each in changes],
         )
-    seconds, p95, largest = np.array(costs).T
-    last = float((off[:resolved] / peaks[:resolved].max()).max())
-    kept = np.array(tried)[:, :resolved]
-    length = compared.duration_s * resolved / compared.frames
-    times, untaught = (np.array(lengths), seconds, p95, largest), (np.empty((0, *truth.shape[1:])), 0.0)
-    felt_before, felt = (each[:resolved] for each in _limits(forces, compared.order))
+    seconds, step_p95_s, step_max_s = np.array(costs).T
+    force_before, force = (each[:resolved] for each in _limits(forces, compared.order))
     return Reference(
-        truth[:resolved], last, lengths[-1], change, kept, *times, np.array(changes), compared.frames, length,
-        *untaught, felt, force_errors(felt_before, felt).force_rms_of_peak, np.array(forces)[:, :resolved],
-    )  # fmt: skip
+        truth=truth[:resolved],
+        change=float((off[:resolved] / peaks[:resolved].max()).max()),
+        step_s=lengths[-1],
+        bound=change,
+        tried=np.array(tried)[:, :resolved],
+        tried_s=np.array(lengths),
+        seconds=seconds,
+        step_p95_s=step_p95_s,
+        step_max_s=step_max_s,
+        changes=np.array(changes),
+        of_frames=compared.frames,
+        duration_s=compared.duration_s * resolved / compared.frames,
+        training=np.empty((0, *truth.shape[1:])),
+        training_s=0.0,
+        force=force,
+        force_change=force_errors(force_before, force).force_rms_of_peak,
+        tried_force=np.array(forces)[:, :resolved],
+    )
 
 
 def _limits(tried: list[np.ndarray], order: int) -> list[np.ndarray]:
-    """Extrapolate the last three of what was ``tried``, at steps that are halved, to steps of no length: two limits."""
+    """Extrapolate the last two pairs of what was ``tried``, in steps that are halved, to steps of no length."""
     return [limit(np.array(pair), 2.0**order) for pair in pairwise(tried[-3:])]
 
 
@@ -161,7 +173,7 @@ DYNAMIC_REFERENCE = Table(
 
 
 def tabulate(compared: ComparedScene, found: Reference) -> pd.DataFrame:
-    """Tabulate dynamic_reference.csv, a row a frame and halving of the step; changes are RMSE over the whole peak."""
+    """Tabulate dynamic_reference.csv of one scene, a row a frame and halving; changes are RMSE over the whole peak."""
     times = compared.duration_s * np.arange(1, found.of_frames + 1) / found.of_frames
     parts = [
         pd.DataFrame({"step_s": step, "time_s": times, "change_of_peak": changes})
@@ -193,7 +205,7 @@ MOTION_TRUTH = Table(
 
 
 def tabulate_truth(compared: ComparedScene, found: MotionTruth | LinearLimit) -> pd.DataFrame:
-    """Tabulate motion_truth.csv of a scene."""
+    """Tabulate motion_truth.csv of one scene, a row."""
     rms, patch = (found.own[:, TruthErrors._fields.index(each)] for each in ("rmse_of_peak", "patch_rms_of_peak"))
     row = {"scene": compared.name, "patch_rms_of_peak": patch[3], "force_of_peak": found.own_force}
     row |= dict(zip(("own_space", "own_time", "own_mixed", "rmse_of_peak"), rms, strict=True))
@@ -243,10 +255,10 @@ def find_motion_truth(input: Any, output: Any, truth: Truth, compared: Compared,
 
 def simulate_dynamic_reference(input: Any, output: Any, compared: Compared, say: Callable) -> Any:
     """Find the reference of a scene, for the rule of that name."""
-    scene, lesson = compared.and_training(body_file.load(input.body))
+    scene, training = compared.and_training(body_file.load(input.body))
     change, halvings = compared.own.change_of_peak, compared.own.max_halvings
     assert change and halvings  # as the rule says
-    found = reference(scene, lesson, change, halvings)
+    found = reference(scene, training, change, halvings)
     say(f"{scene.name}: a step of {found.step_s:.2g} s; halving it last changed {found.change:.2%} of the peak")
     store(found, output.reference, compressed=True)
     return {"table": tabulate(scene, found)}

@@ -282,6 +282,7 @@ def _check_elsewhere(place: str, scene: Scene, kind: str) -> None:
 
 
 def _check_any(file: Path, scenes: dict, bodies: dict) -> None:
+    """Raise InputError where models can be compared in none of the scenes."""
     known = {name: entry for name, entry in scenes.items() if entry.body in bodies}  # of others the scenes' check
     found, left_out = compared_scenes(known, bodies)
     if not found:

@@ -170,7 +170,8 @@ class BallOnSlab:
         while True:
             states.append((self._depth, self._force))
             if self._depth >= deepest:
-                return IndentationCurve(*np.array(states).T, hertz(self._poisson, self._sticks))
+                depths, forces = np.array(states).T
+                return IndentationCurve(depths, forces, hertz(self._poisson, self._sticks))
             # states at corners are alike, and most exact; what sticks is followed from node to node
             for _ in range(2 if self._sticks else 1):
                 count += 1 if self._sticks else 2

@@ -11,20 +11,15 @@ from palpate.bodies.particles import Particles
 from palpate.bodies.supports import Bed
 from palpate.bodies.surface_quadrature import ball_points, midpoints, near_ball, triangle_shapes
 from palpate.effects.effect import Effect, Energy, Stiffness
-from palpate.errors import InputError
 
 
 def make(particles: Particles, settings: object, elastic: Effect | None = None) -> "BedSprings":
-    """Make the beds of ``particles``; InputError if they have none."""
-    if not particles.beds:
-        raise InputError(
-            f"{particles.name}: effect bed has no bed; give the body one in bodies, or leave bed out of the scene."
-        )
+    """Make the springs of all beds of ``particles``."""
     return BedSprings(particles, particles.beds)
 
 
 class BedSprings(Energy, Stiffness):
-    """E = ∫ ½ k u² over the surface in the sphere of a bed, with k = stiffness_n_m3 · (1 − (distance/radius)²)².
+    """Springs with E = ∫ ½ k u² over the surface in a bed's sphere, k = stiffness_n_m3 · (1 − (distance/radius)²)².
 
     u is the displacement, and the region is that of the rest shape, so that the stiffness is constant. k falls smoothly
     to zero at the sphere, so that stress is not singular there, as it is at the edge of held nodes; the bed ends

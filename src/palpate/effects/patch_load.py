@@ -88,6 +88,10 @@ def _integrals(corners: np.ndarray, patch: Patch, order: int) -> np.ndarray:
     return np.einsum("mk,mka->ma", weights * (1.0 - distance), triangle_shapes(barycentric, order))
 
 
+SAME_S = 1e-9
+"""Difference [s] up to which two times are the same, as those of steps are rounded."""
+
+
 def course(since: float, rise_s: float, hold_s: float, fall_s: float) -> float:
     """Return the factor of a load ``since`` [s] after its start: a rise from 0 to 1, a constant time, a fall to 0."""
     return ramp(since, rise_s) - ramp(since - rise_s - hold_s, fall_s)
@@ -176,7 +180,7 @@ def _nearest_shares(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
     inner = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - corners[:, 0])
     shares = np.column_stack([1.0 - inner.sum(axis=1), inner])
     # a projection inside of the triangle is the nearest point; else that is on one of the edges
-    found, least = shares, np.where(shares.min(axis=1) >= 0.0, -1.0, np.inf)
+    nearest, least = shares, np.where(shares.min(axis=1) >= 0.0, -1.0, np.inf)
     for a, b in ((0, 1), (1, 2), (2, 0)):
         edge = corners[:, b] - corners[:, a]
         along = np.einsum("ti,ti->t", point - corners[:, a], edge) / np.einsum("ti,ti->t", edge, edge)
@@ -184,6 +188,6 @@ def _nearest_shares(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
         away = np.linalg.norm(corners[:, a] + along[:, None] * edge - point, axis=1)
         on_edge = np.zeros_like(shares)
         on_edge[:, a], on_edge[:, b] = 1.0 - along, along
-        found = np.where((away < least)[:, None], on_edge, found)
+        nearest = np.where((away < least)[:, None], on_edge, nearest)
         least = np.minimum(least, away)
-    return found
+    return nearest

@@ -5,13 +5,11 @@ import numpy as np
 from palpate.bodies.particles import Particles
 from palpate.effects import effect, settings
 from palpate.effects.effect import Effect, Shape
-from palpate.effects.patch_load import OFF, nearest_on_surface, ramp
+from palpate.effects.patch_load import OFF, SAME_S, nearest_on_surface, ramp
 from palpate.errors import InputError
 
 THICK = 0.004
 """Radius of a thread in pictures, in sizes of the body."""
-SAME_S = 1e-9
-"""Times [s] that are less apart are the same."""
 
 
 def make(particles: Particles, asked: list[settings.Thread], elastic: Effect | None) -> "Threads":
@@ -20,7 +18,7 @@ def make(particles: Particles, asked: list[settings.Thread], elastic: Effect | N
     The ends of each are the surface points at rest nearest to its ``ends_m`` (2, 3) [m], anywhere in a triangle, so
     that they are the same on all meshes of one shape. Raises InputError for ends off the surface or at one place.
     """
-    found = []
+    rows = []
     for i, thread in enumerate(asked):
         place, points = f"{particles.name}: threads[{i}].ends_m", np.array(thread.ends_m, dtype=float)
         corners, shares, away = nearest_on_surface(particles, points)
@@ -31,9 +29,9 @@ def make(particles: Particles, asked: list[settings.Thread], elastic: Effect | N
         if length <= 1e-9 * particles.size:
             raise InputError(f"{place} are both nearest to one point of the surface; give them farther apart.")
         final = float(thread.tightened_to * length if thread.length_m is None else thread.length_m)
-        found.append((corners.ravel(), (shares * [[-1.0], [1.0]]).ravel(), final))
+        rows.append((corners.ravel(), (shares * [[-1.0], [1.0]]).ravel(), final))
     columns = np.array([[each.stiffness_n_m, each.start_s, each.tighten_s] for each in asked], dtype=float)
-    nodes, weights, finals = (np.array(each) for each in zip(*found, strict=True))
+    nodes, weights, finals = (np.array(each) for each in zip(*rows, strict=True))
     return Threads(particles, nodes, weights, finals, columns)
 
 
@@ -41,7 +39,7 @@ class Threads(
     effect.Corrections, effect.Following, effect.Time, effect.Driven, effect.Relaxation, effect.Observation,
     effect.Drawn,
 ):  # fmt: skip
-    """E = Σ ½ k max(d − l, 0)² of threads of length l whose ends are d apart; it is convex, and C¹ at d = l.
+    """Threads of length l whose ends are d apart, with E = Σ ½ k max(d − l, 0)², which is convex, and C¹ at d = l.
 
     A thread acts from its start, when its length l is the distance of its ends (that at rest for a start at 0); then l
     goes to its final length. Tightening does work: the tension at the end of a step times the decrease of l. An end is

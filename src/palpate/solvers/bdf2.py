@@ -1,4 +1,4 @@
-"""BDF2: two steps back give the next. It is of second order and stable for any step, and may make energy."""
+"""BDF2: each step follows from two before it. It is of second order and stable for any step, but may add energy."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ def make(system: System, stepping: Stepping) -> "Bdf2":
 
 
 class Bdf2(BackwardEuler):
-    """v' = (3x' − 4x + x₋)/2h and M (3v' − 4v + v₋)/2h = f(x', v'), with the state (x₋, v₋) of the step before.
+    """A step: v' = (3x' − 4x + x₋)/2h, M (3v' − 4v + v₋)/2h = f(x', v'), with the state (x₋, v₋) of the step before.
 
     With y = (4x − x₋)/3 and w = (4v − v₋)/3 that is v' = (x' − y)/a and M (v' − w)/a = f, the step of backward Euler
     from (y, w) over a = 2h/3, so x' is found by the same minimisation (Hairer and Wanner 1996, section V.1; Gear
@@ -35,25 +35,25 @@ class Bdf2(BackwardEuler):
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if none is found.
 
-        A state other than that which the last step returned, or another ``h``, begins a motion anew.
+        A state other than that which the last step returned, or another ``h``, begins a new motion.
         """
         reached, velocity = self._second(x, v, h) or super().step(x, v, h)
         self._history = x, v, reached, velocity, h
         return reached, velocity
 
     def _second(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the end of a step of second order; None if it is not found, or if the last step did not lead here."""
+        """Return the end of a step of second order; None if it is not found, or the last step did not end here."""
         if self._history is None:
             return None
-        earlier, slower, last, velocity, length = self._history
-        if length != h or not (np.array_equal(x, last) and np.array_equal(v, velocity)):
+        x_before, v_before, x_last, v_last, h_last = self._history
+        if h_last != h or not (np.array_equal(x, x_last) and np.array_equal(v, v_last)):
             return None
-        base, speed, reach = x + (x - earlier) / 3.0, v + (v - slower) / 3.0, 2.0 * h / 3.0
+        base, speed, stage = x + (x - x_before) / 3.0, v + (v - v_before) / 3.0, 2.0 * h / 3.0
         try:
             carried = self._system.begin(x, h)
-            reached, load = self.least(base, speed, reach, carried, 2.0 * x - earlier)
+            reached, load = self.least(base, speed, stage, carried, 2.0 * x - x_before)
         except NotConverged:
             return None
         self._system.add_work(load, reached - x)
         self._system.end(reached)
-        return reached, (reached - base) / reach
+        return reached, (reached - base) / stage

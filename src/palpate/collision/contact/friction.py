@@ -14,7 +14,7 @@ from palpate.collision.triangles.closest_points import boxes_apart, closest, sep
 
 
 class LaggedFriction:
-    """Σ μ λ f₀(|u|), where u is the tangential part of Σ wᵢ (xᵢ − startᵢ) with w, normals and λ of an earlier state.
+    """Friction with E = Σ μ λ f₀(|u|), u tangential of Σ wᵢ (xᵢ − startᵢ), and w, normals and λ of an earlier state.
 
     f₀(u) = u²/ε − u³/(3 ε²) for u < ε, and u − ε/3 beyond (Li et al. 2020, eq. 14–17, without the constant, which has
     no force): friction is at its limit from ε = ``slip_m`` on, in a step a speed times its length. The normal force λ
@@ -30,8 +30,8 @@ class LaggedFriction:
 
     def __init__(self, stencils: tuple, x: np.ndarray, friction: float, slip_m: float, start: np.ndarray):
         kinds, nodes, offsets, scales, mollify, gap = stencils
-        found = pressing(kinds, nodes, offsets, scales, mollify, gap, x)
-        self.rows, self.nodes, self.weights, self.normals, self.forces = found
+        active = pressing(kinds, nodes, offsets, scales, mollify, gap, x)
+        self.rows, self.nodes, self.weights, self.normals, self.forces = active
         self.limits = friction * self.forces
         self._state = (self.nodes, self.weights, self.normals, self.limits, slip_m)
         self._start = start.copy()
@@ -56,14 +56,14 @@ class Rubbing(NamedTuple):
     """Friction of q points on k rigid instruments in a step, as the kernels take it.
 
     normals : (k, q, 3); limits : (k, q) μ λ [N]; slip : [m], from which friction is at its limit
-    start : (q, 3) [m], points at the start of the step; ways : (k, 3) [m], displacements of the instruments in it
+    start : (q, 3) [m], points at the start of the step; shifts : (k, 3) [m], displacements of the instruments in it
     """
 
     normals: np.ndarray
     limits: np.ndarray
     slip: float
     start: np.ndarray
-    ways: np.ndarray
+    shifts: np.ndarray
 
 
 @numba.njit(cache=True, error_model="numpy")

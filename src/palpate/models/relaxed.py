@@ -98,7 +98,7 @@ class RelaxedElements:
 
 
 class ByXpbd(RelaxedElements):
-    """Extended position-based dynamics; its step is in units of the period of a node between nodes that stand still."""
+    """Extended position-based dynamics; its step is in units of 1/ω of a node that swings between resting ones."""
 
     def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
         super().__init__(body, level, held, asked)

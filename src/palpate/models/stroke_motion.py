@@ -101,7 +101,7 @@ def prepare(
 
 
 def rates(system: System) -> Rayleigh:
-    """Return the rates of damping."""
+    """Return the rates of Rayleigh damping, summed over the effects of a system."""
     found = [effect.damping_rates for _, effect in system.offering(Proportional)]
     return Rayleigh(mass_1_s=sum(each[0] for each in found), stiffness_s=sum(each[1] for each in found))
 

@@ -225,7 +225,7 @@ class Observed:
 
     @property
     def swings(self) -> list[Oscillation]:
-        """The oscillations of the repeats in which one was looked for."""
+        """The oscillations of the repeats to which one was fitted."""
         return [seen.swing for seen in self.repeats if seen.swing is not None]
 
     @property

@@ -48,7 +48,7 @@ class Organ:
     """A body and its presses, one at each of ``contacts``; springs are fitted to the first ``fitted`` of them.
 
     body : of two levels: springs are on the coarse one, the reference is on the other
-    model : the springs; keys : the free nodes of the coarse surface; looked : (k,) numbers of those that fits compare
+    model : the springs; keys : the free nodes of the coarse surface; compared : (k,) numbers of those that fits compare
     forces : (contacts, 3) [N]; limits : of the moduli; settings : the config's block organ_springs
     """
 
@@ -58,7 +58,7 @@ class Organ:
     fitted: int
     forces: np.ndarray
     keys: KeyPoints
-    looked: np.ndarray
+    compared: np.ndarray
     limits: Range
     settings: OrganSettings
 
@@ -87,10 +87,10 @@ class Organ:
         return self.in_steps(int(np.ceil(once.step_s / limit)), volume)
 
     def fitnesses(self, settings: Settings, references: list[Reference]) -> list[Fitness]:
-        """Return the fitness functions of the fitted presses, which compare the key points ``looked`` only."""
-        seen = replace(settings, keys=KeyPoints(self.keys.corners[self.looked], self.keys.shares[self.looked]))
+        """Return the fitness functions of the fitted presses, which compare the key points ``compared`` only."""
+        seen = replace(settings, keys=KeyPoints(self.keys.corners[self.compared], self.keys.shares[self.compared]))
         return [
-            Fitness(self.model, self.press(i, 0), seen, x[:, self.looked], v[:, self.looked])
+            Fitness(self.model, self.press(i, 0), seen, x[:, self.compared], v[:, self.compared])
             for i, (x, v, _) in enumerate(references[: self.fitted])
         ]
 
@@ -114,14 +114,14 @@ def organ(body: Body, settings: OrganSettings) -> Organ:
     contacts = np.concatenate([first, np.setdiff1d(every, first)])
     particles = particles_of(body, 0, surface=False)
     free = np.setdiff1d(body.coarse.surface, particles.held)
-    looked = np.unique(np.linspace(0, len(free) - 1, settings.key_points).round().astype(int))
+    compared = np.unique(np.linspace(0, len(free) - 1, settings.key_points).round().astype(int))
     low, high = YOUNG_OF_BODY
     young = particles.material.young_pa
     # the nodes themselves, on every level on which they have the same numbers
     keys = KeyPoints(np.repeat(free[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(free), 1)))
     limits = Range(low * young, high * young)
     forces = _forces(body, contacts)
-    return Organ(body, spring_model(particles), contacts, fitted, forces, keys, looked, limits, settings)
+    return Organ(body, spring_model(particles), contacts, fitted, forces, keys, compared, limits, settings)
 
 
 def _forces(body: Body, contacts: np.ndarray) -> np.ndarray:

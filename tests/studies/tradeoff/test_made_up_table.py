@@ -76,12 +76,6 @@ def test_every_model_is_described_once():
 # Words of advice
 
 
-@pytest.fixture
-def pressed(trade_off):
-    settings, errors = trade_off
-    return settings[settings["scene"] == "liver_small"], errors["liver_small"]
-
-
 def test_a_table_repeats_no_cell_and_counts_none_as_one():
     taken = {"a": ["fem", "fem", "springs", "fem"], "b": ["none", "none", "none", "fem"]}
     limits = [{"budget_ms": 1.0}, {"budget_ms": 100.0}, {"max_error": 0.05}, {"max_error": 0.01}]

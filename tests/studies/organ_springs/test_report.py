@@ -71,8 +71,6 @@ def test_claims_are_judged_from_the_tables(tables):
     held, search, masses = chain(tables)
     assert (held.verdict, masses.verdict) == ("confirmed", "refuted")
     assert search.verdict.startswith("not testable: some seeds are better")  # 1.5 to 5.8 %, Van Gelder 3 %
-    assert held.ours == "2.7 % (1.4 to 5.4 %) of the peak where fitted, 2.9 % (1.5 to 5.8 %) elsewhere"
-    assert held.premise.endswith("springs alone; 60 generations, medians of 3 seeds")
     worse = tables["organ_springs"]
     worse.loc[(worse["model"] == "genetic") & ~worse["used_in_fit"], "rmse_of_peak"] = 0.2
     assert [claim.verdict for claim in chain(tables)][:2] == ["refuted", "refuted"]

@@ -6,7 +6,7 @@ import pytest
 from fixtures.material import STUDIES, numbers, page
 from fixtures.trade_off import accuracy_vs_time
 
-from palpate.benchmark.advice import advise, advise_motion
+from palpate.benchmark.advice import advise_motion
 from palpate.benchmark.press_measure import CHOSEN_BY, ERRORS
 from palpate.benchmark.ranking import TRUTH, UNKNOWN, averaged, own_error
 from palpate.files import read_yaml
@@ -74,26 +74,6 @@ def test_every_model_is_described_once():
 
 
 # Words of advice
-
-
-@pytest.fixture
-def pressed(trade_off):
-    settings, errors = trade_off
-    return settings[settings["scene"] == "liver_small"], errors["liver_small"]
-
-
-def test_what_is_doubtful_is_told_with_its_numbers(pressed):
-    settings, errors = pressed
-    given = settings.assign(rejected=4, rejected_answered=np.where(settings["model"] == "pod_rbf", 3, 0))
-    told = [lines(advise(table, errors, [16.7], kinds=["rms"]).iloc[0]) for table in (settings, given)]
-    assert ["3 of 4 presses without a truth" in text for text in told] == [False, True]
-    risky = advise(*pressed, [], [0.0021], kinds=["rms"]).iloc[0]
-    assert say("nearest", risky).replace("\u00a0", " ").endswith("25 % of its answers are above 0.21 %")
-    above = advise(*pressed, [], [0.08], kinds=["rms"]).iloc[0].copy()
-    assert "larger than asked" not in lines(above)
-    above["rmse_of_peak"], above["margin"] = 0.09, -24.0
-    assert "its error is larger than asked, 9 %" in lines(above).splitlines()[1]
-    assert "larger than asked, 9 %" in advice_list(above.to_frame().T)
 
 
 def test_a_table_repeats_no_cell_and_counts_none_as_one():

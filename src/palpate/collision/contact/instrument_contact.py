@@ -37,6 +37,11 @@ class InstrumentContact:
         axes, shapes = np.array([pose.axes for pose in poses]), np.array([pose.instrument.shape for pose in poses])
         self._still = Tools(np.array([pose.tip for pose in poses]), axes, shapes)
 
+    @property
+    def crossing_s(self) -> float:
+        """The shortest time [s] in which one of the instruments moves by its radius."""
+        return min(each.crossing_s for each in self.obstacles)
+
     def at(self, t: float) -> Tools:
         """Return the poses of the instruments at the time ``t`` [s]."""
         return self._still._replace(tips=np.array([each.pose(t).tip for each in self.obstacles]))

@@ -1,5 +1,6 @@
 """Pieces of bodies and rigid obstacles, which contact keeps apart; their overlaps; nodes that obstacles displace."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -65,6 +66,13 @@ class Obstacle:
         up = np.cross(first, second)
         tip = self.points.mean(axis=0) - self.radius_m * up
         return Pose(Shape(self.kind, self.radius_m, length_m=length), tip, np.array([first, second, up]))
+
+    @property
+    def crossing_s(self) -> float:
+        """The shortest time [s] in which it moves by its radius; infinite if it has none, or does not move."""
+        distances, times = np.linalg.norm(np.diff(self.shifts_m, axis=0), axis=1), np.diff(self.times_s)
+        fastest = float((distances / times).max(initial=0.0))
+        return self.radius_m / fastest if self.radius_m and fastest else math.inf
 
 
 def make_obstacle(tool: Instrument, place: str, name: str, size: float, middle: np.ndarray) -> Obstacle:

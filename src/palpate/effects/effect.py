@@ -138,11 +138,11 @@ class StepEnd(Protocol):
     """Work at the end of an implicit step, such as an update of inner variables by what ``begin`` prepared."""
 
     def end(self, x: np.ndarray) -> None:
-        """Take note that an implicit step, or a part of one, is accepted and ends at ``x`` (n, 3) [m]."""
+        """Update what depends on an implicit step, or a part of one, that is accepted and ends at ``x`` (n, 3) [m]."""
 
 
 class Driven(StepEnd, Protocol):
-    """Something that is moved from outside, such as an instrument, and does work on the bodies.
+    """An object that is moved from outside, such as an instrument, and does work on the bodies.
 
     work_j : this work so far [J]; ``end`` adds that of implicit steps, a projection that of explicit ones
     """
@@ -171,7 +171,7 @@ class Touching(Protocol):
 
 
 class Instrumented(Protocol):
-    """Contact with instruments that a motion in few coordinates can take for itself.
+    """Contact with instruments whose forces a motion in few coordinates can compute itself.
 
     settings : the block that it is made of
     """
@@ -181,12 +181,12 @@ class Instrumented(Protocol):
     def instruments_on(self) -> Any:
         """Return the InstrumentContact; InputError if more can be touched than spheres and capsules.
 
-        From then on steps, their work and their reactions are those of whoever asked.
+        From then on the caller steps, and writes work and reactions to what is returned.
         """
 
 
 class Corrections(Touching, Energy, StepEnd, Protocol):
-    """Constraints with a compliance, for methods that meet them one by one.
+    """Constraints with a compliance, for methods that correct positions by one constraint after another.
 
     Before the first step ``touching`` has the stiffness of all of them.
     """
@@ -298,7 +298,7 @@ class Contacts(Protocol):
 
 
 class Shape(NamedTuple):
-    """What pictures show beside bodies: points (k, 3) [m], triangles (m, 3) between them; as a ``Rigid`` has them."""
+    """A thing that pictures show beside bodies, with the members of ``Rigid``: points (k, 3) [m], triangles (m, 3)."""
 
     name: str
     kind: str

@@ -11,7 +11,7 @@ from palpate.bodies.particles import Particles
 from palpate.bodies.surface_quadrature import near_ball
 from palpate.effects import effect, settings
 from palpate.effects.effect import Effect, Shape, Stiffness, offers
-from palpate.effects.patch_load import Patch, containing, course, load_point, patch_shares
+from palpate.effects.patch_load import SAME_S, Patch, containing, course, load_point, patch_shares
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import shared_pattern
 
@@ -21,8 +21,6 @@ node is behind the hook by a ten-thousandth of the displacement by its force alo
 ALIKE = 0.5
 """Least cosine between the normals of the grasped triangles and of their middle: leaves out the far side of a thin body
 and the lips of a cut."""
-SAME_S = 1e-9
-"""Times [s] that are less apart are the same."""
 ABOVE = 0.004
 """Height of a hook over the surface in pictures, in sizes of the body."""
 

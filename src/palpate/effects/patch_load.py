@@ -88,6 +88,10 @@ def _integrals(corners: np.ndarray, patch: Patch, order: int) -> np.ndarray:
     return np.einsum("mk,mka->ma", weights * (1.0 - distance), triangle_shapes(barycentric, order))
 
 
+SAME_S = 1e-9
+"""Difference [s] up to which two times are the same, as those of steps are rounded."""
+
+
 def course(since: float, rise_s: float, hold_s: float, fall_s: float) -> float:
     """Return the factor of a load ``since`` [s] after its start: a rise from 0 to 1, a constant time, a fall to 0."""
     return ramp(since, rise_s) - ramp(since - rise_s - hold_s, fall_s)

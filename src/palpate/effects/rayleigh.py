@@ -13,7 +13,7 @@ from palpate.linalg.block_pattern import BlockPattern, product, scatter, shared_
 
 
 def make(particles: Particles, rayleigh: settings.Rayleigh, elastic: Effect | None) -> "Rayleigh":
-    """Make C from ``mass_1_s`` [1/s] and ``stiffness_s`` [s], which is 0 if the elastic effect has no stiffness."""
+    """Make C of the rates in ``rayleigh``; its part of the stiffness is 0 if the elastic effect has none."""
     stiff = elastic if offers(elastic, Stiffness) else None
     return Rayleigh(particles.masses, rayleigh.mass_1_s, rayleigh.stiffness_s, stiff)
 
@@ -37,7 +37,7 @@ class Rayleigh(Force, Proportional):
 
     @cached_property
     def _pattern(self) -> BlockPattern:
-        """That of the matrix by itself, which implicit steps do without."""
+        """The pattern of the damping matrix alone, which implicit steps do not need."""
         return shared_pattern([self.couples], self._size)
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
@@ -56,7 +56,10 @@ class Rayleigh(Force, Proportional):
 def damping_of(
     rates: settings.Rayleigh, masses: Any, clamped: Callable[[], Callable[[np.ndarray], np.ndarray]]
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the product of C with velocities (n, k), of ``masses`` (n, n) and of what makes the product with K."""
+    """Return the product of C = α M + β K with velocities (n, k).
+
+    rates : α and β; masses : M (n, n); clamped : makes the product with K, and is not called if β is 0
+    """
     stiffness = clamped() if rates.stiffness_s else None
 
     def multiply(v: np.ndarray) -> np.ndarray:
@@ -64,3 +67,8 @@ def damping_of(
         return force if stiffness is None else force + rates.stiffness_s * stiffness(v)
 
     return multiply
+
+
+def stage_factors(mass_1_s: float, stiffness_s: float, tau: float) -> tuple[float, float]:
+    """Return the factors of M and K, 1/τ² + α/τ [1/s²] and 1 + β/τ, in the Hessian of an implicit stage of τ [s]."""
+    return 1.0 / tau**2 + mass_1_s / tau, 1.0 + stiffness_s / tau

@@ -5,13 +5,11 @@ import numpy as np
 from palpate.bodies.particles import Particles
 from palpate.effects import effect, settings
 from palpate.effects.effect import Effect, Shape
-from palpate.effects.patch_load import OFF, nearest_on_surface, ramp
+from palpate.effects.patch_load import OFF, SAME_S, nearest_on_surface, ramp
 from palpate.errors import InputError
 
 THICK = 0.004
 """Radius of a thread in pictures, in sizes of the body."""
-SAME_S = 1e-9
-"""Times [s] that are less apart are the same."""
 
 
 def make(particles: Particles, asked: list[settings.Thread], elastic: Effect | None) -> "Threads":

@@ -10,6 +10,7 @@ from scipy.interpolate import interp1d
 from palpate.benchmark.richardson import RATIO_DOUBT
 from palpate.effects.elements import OnePass
 from palpate.effects.push import disc, factor
+from palpate.effects.rayleigh import stage_factors
 from palpate.effects.settings import Gravity, Load, Loads, Push, Rayleigh
 from palpate.errors import NotConverged
 from palpate.linalg.minimiser import Product
@@ -83,11 +84,12 @@ class ReducedMotion(Midpoint):
 
     def _preconditioner(self, h: float, x: np.ndarray) -> Product:
         """Return the inverse of the Hessian of a step of ``h`` [s], factored at its first use."""
-        mass, share = (4.0 / h**2 + 2.0 * self._alpha / h) * self.masses, 1.0 + 2.0 * self._beta / h
+        of_mass, of_stiffness = stage_factors(self._alpha, self._beta, 0.5 * h)
+        mass = of_mass * self.masses
 
         def solve(force: np.ndarray) -> np.ndarray:
             if self._factor is None:
-                hessian = mass + share * self._clamped
+                hessian = mass + of_stiffness * self._clamped
                 if not cholesky.factor(hessian):
                     raise NotConverged("the reduced body has lost its stiffness; take tighter cells", [])
                 self._factor = hessian

@@ -16,11 +16,11 @@ from palpate.solvers.system import System
 
 HALVINGS = 8
 """Number of times that a step is halved, if Newton's method does not converge, before giving up."""
-CONTACT_SHARE = 1e-3
-"""Upper bound of a contact force in the scale of residuals, relative to the force that would flatten the body: close to
-an obstacle that has just moved, contact forces can be extremely large."""
+MOST_CONTACT = 1e-3
+"""Most that a contact force counts in the scale of residuals, over the force that would flatten the body: close to an
+obstacle that has just moved, contact forces can be extremely large."""
 MAX_PRODUCTS = 30
-"""Products with the matrix after which a new factor pays off as its preconditioner."""
+"""Products with the matrix in a search after which a new factor is made as its preconditioner."""
 
 
 def make(system: System, stepping: Stepping) -> "BackwardEuler":
@@ -70,6 +70,7 @@ class BackwardEuler:
         return self._advance(x, v, h, HALVINGS)
 
     def _advance(self, x: np.ndarray, v: np.ndarray, h: float, halvings: int) -> tuple[np.ndarray, np.ndarray]:
+        """Take a step of ``h`` [s], or two of half of it where none is found, with up to so many ``halvings``."""
         try:
             # an obstacle that moves into the body does work: it displaces nodes, at a speed and against their forces
             carried = self._system.begin(x, h)
@@ -92,17 +93,17 @@ class BackwardEuler:
     def least(
         self, x: np.ndarray, v: np.ndarray, h: float, carried: np.ndarray, seen: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Find the minimum of one step; return the positions (n, 3) [m] there and the loads (n, 3) [N].
+        """Return the positions (n, 3) [m] at the minimum of one step, and the loads (n, 3) [N] in it.
 
-        x, v, h : from where, how fast and for how long nodes move
-        carried : where the search may begin besides the inertial prediction; the system has begun the step there
+        x, v, h : positions and velocities at the start of the step, and its length [s]
+        carried : positions (n, 3) [m] at which ``System.begin`` starts, where the search may begin
         seen : positions (n, 3) [m] whose damping matrix and loads act throughout the step
         """
         step = _Step(self, x, v, h, carried, seen)
         return minimise_by_newton(step, step.start(), step.scale(self._crushing), self._tolerance).x, step.load
 
     def _scaled_down(self, v: np.ndarray, allowed: float) -> np.ndarray:
-        """Return ``v`` with a kinetic energy of ``allowed`` [J] at most; its mean stays if no node is held."""
+        """Return ``v`` with a kinetic energy of at most ``allowed`` [J] and, if no node is held, the same momentum."""
         kinetic = self._kinetic(v)
         if kinetic <= allowed:
             return v
@@ -118,7 +119,10 @@ class BackwardEuler:
         return 0.5 * float(np.vdot(self._masses * v, v))
 
     def precondition(self, matrix: Callable[[], sparse.bsr_array], h: float) -> Product:
-        """Return the solve with the factor of an earlier matrix, or of a new one if that took many products."""
+        """Return the solution with the factor of an earlier matrix, or with that of a new one, which ``matrix`` makes.
+
+        A new one is made for another step ``h`` [s], and where the last search took many products.
+        """
         if self._factor is None or self._factored_step != h or self._products > MAX_PRODUCTS:
             self._factor, self._factored_step = Factor(matrix()), h
         self._products = 0
@@ -135,7 +139,7 @@ class BackwardEuler:
 
 
 class _Step(IncrementalPotential):
-    """The minimisation of one step, as a ``minimiser.Problem``; loads are in its energy and forces."""
+    """The incremental potential of one step as a ``minimiser.Problem``; its energy and forces include loads."""
 
     def __init__(
         self, integrator: BackwardEuler, x: np.ndarray, v: np.ndarray, h: float, carried: np.ndarray, seen: np.ndarray
@@ -160,20 +164,21 @@ class _Step(IncrementalPotential):
             self.limit = self._system.limit
 
     def start(self) -> np.ndarray:
-        """Return the beginning of the step or its inertial prediction, whichever has less energy.
+        """Return the positions (n, 3) [m] at which the search begins: those of less energy of two.
 
-        Of the prediction it is the last point that is allowed towards it where an effect limits steps.
+        One are those at the start of the step, the other its inertial prediction, or the last positions that are
+        allowed on the way there where an effect limits steps.
         """
         ahead = self.ahead
         if self._system.bounded:
-            way = ahead - self._carried
-            ahead = self._carried + self._system.limit(self._carried, way) * way
+            motion = ahead - self._carried
+            ahead = self._carried + self._system.limit(self._carried, motion) * motion
         return min((self._carried, ahead), key=self.energy)
 
     def scale(self, crushing: float) -> float:
-        """Return the scale of residuals [N]; ``crushing`` [N], times a small number, is its lower bound."""
+        """Return the scale of residuals [N]: of inertia and of all effects, at least 1e-6 of ``crushing`` [N]."""
         inertia = float(np.linalg.norm(self._weights * (self.ahead - self.x)))
-        return inertia + self._system.magnitude(self._carried, CONTACT_SHARE * crushing) + 1e-6 * crushing
+        return inertia + self._system.magnitude(self._carried, MOST_CONTACT * crushing) + 1e-6 * crushing
 
     def linearise(self, z: np.ndarray, definite: bool) -> tuple[Product, Product]:
         matrix = self._matrix(z, definite)
@@ -183,6 +188,7 @@ class _Step(IncrementalPotential):
         return self._integrator.multiply(matrix), precondition
 
     def _matrix(self, z: np.ndarray, definite: bool) -> sparse.bsr_array:
+        """Return the Hessian (3n, 3n) [N/m] of the potential at ``z`` (n, 3) [m], clamped if ``definite``."""
         matrix = self._system.stiffness(z, definite)
         assert matrix is not None
         matrix.data[self._system.pattern.diagonal] += self._weights[:, :, None] * np.eye(3)

@@ -1,4 +1,4 @@
-"""BDF2: two steps back give the next. It is of second order and stable for any step, and may make energy."""
+"""BDF2: each step follows from two before it. It is of second order and stable for any step, but may add energy."""
 
 import numpy as np
 
@@ -35,25 +35,25 @@ class Bdf2(BackwardEuler):
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if none is found.
 
-        A state other than that which the last step returned, or another ``h``, begins a motion anew.
+        A state other than that which the last step returned, or another ``h``, begins a new motion.
         """
         reached, velocity = self._second(x, v, h) or super().step(x, v, h)
         self._history = x, v, reached, velocity, h
         return reached, velocity
 
     def _second(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the end of a step of second order; None if it is not found, or if the last step did not lead here."""
+        """Return the end of a step of second order; None if it is not found, or the last step did not end here."""
         if self._history is None:
             return None
-        earlier, slower, last, velocity, length = self._history
-        if length != h or not (np.array_equal(x, last) and np.array_equal(v, velocity)):
+        x_before, v_before, x_last, v_last, h_last = self._history
+        if h_last != h or not (np.array_equal(x, x_last) and np.array_equal(v, v_last)):
             return None
-        base, speed, reach = x + (x - earlier) / 3.0, v + (v - slower) / 3.0, 2.0 * h / 3.0
+        base, speed, stage = x + (x - x_before) / 3.0, v + (v - v_before) / 3.0, 2.0 * h / 3.0
         try:
             carried = self._system.begin(x, h)
-            reached, load = self.least(base, speed, reach, carried, 2.0 * x - earlier)
+            reached, load = self.least(base, speed, stage, carried, 2.0 * x - x_before)
         except NotConverged:
             return None
         self._system.add_work(load, reached - x)
         self._system.end(reached)
-        return reached, (reached - base) / reach
+        return reached, (reached - base) / stage

@@ -46,9 +46,9 @@ class Compliance:
 def compute_compliance(
     body: Body, radius_m: float, progress: Callable = iter, contacts: np.ndarray | int | None = None, order: int = 1
 ) -> Compliance:
-    """Solve the linear problems of the coarsest and finest level for each contact (offline).
+    """Return the responses of the coarsest and finest level to unit forces at each contact (offline).
 
-    ``progress`` wraps the sequence of groups of contacts that are solved at once, as ``tqdm`` does.
+    progress : wraps the sequence of groups of contacts that are solved at once, as ``tqdm`` does
     contacts : their coarse nodes, increasing, or how many, which ``kept_contacts`` spreads; None for all
     order : of the finest level's elements; quadratic ones (2) need a level more, which ``with_midpoints`` gives
     """
@@ -65,20 +65,20 @@ def compute_compliance(
     means = np.empty((len(discs), len(chosen), 3, 3))
     solve_coarse = Equilibrium(body, 0).linear_solver(TOLERANCE) if last or order == 2 else solve_fine
     for rows in progress(np.split(np.arange(len(chosen)), range(TOGETHER, len(chosen), TOGETHER))):
-        response = solve_fine(_units(whole, last, chosen[rows], radius_m, order))
+        response = solve_fine(_unit_loads(whole, last, chosen[rows], radius_m, order))
         fine[rows], restricted[rows] = _by_contact(response[surface]), _by_contact(response[:n_coarse])
         for disc, (nodes, shares) in enumerate(discs):
             means[disc, rows] = _by_contact(shares @ np.moveaxis(response[nodes], 0, 1))
-        coarse[rows] = _by_contact(solve_coarse(_units(body, 0, chosen[rows], radius_m)))
+        coarse[rows] = _by_contact(solve_coarse(_unit_loads(body, 0, chosen[rows], radius_m)))
     return Compliance(chosen, fine, restricted, coarse, perf_counter() - start, means if discs else None)
 
 
-def _units(body: Body, level: int, contacts: np.ndarray, radius_m: float, order: int = 1) -> np.ndarray:
-    """Return unit loads (n_nodes, 3, 3 k) [N] along x, y and z of each of k ``contacts``."""
+def _unit_loads(body: Body, level: int, contacts: np.ndarray, radius_m: float, order: int = 1) -> np.ndarray:
+    """Return nodal forces (n_nodes, 3, 3 k) [N] of unit forces along x, y and z on each of k ``contacts``."""
     pairs = [(int(contact), unit) for contact in contacts for unit in np.eye(3)]
     return np.stack([nodal_load(body, level, contact, unit, radius_m, order) for contact, unit in pairs], axis=2)
 
 
 def _by_contact(responses: np.ndarray) -> np.ndarray:
-    """Return (k, 3, ...) of ``responses`` (..., 3 k), by contact and direction."""
+    """Return ``responses`` (..., 3 k) as (k, 3, ...), by contact and direction of the force."""
     return np.moveaxis(responses, -1, 0).reshape(-1, 3, *responses.shape[:-1])

@@ -1,4 +1,4 @@
-"""Go to a load or a depth in steps, each from the state that the last one has found; one that finds none is halved."""
+"""Continuation: reach a load or a depth in steps, each from the state before it; a step that fails is halved."""
 
 from collections.abc import Callable, Iterator
 from typing import TypeVar
@@ -9,7 +9,7 @@ from palpate.errors import NotConverged
 
 State = TypeVar("State")
 SHORTEST = 1.0 / 64.0
-"""Least step over the whole way."""
+"""Shortest step, as a fraction of the whole path."""
 
 
 def steps_to(
@@ -17,32 +17,33 @@ def steps_to(
     reached: float,
     whole: float,
     state: State,
-    move: Callable[[State, float, float], State],
-    told: Callable[[float, float], str],
-    most: float = np.inf,
-    wary: bool = False,
+    solve: Callable[[State, float, float], State],
+    describe: Callable[[float, float], str],
+    longest: float = np.inf,
+    stay_short: bool = False,
 ) -> Iterator[tuple[float, State]]:
-    """Go from where is ``reached`` to an ``end`` in steps of at most ``most``, and yield place and state of each.
+    """Go along a path parameter from ``reached`` to ``end``, and yield the parameter and the state after each step.
 
-    move : from the state before a step, the place at its end, and the step to the state there
-    told : from place and step to what is said where none is found
-    wary : whether steps stay as short as they had to be; otherwise all that is left is tried again after each
-    A step for which ``move`` raises NotConverged is halved; that is raised where it is below SHORTEST of the ``whole``.
+    whole : length of the path, of which steps may be SHORTEST; longest : step that is tried
+    solve : from the state before a step, the parameter at its end, and its length to the state at its end
+    describe : from the same parameter and length to the words in which an error names the step
+    stay_short : whether steps after one that was halved are as short; else each next one is tried up to ``end``
+    A step for which ``solve`` raises NotConverged is halved, and the error is raised again once a step is too short.
     """
     step = 0.0
     while True:
-        if not (wary and step):
+        if not (stay_short and step):
             step = end - reached
-            step /= max(float(np.ceil(abs(step) / most - 1e-9)), 1.0) if step else 1.0
+            step /= max(float(np.ceil(abs(step) / longest - 1e-9)), 1.0) if step else 1.0
         while True:
             try:
-                state = move(state, reached + step, step)
+                state = solve(state, reached + step, step)
                 break
             except NotConverged as failure:
                 step *= 0.5
                 if abs(step) < SHORTEST * whole:
-                    where = told(reached + 2.0 * step, 2.0 * step)
-                    raise NotConverged(f"{failure}, {where}", failure.history) from failure
+                    failed = describe(reached + 2.0 * step, 2.0 * step)
+                    raise NotConverged(f"{failure}, {failed}", failure.history) from failure
         reached += step
         yield reached, state
         if abs(reached - end) <= 1e-12 * whole:

@@ -27,24 +27,27 @@ from palpate.linalg.multigrid import Factor, Multigrid, linear_response
 from palpate.solvers.continuation import steps_to
 from palpate.solvers.stability import NEUTRAL, made_stable, settle_from_unstable, softest
 
-GIVES_WAY = 0.02
-"""Softest value of the tangent over the state at rest below which a body that has no answer yet is taken to buckle: of
-a bent column it is 1e-4 to 0.011, of bodies that are pressed hard 0.05 and more."""
+BUCKLED_SOFTNESS = 0.02
+"""Least eigenvalue of the tangent, over the stiffness at rest, below which a search that failed is taken for buckling:
+of a bent column it is 1e-4 to 0.011, of bodies that are pressed hard 0.05 and more."""
 EASY_POISSON = 0.4
 """Poisson's ratio of the preconditioner of nearly incompressible bodies; between 0.3 and 0.45 it hardly matters."""
-ON_THE_WAY = 1e-4
+PART_TOLERANCE = 1e-4
 """Relative residual of an equilibrium under a part of the load."""
 
 
 class OnSupports:
-    """Elements of a body with its bed, or None, and its anchors: held (n,) bool."""
+    """The stiffness of a body's ``elements`` with that of its ``bed``, or None, and its ``held`` nodes, (n,) bool."""
 
     def __init__(self, elements: Elements, bed: BedSprings | None, held: np.ndarray):
         self.elements, self._held = elements, held
         self._springs = None if bed is None else elements.pattern.blocks(bed.matrix)
 
     def stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array:
-        """Return the Hessian (3n, 3n) [N/m] at ``x`` (n, 3) [m], with the identity at held nodes."""
+        """Return the Hessian (3n, 3n) [N/m] at ``x`` (n, 3) [m], clamped if ``definite``.
+
+        Rows and columns of held nodes are those of the identity.
+        """
         stiffness = self.elements.stiffness(x, definite)
         if self._springs is not None:
             stiffness.data += self._springs
@@ -55,12 +58,11 @@ class OnSupports:
 class Equilibrium:
     """The static problem on one level of a body, preconditioned by multigrid over the levels below it.
 
-    mesh : holds the unknowns. With linear elements (``order`` 1) it is the level's own; with quadratic ones (2) it is
-        the next level's, whose nodes are those and the edge midpoints of the level. The elements stay straight-sided,
-        so that the midpoints are halfway even if the body has moved them; multigrid is that of linear elements at rest.
-        Where Poisson's ratio exceeds PLAIN_POISSON anywhere, quadratic elements resist volume on average.
-
-    load : (n_nodes, 3) [N], the nodal forces that energy and force count
+    mesh : whose nodes are the unknowns: of linear elements (``order`` 1) the level's; of quadratic ones (2) the next
+        level's, whose nodes are those of the level and its edge midpoints. Elements are straight-sided, with midpoints
+        halfway even where the body has them elsewhere. Multigrid for them is that of linear elements at rest. Where
+        Poisson's ratio exceeds PLAIN_POISSON anywhere, quadratic elements are of mean dilatation.
+    load : (n_nodes, 3) [N], the nodal forces in energy and force
     Raises InputError if nothing holds the body or a piece of it, and if quadratic elements lack the next level.
     """
 
@@ -83,20 +85,20 @@ class Equilibrium:
         self._supported = OnSupports(self._elasticity, self._bed, self._held)
         self.load = np.zeros_like(self.mesh.nodes)
         self._rounding = np.finfo(float).eps * self.mesh.size * float(np.linalg.norm(self._elasticity.resistance()))
-        # without a coarser level, the factor of the rest state preconditions every state
+        # without a coarser level, the factor of the state at rest preconditions all states
         self._multigrid = Multigrid(patterns, body.prolongations[:finest], held) if finest else None
-        self._follows = self._multigrid is not None and order == 1
+        self._renews = self._multigrid is not None and order == 1  # by the stiffness of each state
         if self._multigrid is None:
             self._precondition = Factor(self._supported.stiffness(self.mesh.nodes, definite=False)).solve
         else:
             self._precondition = self._multigrid.solve
             if order == 2:
-                linear = LinearElements(self.mesh, easier(body.tissue(finest)), patterns[-1])
+                linear = LinearElements(self.mesh, preconditioning_tissue(body.tissue(finest)), patterns[-1])
                 bed = None if body.bed is None else BedSprings(body.levels[finest], body.bed)
                 self._precondition_by(OnSupports(linear, bed, self._held))
 
     def _precondition_by(self, linear: OnSupports) -> None:
-        """Take the stiffness at rest of linear elements on the same nodes for what preconditions quadratic ones."""
+        """Precondition quadratic elements by the stiffness at rest of ``linear`` ones on the same nodes."""
         assert self._multigrid is not None
         self._multigrid.update(linear.stiffness(self.mesh.nodes, definite=False))
 
@@ -106,26 +108,26 @@ class Equilibrium:
         return energy if self._bed is None else energy + self._bed.energy(x)
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        """Return the elastic force plus load (n_nodes, 3) [N], zero at held nodes."""
+        """Return the nodal forces (n_nodes, 3) [N] of elements, bed and load, zero at held nodes."""
         force = self.free_force(x)
         force[self._held] = 0.0
         return force
 
     def free_force(self, x: np.ndarray) -> np.ndarray:
-        """Return the same with what acts at held nodes, too, which their supports balance."""
+        """Return the nodal forces (n_nodes, 3) [N] of elements, bed and load, also at held nodes."""
         force = self._elasticity.force(x) + self.load
         if self._bed is not None:
             self._bed.add_force(x, None, force)
         return force
 
     def carry(self, load: np.ndarray) -> None:
-        """Take ``load`` (n_nodes, 3) [N] as what energy and force count."""
+        """Set the ``load`` (n_nodes, 3) [N] in energy and force; none at held nodes."""
         self.load = np.where(self._held[:, None], 0.0, load)
 
     def correction(self, x: np.ndarray, load: np.ndarray) -> np.ndarray:
-        """Return what one multigrid cycle on the residual at ``x`` would add to it, (n_nodes, 3) [m]; linear at rest.
+        """Return the correction (n_nodes, 3) [m] of ``x`` by one multigrid cycle on its residual under ``load`` [N].
 
-        Of linear elements the preconditioner is that of the last state that was linearised.
+        The cycle is that of the state at rest, or with linear elements of the last state that was linearised.
         """
         self.carry(load)
         return self._precondition(self.force(x))
@@ -141,7 +143,7 @@ class Equilibrium:
         coarsest level a solve with the stiffness at rest.
         """
         stiffness = self._supported.stiffness(x, definite)
-        if self._follows:
+        if self._renews:
             assert self._multigrid is not None
             self._multigrid.update(stiffness)
         return product(stiffness), self._precondition
@@ -149,7 +151,8 @@ class Equilibrium:
     def linear_solver(self, tolerance: float = 1e-10) -> Callable[[np.ndarray], np.ndarray]:
         """Return the function from loads (n_nodes, 3) [N] to displacements [m] of the body linearised at rest.
 
-        It takes k loads at once, too, (n_nodes, 3, k), and raises NotConverged if it does not reach ``tolerance``.
+        It also takes k loads at once, (n_nodes, 3, k). It raises NotConverged if the relative residual stays above
+        ``tolerance``.
         """
         multiply, precondition = self.linearise(self.mesh.nodes)
 
@@ -164,10 +167,10 @@ class Equilibrium:
         """Find the stable equilibrium under ``load`` (n_nodes, 3) [N], to ‖residual‖ ≤ ``tolerance`` ‖load‖.
 
         The search begins at ``start`` (default: rest). If it does not converge under the full load, the load is applied
-        in steps, which are halved as needed. Raises NotConverged once a step is below 1/64. If Newton's method stops
-        above the tolerance, but below the effect of rounding the positions, as happens under a small load or for a
-        nearly incompressible body, its result is the best that floating point allows, and is returned. An equilibrium
-        that is not stable is left along the direction in which the body gives way.
+        in steps, which are halved where needed. If Newton's method stops above the tolerance, but below the effect of
+        rounding the positions, as under a small load or for a nearly incompressible body, its result is the best that
+        floating point allows, and is returned. An equilibrium that is not stable is left along the direction in which
+        the body gives way. Raises NotConverged if none is found, or none that is stable.
         """
         solution = self.settle(load, tolerance, start)
         if not load[~self._held].any():
@@ -175,14 +178,14 @@ class Equilibrium:
         return made_stable(self, self.at_rest, self.mesh.size, solution, lambda x: self._slide(x, tolerance))
 
     def balance(self, x: np.ndarray, scale: float, tolerance: float) -> Solution:
-        """Find the equilibrium by Newton's method from ``x`` (n, 3) [m], to ‖residual‖ ≤ ``tolerance`` ``scale``.
+        """Find the equilibrium by Newton's method from ``x`` (n, 3) [m], to ‖residual‖ ≤ ``tolerance`` · ``scale`` [N].
 
-        Where it stops below the effect of rounding the positions, that is the best that floating point allows.
+        Where it stops below the effect of rounding the positions, its result is the best that floating point allows.
         """
         return minimise_by_newton(self, x, scale, tolerance, rounding_n=self._rounding)
 
     def settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
-        """Find an equilibrium as ``solve`` does, but stable or not."""
+        """Find an equilibrium as ``solve`` does, whether it is stable or not."""
         rest, scale, self.load = self.mesh.nodes, self._scale(load), load
         if scale == 0.0:
             return self._unmoved()
@@ -191,26 +194,29 @@ class Equilibrium:
         def move(x: np.ndarray, until: float, step: float) -> np.ndarray:
             nonlocal solution
             self.load, whole = until * load, until == 1.0
-            begin, close = rest if until == step < 1.0 else x, tolerance if whole else max(tolerance, ON_THE_WAY)
+            begin, close = rest if until == step < 1.0 else x, tolerance if whole else max(tolerance, PART_TOLERANCE)
             try:
                 minimise_by_newton(self, begin, scale, close, solution=solution, rounding_n=self._rounding)
             except NotConverged:
-                slid = self._buckled(solution, tolerance) if step == 1.0 else None
-                if slid is None:
+                beyond = self._buckled(solution, tolerance) if step == 1.0 else None
+                if beyond is None:
                     raise
-                solution = slid
+                solution = beyond
             return solution.x
 
-        told = "at {:.0%} of the load in steps of {:.1%}".format
-        list(steps_to(1.0, 0.0, 1.0, solution.x, move, told, wary=True))
+        describe = "at {:.0%} of the load in steps of {:.1%}".format
+        list(steps_to(1.0, 0.0, 1.0, solution.x, move, describe, stay_short=True))
         return solution
 
     def softness(self, x: np.ndarray) -> float:
-        """Return the value of ``softest`` at ``x`` (n_nodes, 3) [m] under the load that force counts."""
+        """Return the least eigenvalue of the tangent at ``x`` (n_nodes, 3) [m], over the stiffness at rest.
+
+        It is that of ``stability.softest``, under the present load.
+        """
         return softest(self, self.at_rest(), x, self.mesh.size).value
 
     def check_stable(self, x: np.ndarray) -> float:
-        """Return the ``softness`` at ``x`` (n_nodes, 3) [m]; NotConverged if the body gives way there."""
+        """Return the ``softness`` at ``x`` (n_nodes, 3) [m]; NotConverged if that is negative, as the body buckles."""
         value = self.softness(x)
         if value < -NEUTRAL:
             raise NotConverged("the equilibrium is not stable: the body buckles", [value])
@@ -218,16 +224,19 @@ class Equilibrium:
 
     def at_rest(self) -> Product:
         """Return the preconditioner of the state at rest, a positive definite map from forces to displacements."""
-        if self._follows:
+        if self._renews:
             assert self._multigrid is not None
             self._multigrid.update(self._supported.stiffness(self.mesh.nodes, definite=False))
         return self._precondition
 
     def _buckled(self, solution: Solution, tolerance: float) -> Solution | None:
-        """Return where the body goes from where Newton's method has stopped, if it gives way there; otherwise None."""
+        """Return the equilibrium that a body which buckles goes to; None if it does not buckle, or none is found.
+
+        solution : where Newton's method has stopped
+        """
         if not (np.isfinite(solution.x).all() and self.least_det(solution.x) > 0.0):
             return None
-        if self.softness(solution.x) > GIVES_WAY:
+        if self.softness(solution.x) > BUCKLED_SOFTNESS:
             return None
         try:
             return self._slide(solution.x, tolerance).after(solution)
@@ -246,10 +255,10 @@ class Equilibrium:
     def approach(
         self, load: np.ndarray, tolerance: float, iterations: int, start: np.ndarray | None = None
     ) -> Solution:
-        """Do at most ``iterations`` under the full ``load`` (n_nodes, 3) [N].
+        """Return the state after at most so many ``iterations`` under the full ``load`` (n_nodes, 3) [N].
 
-        They begin at ``start`` (default: rest), positions (n_nodes, 3) [m] with the held nodes at rest.
-        The result need not be an equilibrium; the last residual of its history measures the distance from one. Raises
+        start : positions (n_nodes, 3) [m] to begin at, with the held nodes at rest; default: rest
+        The result need not be an equilibrium: the last residual of its history measures the distance from one. Raises
         NotConverged if an iteration fails, but not because there are too few of them.
         """
         scale, self.load = self._scale(load), load
@@ -271,16 +280,16 @@ def _elements(body: Body, level: int, order: int, pattern: BlockPattern) -> Elem
     return MeanDilatation(mesh, tissue) if poisson > PLAIN_POISSON else QuadraticElements(mesh, tissue)
 
 
-def easier(tissue: Tissue) -> Tissue:
-    """Return the tissue whose linear elements precondition at rest, where all laws are the same.
+def preconditioning_tissue(tissue: Tissue) -> Tissue:
+    """Return the tissue of the linear elements that precondition quadratic ones at rest, where all laws are the same.
 
-    Where they would lock, the shear modulus stays and Poisson's ratio is EASY_POISSON: locked ones are far stiffer than
-    those of mean dilatation, and conjugate gradients take more steps (0.4999: 430 instead of 330).
+    Where linear elements lock they are far stiffer than those of mean dilatation. So Poisson's ratio is then at most
+    EASY_POISSON, at the same shear modulus; at 0.4999 conjugate gradients take 330 steps instead of 430.
     """
-    eased, materials = largest_poisson(tissue) > PLAIN_POISSON, []
+    locks, materials = largest_poisson(tissue) > PLAIN_POISSON, []
     for each in tissue.materials:
-        poisson = min(each.poisson, EASY_POISSON) if eased else each.poisson
-        young = 2.0 * each.shear_pa * (1.0 + poisson) if eased else each.young_pa
+        poisson = min(each.poisson, EASY_POISSON) if locks else each.poisson
+        young = 2.0 * each.shear_pa * (1.0 + poisson) if locks else each.young_pa
         materials.append(Material(young, poisson, each.density_kg_m3))
     return Tissue(materials, tissue.region)
 
@@ -293,10 +302,10 @@ def _halved(body: Body, level: int) -> Mesh:
 
 
 class FastEquilibrium(Equilibrium):
-    """Equilibrium of quadratic elements: an iteration is one pass over them and one cycle of multigrid at rest.
+    """Equilibrium of quadratic elements by L-BFGS: an iteration is one pass over them and one multigrid cycle at rest.
 
-    Newton's method assembles a stiffness and needs as many cycles for each of its iterations as L-BFGS in all.
-    In a ``Solution`` each iteration of L-BFGS counts as one product.
+    An iteration of Newton's method assembles a stiffness and needs as many cycles as L-BFGS needs in all. In a
+    ``Solution`` each iteration of L-BFGS counts as one product.
     """
 
     def settle(
@@ -306,7 +315,10 @@ class FastEquilibrium(Equilibrium):
         start: np.ndarray | None = None,
         otherwise: Callable[[np.ndarray], Solution] | None = None,
     ) -> Solution:
-        """Find an equilibrium by L-BFGS, and ``otherwise``, as ``descend_or`` has it, as the base does."""
+        """Find an equilibrium by L-BFGS, stable or not, and where that is slow by Newton's method.
+
+        otherwise : what is done instead of Newton's method, as ``descend_or`` has it
+        """
         scale, self.load = self._scale(load), load
         if scale == 0.0:
             return self._unmoved()
@@ -320,10 +332,10 @@ class FastEquilibrium(Equilibrium):
 
 
 class Unbuckled(FastEquilibrium):
-    """The same for presses that are to have one answer: where a body gives way, the side is its mesh's choice."""
+    """Equilibrium of a body that must not buckle: which side it would give way to depends on its mesh."""
 
     def solve(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
-        """Find the equilibrium as ``FastEquilibrium`` does, but raise NotConverged where that is not stable."""
+        """Find the equilibrium as ``FastEquilibrium`` does, and raise NotConverged where it is not stable."""
         solution = self.settle(load, tolerance, start)
         self.check_stable(solution.x)
         return solution

@@ -1,6 +1,6 @@
-"""What implicit schemes minimise in a step, and its minima by L-BFGS.
+"""The incremental potential that implicit schemes minimise in each step, and its minima by L-BFGS.
 
-A stage of τ from positions x at velocities v ends at the minimum z of
+A stage of length τ from positions x at velocities v ends at the minimum z of
 
     ½ ‖z − x − τ v‖²_M / τ² + E(z) + ½ ‖z − x‖²_C / τ,
 
@@ -17,17 +17,18 @@ from palpate.errors import NotConverged
 from palpate.linalg.minimiser import Descent, Product, Smooth, minimise_by_lbfgs
 
 MORE_ITERATIONS = 5
-"""Iterations by which a stage may exceed the first one of its preconditioner before that is made anew."""
+"""Iterations that a stage may need beyond the first one with its preconditioner, before a new one is made."""
 MOST_ITERATIONS = 400
-"""Iterations of L-BFGS after which a stage is not found; 3 to 15 do, and where a body turns far from rest 100."""
+"""Iterations of L-BFGS after which a search fails; 3 to 15 suffice, and 100 where a body turns far from rest."""
 
 
 class IncrementalPotential:
-    """The energy that a stage minimises.
+    """The energy whose minimum is the end of a stage.
 
-    x, ahead : (n, k), where it begins and where inertia alone leads; held : (n,) bool, nodes without forces
-    acting : the energy and the forces there are besides, those of loads included, at positions (n, k)
-    inertia, drag : the products with M/τ² and C/τ; None where nothing damps
+    x : (n, k), the positions at its start; ahead : (n, k), x + τ v, where inertia alone leads
+    held : (n,) bool, nodes without forces
+    acting : the functions from positions (n, k) to the energy E and to its forces, those of loads included
+    inertia, drag : the products with M/τ² and C/τ; no drag where nothing damps
     """
 
     def __init__(
@@ -45,17 +46,17 @@ class IncrementalPotential:
 
     def energy(self, z: np.ndarray) -> float:
         """Return the energy [J] at positions ``z`` (n, k)."""
-        pulled, dragged = self._resistance(z)
-        kept = self._energy(z) + 0.5 * float(np.vdot(z - self.ahead, pulled))
-        return kept if self._drag is None else kept + 0.5 * float(np.vdot(z - self.x, dragged))
+        inertial, dragged = self._resistance(z)
+        energy = self._energy(z) + 0.5 * float(np.vdot(z - self.ahead, inertial))
+        return energy if self._drag is None else energy + 0.5 * float(np.vdot(z - self.x, dragged))
 
     def force(self, z: np.ndarray) -> np.ndarray:
-        """Return minus its gradient (n, k), zero at held nodes."""
-        pulled, dragged = self._resistance(z)
-        return np.where(self._held, 0.0, self._force(z) - pulled - dragged)
+        """Return minus the gradient of the energy (n, k), zero at held nodes."""
+        inertial, dragged = self._resistance(z)
+        return np.where(self._held, 0.0, self._force(z) - inertial - dragged)
 
     def _resistance(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray | float]:
-        """Return the forces of inertia and damping, which are kept, as energy and force are asked for at the same z."""
+        """Return the forces of inertia and damping at ``z``; those of the last one are stored for the next call."""
         if self._seen is None or self._seen[0] is not z:
             dragged = 0.0 if self._drag is None else self._drag(z - self.x)
             self._seen = z, self._inertia(z - self.ahead), dragged
@@ -63,7 +64,7 @@ class IncrementalPotential:
 
 
 class Descents:
-    """Minima of stages by L-BFGS, with a preconditioner that is kept for as long as it serves."""
+    """Minima of stages by L-BFGS, with one preconditioner for as long as searches do not become slower."""
 
     def __init__(self) -> None:
         self._solve: Product | None = None
@@ -72,21 +73,22 @@ class Descents:
     def minimum(
         self, stage: Smooth, x: np.ndarray, tolerance_n: float, precondition: Callable[[], Product], what: str
     ) -> Descent:
-        """Search from ``x`` (n, k) to ‖force‖ ≤ ``tolerance_n`` [N]; NotConverged, saying ``what`` is not found.
+        """Return the search from ``x`` (n, k) for the minimum of a ``stage``, to ‖force‖ ≤ ``tolerance_n`` [N].
 
-        precondition : makes what nearly solves with the Hessian of the stage
+        precondition : makes the approximate solution with the Hessian of the stage
+        what : the name of the stage in the error NotConverged, which is raised where the search ends above tolerance
         """
         if self._solve is None:
             self._solve, self._first = precondition(), None
-        way = minimise_by_lbfgs(stage, self._solve, x, tolerance_n, MOST_ITERATIONS)
-        iterations = len(way.forces) - 1
-        if not way.forces[-1] <= tolerance_n:
+        descent = minimise_by_lbfgs(stage, self._solve, x, tolerance_n, MOST_ITERATIONS)
+        iterations, residual = len(descent.forces) - 1, descent.forces[-1]
+        if not residual <= tolerance_n:
             raise NotConverged(
-                f"{what} stopped after {iterations} iterations at a residual of {way.forces[-1]:.1e} N, above "
+                f"{what} stopped after {iterations} iterations at a residual of {residual:.1e} N, above "
                 f"{tolerance_n:.1e} N",
-                way.forces,
+                descent.forces,
             )
         self._first = iterations if self._first is None else self._first
         if iterations > self._first + MORE_ITERATIONS:
             self._solve = None
-        return way
+        return descent

@@ -1,8 +1,8 @@
-"""Press a body with an instrument by L-BFGS whose constant matrix has the stiffness of those nodes added that touch.
+"""The equilibrium of a body under an instrument by L-BFGS, whose constant matrix has the penalty of touching nodes.
 
-The stiffness of contact is far above the body's; a descent along a matrix without it would creep. The nodes that touch
-are few, so that the matrix with them follows from that without by the Woodbury identity, with one column of the
-inverse for each.
+The penalty is far above the body's stiffness, so that a descent along a matrix without it would creep. As few nodes
+touch, the inverse with their penalties follows from the one without by the Woodbury identity, which takes one column of
+that inverse for each of them.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,15 +14,16 @@ from palpate.effects.instrument_penalty import NodeContact
 from palpate.linalg.minimiser import minimise_by_lbfgs
 
 Solve = Callable[[np.ndarray], np.ndarray]
-"""Applies the inverse of a constant matrix to (n, 3) [N]; held nodes stay at 0."""
+"""The product of the inverse of a constant matrix with forces (n, 3) [N], zero at held nodes."""
 STILL = np.empty((0, 3))
-"""Energies ask for no velocities."""
+"""What effects with an energy get for velocities, which they do not use."""
 
 
 class PressedDescent:
-    """The energy of ``effects`` and of ``contact``, and descents along a matrix that has both.
+    """The energy of ``effects`` and ``contact``, and its minimum by descents along a matrix that has both.
 
-    held : (n,) bool; solve : for the effects alone, with the matrix that ``isotropic`` says to be the same for x, y, z
+    held : (n,) bool; solve : of the constant matrix of the effects alone
+    isotropic : whether that matrix is the same for x, y and z
     """
 
     def __init__(
@@ -33,10 +34,10 @@ class PressedDescent:
         self._columns: dict[int, np.ndarray] = {}
 
     def relax(self, x: np.ndarray, iterations: int, memory: int, tolerance: float) -> np.ndarray:
-        """Return positions after so many iterations from ``x`` (n, 3) [m], or fewer.
+        """Return positions (n, 3) [m] after at most so many ``iterations`` from ``x`` (n, 3) [m].
 
-        memory : how many steps the matrix is improved by
-        tolerance : of the residual, relative to what the instrument pushes with at ``x``
+        memory : number of earlier steps by which L-BFGS improves the matrix
+        tolerance : of the residual, over the norm of the nodal forces of contact at ``x``
         """
         scale = float(np.linalg.norm(self._contact.pushes(x)))
         return minimise_by_lbfgs(self, self._step, x, tolerance * scale, iterations, kept=memory).x
@@ -52,7 +53,7 @@ class PressedDescent:
         return force
 
     def _step(self, right: np.ndarray) -> np.ndarray:
-        """Solve with the stiffness of the nodes that touch where the force was last asked for."""
+        """Solve with the matrix of effects and contact, at the positions of the last call of ``force``."""
         free = self._solve(right)
         overlaps, normals = self._contact.overlaps(self._at)
         on = np.flatnonzero(overlaps)
@@ -60,21 +61,22 @@ class PressedDescent:
             return free
         nodes, normals = self._contact.nodes[on], normals[on]
         moved = np.array([np.tensordot(n, self._column(int(i)), 1) for i, n in zip(nodes, normals, strict=True)])
-        gives = np.einsum("jki,ki->kj", moved[:, nodes], normals)  # along the normal of k, by a force along that of j
-        gives[np.diag_indices(len(on))] += 1.0 / self._contact.stiffness_n_m[on]
-        pushes = np.linalg.solve(gives, np.einsum("ki,ki->k", free[nodes], normals))
+        # displacement along the normal of node k by a unit force along that of node j
+        compliance = np.einsum("jki,ki->kj", moved[:, nodes], normals)
+        compliance[np.diag_indices(len(on))] += 1.0 / self._contact.stiffness_n_m[on]
+        pushes = np.linalg.solve(compliance, np.einsum("ki,ki->k", free[nodes], normals))
         return free - np.tensordot(pushes, moved, 1)
 
     def _column(self, node: int) -> np.ndarray:
         """Return the displacements (3, n, 3) [m/N] by unit forces along x, y and z at a node."""
         if node not in self._columns:
-            found = np.zeros((3, *self._at.shape))
-            units = np.zeros_like(found)
+            columns = np.zeros((3, *self._at.shape))
+            units = np.zeros_like(columns)
             units[:, node] = np.eye(3)
             if self._isotropic:
                 along = self._solve(units.sum(axis=0))
-                found[np.arange(3), :, np.arange(3)] = along.T
+                columns[np.arange(3), :, np.arange(3)] = along.T
             else:
-                found[:] = [self._solve(unit) for unit in units]
-            self._columns[node] = found
+                columns[:] = [self._solve(unit) for unit in units]
+            self._columns[node] = columns
         return self._columns[node]

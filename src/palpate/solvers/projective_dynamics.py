@@ -20,6 +20,7 @@ from palpate.effects import settings
 from palpate.effects.bed import BedSprings
 from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.linear_elements import LinearElements
+from palpate.effects.rayleigh import stage_factors
 from palpate.effects.settings import Stepping
 from palpate.linalg.minimiser import minimise_by_lbfgs
 from palpate.solvers.incremental_potential import IncrementalPotential
@@ -44,17 +45,17 @@ class ProjectiveDynamics:
     def relax(
         self, x: np.ndarray, load: np.ndarray, iterations: int, memory: int, before: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions after so many iterations from ``x`` (n, 3) [m] under ``load`` (n, 3) [N], and ``x``.
+        """Return positions after so many ``iterations`` from ``x`` (n, 3) [m] under ``load`` (n, 3) [N], and ``x``.
 
-        memory : how many steps the matrix is improved by; 0 for the original
-        before : what the others go on with; the memory begins anew
+        memory : number of earlier steps by which L-BFGS improves the matrix; 0 for the original method
+        before : unused; other methods continue from it, and the memory of this one begins anew
         """
         self._load, self._rest = np.where(self._held[:, None], 0.0, load), x
         tolerance_n = TOLERANCE * float(np.linalg.norm(self._load))
         return minimise_by_lbfgs(self, self._solve, x, tolerance_n, iterations, kept=memory).x, x
 
     def pressed(self, contact: NodeContact) -> PressedDescent:
-        """Return what relaxes the body under an instrument; the stiffness of ``contact`` is the weight of its nodes."""
+        """Return the descent of the body under an instrument, with the penalties of ``contact`` as weights of nodes."""
         return PressedDescent(self._effects, contact, self._held, self._solve, isotropic=True)
 
     def energy(self, x: np.ndarray) -> float:
@@ -69,7 +70,7 @@ class ProjectiveDynamics:
 
 
 def laplacian(elements: LinearElements | FlatElements, count: int) -> sparse.csc_array:
-    """Return Σ (2μ + λ) V G Gᵀ (count, count) [N/m], what projections resist with along x, y and z."""
+    """Return Σ (2μ + λ) V G Gᵀ (count, count) [N/m], the stiffness of all projections along each of x, y and z."""
     mu, lam = elements.moduli
     weights = (2.0 * mu + lam) * elements.volumes
     blocks = np.einsum("e,eai,ebi->eab", weights, elements.gradients, elements.gradients)
@@ -83,8 +84,8 @@ class Prefactored:
 
     def __init__(self, matrix: sparse.sparray, held: np.ndarray):
         self._free = np.flatnonzero(~held)
-        kept = matrix.tocsc()[self._free][:, self._free]
-        self._lu = splu(kept, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        between_free = matrix.tocsc()[self._free][:, self._free]
+        self._lu = splu(between_free, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Return displacements (n, 3) [m] under ``right`` (n, 3) [N]."""
@@ -94,12 +95,12 @@ class Prefactored:
 
 
 class ProjectiveSteps(RelaxedParts):
-    """Steps of so many iterations each, with a memory of as many, 0 for the original."""
+    """Time steps of projective dynamics, with the ``iterations`` and the ``memory`` of the scene's settings."""
 
     def __init__(self, system: System, stepping: Stepping):
         super().__init__(system, "projective_dynamics")
-        own, count = stepping.projective_dynamics or settings.ProjectiveDynamics(), len(system.masses)
-        self._iterations, self._memory = own.iterations, own.memory
+        given, count = stepping.projective_dynamics or settings.ProjectiveDynamics(), len(system.masses)
+        self._iterations, self._memory = given.iterations, given.memory
         self._laplacian = laplacian(self.elements, count)
         self._cords = [_isotropic(each.touching(system.particles.nodes, True), count) for each in self.cords]
         self._factored_s = 0.0
@@ -122,11 +123,10 @@ class ProjectiveSteps(RelaxedParts):
         return self.end(x, found.x, v, h)
 
     def _prefactored(self, h: float) -> Prefactored:
-        """Return the factor for steps of ``h`` [s]; all of a scene are as long."""
+        """Return the factor of the matrix of a step of ``h`` [s]; it is made anew where ``h`` changes."""
         if self._factor is None or h != self._factored_s:
-            masses = self.system.masses
-            matrix = (1.0 + self.stiffness_time / h) * self._laplacian
-            matrix = matrix + sparse.diags_array(masses * (1.0 / h**2 + self.mass_rate / h))
+            of_mass, of_stiffness = stage_factors(self.mass_rate, self.stiffness_time, h)
+            matrix = of_stiffness * self._laplacian + sparse.diags_array(self.system.masses * of_mass)
             for stiffness in [*self._cords, *([] if self.springs is None else [self.springs.scalar])]:
                 matrix = matrix + stiffness
             self._factored_s, self._factor = h, Prefactored(matrix, self.still)
@@ -137,6 +137,9 @@ make = ProjectiveSteps
 
 
 def _isotropic(touching: tuple[np.ndarray, np.ndarray, np.ndarray], count: int) -> sparse.csc_array:
-    """Return the stiffness (count, count) [N/m] of constraints, whose blocks have one direction each, along all."""
+    """Return the stiffness (count, count) [N/m] of constraints along their own directions, as if it were along all.
+
+    touching : rows, columns and blocks k n nᵀ, whose traces are k
+    """
     rows, columns, blocks = touching
     return sparse.csc_array((np.trace(blocks, axis1=1, axis2=2), (rows, columns)), shape=(count, count))

@@ -18,7 +18,7 @@ from palpate.bodies.particles import lump_masses
 from palpate.bodies.refinement import ten_nodes
 from palpate.effects.push import Push
 from palpate.effects.quadratic_elements import QuadraticElements
-from palpate.effects.rayleigh import damping_of
+from palpate.effects.rayleigh import damping_of, stage_factors
 from palpate.effects.settings import Loads, Rayleigh
 from palpate.linalg.block_pattern import hold
 from palpate.linalg.minimiser import Product
@@ -43,11 +43,12 @@ def mass_matrix(mesh: TetMesh, element_masses: np.ndarray) -> sparse.csr_array:
 
 
 class Reached(NamedTuple):
-    """The end of a step: positions (n, 3) [m], velocities (n, 3) [m/s].
+    """The end of a step.
 
-    middle : displacements (n, 3) [m] halfway through the step, which a finer level starts from
-    work_j, lost_j : work of the loads and energy that was damped in the step [J]
-    convex : whether the search for it met a convex energy
+    x, v : positions (n, 3) [m] and velocities (n, 3) [m/s]
+    middle : displacements (n, 3) [m] halfway through the step, from which the search of a finer level begins
+    work_j, lost_j : work of the loads, and energy that was damped, in the step [J]
+    convex : whether the energy was convex where the search went
     forces : (k, 3) [N] of k instruments on the body, mean over the step
     """
 
@@ -61,14 +62,14 @@ class Reached(NamedTuple):
 
 
 class Midpoint:
-    """Steps of the implicit midpoint rule from rest, of n unknown positions (n, k).
+    """Steps of the implicit midpoint rule from rest, for n unknown positions (n, k) of a subclass.
 
-    What moves gives the following.
-    rest : (n, k); held : (n,) bool; masses : (n, n); scale_n : the size of loads [N]
-    load_at : from a time [s] to the forces (n, k) [N] from outside, of which ``load`` are those now
+    A subclass has these members.
+    rest : (n, k); held : (n,) bool; masses : (n, n); scale_n : norm of the largest loads [N]
+    load_at : from a time [s] to the forces (n, k) [N] from outside; load : those at the present time
     energy, force : at positions (n, k), of the elements and of ``load``; forces are zero at held nodes
     damping : from positions to the product of the damping matrix there with velocities (n, k)
-    _preconditioner : from the length of a step [s] and positions to what nearly solves for the step
+    _preconditioner : from the length of a step [s] and positions to an approximate solution with the step's Hessian
     """
 
     rest: np.ndarray
@@ -87,33 +88,37 @@ class Midpoint:
     ) -> Iterator[Reached]:
         """Yield the ends of ``count`` steps of ``h`` [s] from rest.
 
-        tolerance : of the forces that do not balance, over the largest norm of the loads
-        coarser : (n, 3) [m] for each step, its middle as a coarser level has it, interpolated
-        A step begins at that middle, or at rest, with what this level has lately added to it, carried on by a parabola.
-        Raises NotConverged for a step that is not found.
+        tolerance : of the residual forces, over the largest norm of the loads
+        coarser : (n, 3) [m] for each step, the displacements in its middle that a coarser level has, interpolated
+        The search begins at those displacements, or at rest, and at the difference of this level from them in the last
+        steps, extrapolated by a parabola. Raises NotConverged for a step that is not found.
         """
         x, v, descents = self.rest.copy(), np.zeros_like(self.rest), Descents()
-        added: list[np.ndarray] = []
-        for number, begun in zip(range(count), coarser, strict=False):
-            base = self.rest + np.where(self.held[:, None], 0.0, begun)
+        differences: list[np.ndarray] = []
+        for number, middle in zip(range(count), coarser, strict=False):
+            base = self.rest + np.where(self.held[:, None], 0.0, middle)
             self.load = self.load_at((number + 0.5) * h)
             damping = self.damping(x + 0.5 * h * v)
             stage = self.stage((self.energy, self.force), x, v, 0.5 * h, damping)
-            way = descents.minimum(
+            descent = descents.minimum(
                 stage,
-                base + _carried_on(added),
+                base + _extrapolated(differences),
                 tolerance * self.scale_n,
                 partial(self._preconditioner, h, x),
                 f"the step at {number * h:.4g} s",
             )
-            added = [*added[-2:], way.x - base]
-            velocity = (way.x - x) * (2.0 / h)
-            lost = h * float(np.vdot(velocity, damping(velocity)))
-            x, v = 2.0 * way.x - x, 2.0 * velocity - v
-            yield Reached(x, v, way.x - self.rest, h * float(np.vdot(self.load, velocity)), lost, way.convex)
+            differences = [*differences[-2:], descent.x - base]
+            velocity = (descent.x - x) * (2.0 / h)
+            work, lost = h * float(np.vdot(self.load, velocity)), h * float(np.vdot(velocity, damping(velocity)))
+            x, v = 2.0 * descent.x - x, 2.0 * velocity - v
+            yield Reached(x, v, descent.x - self.rest, work, lost, descent.convex)
 
     def stage(self, acting: tuple, x: np.ndarray, v: np.ndarray, tau: float, damping: Product) -> IncrementalPotential:
-        """Return a stage of ``tau`` [s]; ``damping`` is that at x + ``tau`` v, from which z differs by its square."""
+        """Return the incremental potential of a stage of ``tau`` [s] from positions ``x`` at velocities ``v``.
+
+        acting : as of ``IncrementalPotential``
+        damping : the product of the damping matrix at x + ``tau`` v, which is that at the end to second order
+        """
 
         def inertia(away: np.ndarray) -> np.ndarray:
             return 1.0 / tau**2 * (self.masses @ away)
@@ -132,9 +137,9 @@ class Midpoint:
 class QuadraticMotion(Equilibrium, Midpoint):
     """A held body of quadratic elements on one level under weight and pushes; arguments and errors of ``Equilibrium``.
 
-    loads : weight and pushes, which are ``push.placed``
-    rayleigh : α and β of the damping, as ``effects.rayleigh`` has it
-    masses : (n, n) [kg], consistent, so that the weight is that of the same elements
+    loads : weight and pushes, whose discs ``push.placed`` has found
+    rayleigh : α and β of the damping
+    masses : (n, n) [kg], the consistent mass matrix, of which the weight is made, too
     """
 
     def __init__(self, body: Body, level: int, loads: Loads, rayleigh: Rayleigh):
@@ -156,11 +161,11 @@ class QuadraticMotion(Equilibrium, Midpoint):
         self.scale_n = sum(float(np.linalg.norm(each)) for each in forces)
 
     def _precondition_by(self, linear: OnSupports) -> None:
-        """Keep the linear elements; the first step, whose length counts, asks for their stiffness."""
+        """Store the ``linear`` elements for ``cycle``, as the preconditioner depends on the length of the steps."""
         self._linear = linear
 
     def linear_stiffness(self, x: np.ndarray) -> sparse.bsr_array:
-        """Return the Hessian (3n, 3n) [N/m] of linear elements at ``x`` (n, 3) [m], clamped."""
+        """Return the clamped Hessian (3n, 3n) [N/m] of linear elements on the same nodes at ``x`` (n, 3) [m]."""
         return self._linear.stiffness(x, definite=True)
 
     def load_at(self, t: float) -> np.ndarray:
@@ -178,18 +183,19 @@ class QuadraticMotion(Equilibrium, Midpoint):
     def lacking(
         self, moved: np.ndarray, v: np.ndarray, a: np.ndarray, load: np.ndarray, rayleigh: Rayleigh, residual: float
     ) -> np.ndarray:
-        """Return how far (n, 3) [m] the body gives way to what of its forces does not balance.
+        """Return the static displacements (n, 3) [m] by the forces of a state that do not balance.
 
-        moved, v, a : (n, 3) its displacement [m], velocity [m/s] and acceleration [m/s²]; load : (n, 3) [N]
+        moved, v, a : (n, 3) the displacements [m], velocities [m/s] and accelerations [m/s²] of the state
+        load : (n, 3) [N]; rayleigh : α and β of the damping; residual : as of ``yielding``
         """
         x, self.load = self.rest + moved, load
         damping = damping_of(rayleigh, self.masses, lambda: self._tangent(x, True))
         return self.yielding(x, self.force(x) - self.masses @ a - damping(v), residual)
 
     def yielding(self, x: np.ndarray, force: np.ndarray, residual: float) -> np.ndarray:
-        """Return how far (n, 3) [m] a ``force`` (n, 3) [N] moves the body from ``x`` (n, 3) [m], linearised there.
+        """Return the static displacements (n, 3) [m] by a ``force`` (n, 3) [N], of the body linearised at ``x`` [m].
 
-        Its Hessian is clamped; residual : relative, of the answer. NotConverged if none is found.
+        residual : relative, of the linear solution with the clamped Hessian; NotConverged if it is not reached
         """
         free, tangent = ~self.held[:, None], self._tangent(x, True)
 
@@ -202,15 +208,15 @@ class QuadraticMotion(Equilibrium, Midpoint):
         return self.cycle(0.5 * h, x)
 
     def cycle(self, tau: float, x: np.ndarray, more: np.ndarray | None = None) -> Product:
-        """Return a multigrid cycle for what linear elements on the same nodes, at ``x`` (n, 3) [m], make of a stage.
+        """Return a multigrid cycle with the Hessian of a stage of ``tau`` [s] at ``x`` (n, 3) [m].
 
-        That is the Hessian of a stage of ``tau`` [s] with lumped masses, and ``more`` (n, 3, 3) [N/m] on its diagonal.
+        That of linear elements on the same nodes, with lumped masses, and ``more`` (n, 3, 3) [N/m] on its diagonal.
         """
         assert self._multigrid is not None  # quadratic elements have a level below that of their nodes
         matrix, diagonal = self.linear_stiffness(x), self._linear.elements.pattern.diagonal
-        matrix.data *= 1.0 + self._rates.stiffness_s / tau
-        mass = (1.0 / tau**2 + self._rates.mass_1_s / tau) * self.lumped
-        matrix.data[diagonal] += mass[:, None, None] * np.eye(3)
+        of_mass, of_stiffness = stage_factors(self._rates.mass_1_s, self._rates.stiffness_s, tau)
+        matrix.data *= of_stiffness
+        matrix.data[diagonal] += (of_mass * self.lumped)[:, None, None] * np.eye(3)
         if more is not None:
             matrix.data[diagonal] += more
         hold(matrix.indptr, matrix.indices, matrix.data, self._held)
@@ -218,8 +224,8 @@ class QuadraticMotion(Equilibrium, Midpoint):
         return self._multigrid.solve
 
 
-def _carried_on(past: list[np.ndarray]) -> np.ndarray | float:
-    """Return the next of up to three values, on the polynomial through them."""
+def _extrapolated(past: list[np.ndarray]) -> np.ndarray | float:
+    """Return the next value on the polynomial through up to three equally spaced ones."""
     if len(past) < 3:
         return 0.0 if not past else past[-1] if len(past) == 1 else 2.0 * past[-1] - past[-2]
     return 3.0 * past[-1] - 3.0 * past[-2] + past[-3]

@@ -1,8 +1,8 @@
-"""The parts of a system that methods relax one by one (elements, springs, loads, damping), and how contact joins.
+"""What XPBD, projective dynamics and vertex block descent have in common: the parts of a system that they relax.
 
-XPBD, projective dynamics and vertex block descent step the scene's own law: corotational elements or a sheet's
-triangles, its bending or bed, its loads, and Rayleigh's damping: that by mass as a larger inertia, exactly, that by
-stiffness for each element's strain.
+They step corotational elements or a sheet's triangles, its bending or bed, loads, and Rayleigh damping: its part of the
+mass exactly, as a larger inertia, and its part of the stiffness for each element's strain. Contact is projected at the
+end of each step.
 """
 
 import math
@@ -32,9 +32,9 @@ from palpate.solvers.system import System
 
 
 class FlatElements:
-    """Triangles of a sheet, written as tetrahedra whose last corner is the first again, with a gradient of zero.
+    """Triangles of a sheet in the form of tetrahedra, whose last corner is the first again, with a gradient of zero.
 
-    F then lacks its third column; kernels that are told ``flat`` take that of the rotation, so that it bears nothing.
+    F then lacks its third column; kernels with the argument ``flat`` fill in that of the rotation, which has no stress.
     tetrahedra : (m, 4); gradients : (m, 4, 3) [1/m]; volumes : (m,) [m³]; moduli : μ and λ in plane stress, two (m,)
     Trap: the energy's peak at a collapsed triangle is not smoothed, as that of ``Triangles`` is.
     """
@@ -51,9 +51,9 @@ class FlatElements:
 
 @dataclass(frozen=True, eq=False)
 class LinearSprings:
-    """Springs of constant stiffness, the same along x, y and z.
+    """Springs of constant stiffness, the same along x, y and z, with what relaxations use of ``BedSprings``.
 
-    couples : (m, k) nodes; roots : (m, c, k) [√(N/m)], whose products with displacements have half the energy's squares
+    couples : (m, k) nodes; roots : (m, c, k) [√(N/m)], rows r such that the energy is ½ Σ |r u|², u (k, 3) of the nodes
     scalar : (n, n) [N/m] the stiffness; rest : (n, 3) [m]
     """
 
@@ -63,25 +63,23 @@ class LinearSprings:
     rest: np.ndarray
 
 
-def springs_of(effect: BedSprings | Bending, rest: np.ndarray) -> LinearSprings:
-    """Return the springs of a bed, or those by which a sheet resists bending; rest : (n, 3) [m]."""
-    if isinstance(effect, BedSprings):
-        return LinearSprings(effect.couples, effect.roots, effect.scalar, effect.rest)
-    roots = np.sqrt(effect.weights)[:, None] * effect.cotangents
+def bending_springs(bending: Bending, rest: np.ndarray) -> LinearSprings:
+    """Return the springs with the bending energy of a sheet; rest : (n, 3) [m], its nodes at rest."""
+    roots = np.sqrt(bending.weights)[:, None] * bending.cotangents
     rows = sparse.csr_array(
-        (roots.ravel(), effect.couples.ravel(), np.arange(0, roots.size + 1, 4)), shape=(len(roots), len(rest))
+        (roots.ravel(), bending.couples.ravel(), np.arange(0, roots.size + 1, 4)), shape=(len(roots), len(rest))
     )
-    return LinearSprings(effect.couples, roots[:, None], (rows.T @ rows).tocsr(), rest)
+    return LinearSprings(bending.couples, roots[:, None], (rows.T @ rows).tocsr(), rest)
 
 
 class RelaxedParts:
-    """The parts of a ``system``, which ``method`` steps, as far as it likes; InputError for an effect that it cannot.
+    """The parts of a ``system`` that ``method`` steps; InputError for an effect that it has no part for.
 
-    elements, springs : of the law, and those of constant stiffness or None
-    cords : what pulls between points, as threads do
+    elements : of the elastic law; springs : of constant stiffness, or None
+    cords : effects that pull between points, as threads do
     pushes : forces (n, 3) [N] of contact at the end of the last step
-    inverse_masses : (n,) [1/kg], 0 where a node is held or moves with another, and still : (n,) bool, where
-    mass_rate, stiffness_time : Rayleigh's α [1/s] and β [s]; β damps the elements alone
+    inverse_masses : (n,) [1/kg], 0 where a node is held or tied to another; still : (n,) bool, those nodes
+    mass_rate, stiffness_time : α [1/s] and β [s] of Rayleigh damping; β damps the elements alone
     """
 
     limit_s = math.inf
@@ -97,7 +95,7 @@ class RelaxedParts:
         else:
             name = next(iter(system.effects))
             raise InputError(f"{method} steps corotational elements or triangles, and the elastic effect is {name}.")
-        self.springs: LinearSprings | None = None
+        self.springs: BedSprings | LinearSprings | None = None
         self._elastic: list[Energy] = [elastic]
         self._outer: list[Force] = []
         self.cords: list[Corrections] = []
@@ -110,7 +108,8 @@ class RelaxedParts:
             if offers(effect, Projection) or not offers(effect, Force):
                 continue
             if isinstance(effect, BedSprings | Bending):
-                self.springs = springs_of(effect, system.particles.nodes)
+                is_bed = isinstance(effect, BedSprings)
+                self.springs = effect if is_bed else bending_springs(effect, system.particles.nodes)
                 self._elastic.append(effect)
             elif offers(effect, Proportional):
                 self.mass_rate += effect.damping_rates[0]
@@ -133,7 +132,7 @@ class RelaxedParts:
         return sum(effect.energy(x) for effect in self._elastic)
 
     def force(self, x: np.ndarray) -> np.ndarray:
-        """Return their forces (n, 3) [N], on held nodes, too."""
+        """Return the forces (n, 3) [N] of elements and springs, also on held nodes."""
         force = np.zeros_like(x)
         for effect in self._elastic:
             effect.add_force(x, x, force)
@@ -154,10 +153,12 @@ class RelaxedParts:
     def end(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s] from ``start`` to ``x``.
 
-        x : relaxed under the forces that contact had when the last step ended. Contact sees the nodes without these,
-        each alone against its own inertia, and its new forces are what it then moves them by: where the old are the
-        new, all forces balance. Without this a body would come to rest between where its elements and where contact
-        put it, as far from both as the step is long. Raises NotConverged for a state that is not finite.
+        x : relaxed under the forces that contact had at the end of the last step
+
+        Contact is projected from the positions without those forces, each node against its own inertia, and its new
+        forces are those of the projection. Where they equal the old ones all forces balance. Without them a body would
+        come to rest between the positions of its elements and those of the projection, at a distance that grows with
+        the step. Raises NotConverged for a state that is not finite.
         """
         system = self.system
         load = system.outer_force(start, v) if system.loaded else None

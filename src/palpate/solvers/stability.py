@@ -1,9 +1,8 @@
-"""Whether an equilibrium is stable: the softest direction of the tangent there, and the way on where it gives way.
+"""Stability of an equilibrium: the softest direction of the tangent stiffness, and the state that a body buckles to.
 
-A body that is pressed along its axis, or a shallow arch, has equilibria that no search leaves on its own, as all forces
-balance there; a disturbance of any size does. They are told by a direction along which the tangent stiffness is not
-positive. It is sought by Lanczos' method for the tangent over the preconditioner, of which every product is one more
-evaluation of the forces.
+A body that is pressed along its axis, or a shallow arch, has equilibria that no search leaves by itself, as all forces
+balance there, but any disturbance does. They have a direction along which the tangent stiffness is not positive. It is
+found by Lanczos' method for the tangent relative to the preconditioner, a product of which is a difference of forces.
 """
 
 from collections.abc import Callable
@@ -15,72 +14,73 @@ from palpate.errors import NotConverged
 from palpate.linalg.minimiser import Problem, Product, Smooth, Solution, minimise_by_lbfgs, minimise_by_newton
 
 DIFFERENCE = 1e-5
-"""Largest displacement, over the body's size, of the differences of forces that give a product with the tangent."""
+"""Largest displacement, over the body's size, in the difference of forces that is a product with the tangent."""
 LEAST_PRODUCTS, MOST_PRODUCTS = 5, 30
-"""Least and most products with the tangent. Trap: after one the error bound may be small though a soft direction, of
-which the random start has a tenth, is not seen; after five it is seen if there is a thousandth of it."""
+"""Least and most products with the tangent. Trap: after one product the error bound may be small although a soft
+direction, a tenth of the random start, is missing; after five a thousandth of it suffices."""
 SURE = 0.25
-"""A positive value is believed once its error bound is below this share of it."""
+"""Error bound of a positive value, over the value, at which the search for a softer direction ends."""
 NEUTRAL = 1e-6
 """Values of the tangent over the preconditioner above minus this are zero: rounding of the differences."""
 FIRM = 0.1
-"""Softest value of the tangent over that at rest from which on the next level is taken to be stable, too: with a level
-it falls by a seventh as a rule and two fifths at most (liver and cylinder, 0.13 to 0.4), and a column has 0.05 at nine
-tenths of the load under which it buckles. To find it takes a third of the time of a level."""
+"""Least value of the tangent over that at rest at which the next finer level is taken to be stable, too. From a level
+to the next it falls by a seventh as a rule and by two fifths at most (liver and cylinder, 0.13 to 0.4); a column has
+0.05 at nine tenths of its critical load. To compute it takes a third of the time of a level."""
 GAIN = 1e-9
-"""Share of the energy that leaving an equilibrium has to gain; a column of square section, once bent, turns about its
-axis so easily that only its mesh resists, and any side is as good."""
+"""Least decrease of the energy, relative, by which a state is left for another: a bent column of square section turns
+about its axis with hardly any resistance but that of its mesh, and any side is as good."""
 LEAST_BEND, BENDS = 1e-5, 12
-"""Displacement, over the body's size, by which an unstable equilibrium is left at least, and how often that doubles."""
+"""Least displacement, over the body's size, that is tried from an unstable equilibrium, and how often it doubles."""
 TURNS = 4
-"""How often an equilibrium may be left for another; one does unless a body buckles in several modes."""
+"""Most equilibria that are left for another; one is enough unless a body buckles in several modes."""
 TIGHTER = 0.01
-"""Share of the tolerance to which the search for another goes on: beside an unstable equilibrium forces are small."""
+"""Tolerance of the search for another state, over the given one: beside an unstable equilibrium forces are small."""
 LBFGS_ITERATIONS = (400, 4000)
 """Iterations of L-BFGS from an equilibrium that is not stable, and again where Newton's method fails after them. Where
-the body bends by its own length 400 are few; a square column, once bent, turns about its axis along a valley of the
-energy that is curved and almost level, in which Newton's steps stay short."""
+the body bends by its own length 400 are few: a bent square column turns about its axis along a curved and almost level
+valley of the energy, in which Newton's steps stay short."""
 
 
 class Softest(NamedTuple):
-    """The direction (n, 3) along which a body is softest, and the tangent over the preconditioner there."""
+    """The softest direction (n, 3) of a body, and the ``value`` of the tangent over the preconditioner along it."""
 
     value: float
     direction: np.ndarray
 
 
 def softest(problem: Smooth, precondition: Product, x: np.ndarray, size: float, sure: float = SURE) -> Softest:
-    """Find the direction in which the tangent at ``x`` (n, 3) [m] is softest, or one in which it is negative.
+    """Return the softest direction of the tangent at ``x`` (n, 3) [m], or the first one in which it is negative.
 
     precondition : a symmetric positive definite map from forces (n, 3) [N] to displacements [m]; size : the body's [m]
-    sure : as SURE, of the value
-    The value's sign is that of the least eigenvalue of the tangent (Sylvester); its size says how soft the body is
-    against its state at rest, if the preconditioner is near the inverse of the stiffness there.
+    sure : error bound of a positive value, over it, at which the search ends
+    The value has the sign of the least eigenvalue of the tangent (Sylvester). It is the softness relative to the state
+    at rest if the preconditioner is near the inverse of the stiffness there.
     """
-    here, left = problem.force(x), np.random.default_rng(0).normal(size=x.shape)
-    left[problem.force(x + DIFFERENCE * size * left) == here] = 0.0  # held nodes bear no force, and are not to move
-    step = precondition(left)
-    length = np.sqrt(np.vdot(left, step))
-    pulls, ways = [left / length], [step / length]
+    here, residual = problem.force(x), np.random.default_rng(0).normal(size=x.shape)
+    residual[problem.force(x + DIFFERENCE * size * residual) == here] = 0.0  # held nodes, whose force is always zero
+    step = precondition(residual)
+    length = np.sqrt(np.vdot(residual, step))
+    forces, directions = [residual / length], [step / length]  # Lanczos vectors, before and after preconditioning
     diagonal: list[float] = []
-    beside: list[float] = []
+    off_diagonal: list[float] = []
     while True:
-        way = ways[-1]
-        h = DIFFERENCE * size / np.abs(way).max()
-        left = (here - problem.force(x + h * way)) / h
-        diagonal.append(float(np.vdot(way, left)))
-        for pull, other in zip(pulls, ways, strict=True):  # all, as rounding makes them lose what two would do
-            left -= float(np.vdot(other, left)) * pull
-        step = precondition(left)
-        length = float(np.sqrt(max(np.vdot(left, step), 0.0)))
-        values, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1))
+        last = directions[-1]
+        h = DIFFERENCE * size / np.abs(last).max()
+        residual = (here - problem.force(x + h * last)) / h
+        diagonal.append(float(np.vdot(last, residual)))
+        # orthogonal to all earlier vectors, as rounding makes those lose orthogonality to the last two
+        for force, direction in zip(forces, directions, strict=True):
+            residual -= float(np.vdot(direction, residual)) * force
+        step = precondition(residual)
+        length = float(np.sqrt(max(np.vdot(residual, step), 0.0)))
+        values, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(off_diagonal, 1) + np.diag(off_diagonal, -1))
         value, mix = float(values[0]), vectors[:, 0]
         known = len(diagonal) >= LEAST_PRODUCTS and length * abs(mix[-1]) <= sure * value
         if value < -NEUTRAL or known or len(diagonal) >= MOST_PRODUCTS or length < 1e-12:
-            return Softest(value, np.tensordot(mix, np.array(ways), 1))
-        beside.append(length)
-        pulls.append(left / length)
-        ways.append(step / length)
+            return Softest(value, np.tensordot(mix, np.array(directions), 1))
+        off_diagonal.append(length)
+        forces.append(residual / length)
+        directions.append(step / length)
 
 
 def made_stable(
@@ -90,10 +90,11 @@ def made_stable(
     solution: Solution,
     settle: Callable[[np.ndarray], Solution],
 ) -> Solution:
-    """Return ``solution`` if it is stable; else follow the softest direction to where the body is.
+    """Return ``solution`` if it is stable, or else the stable equilibrium that the body buckles to from there.
 
-    precondition : makes what ``softest`` takes; settle : from positions (n, 3) [m] to an equilibrium of less energy
-    Raises NotConverged if none is found that is stable.
+    precondition : makes the map that ``softest`` takes; size : of the body [m]
+    settle : from positions (n, 3) [m] to an equilibrium of less energy
+    Raises NotConverged if no stable equilibrium is found.
     """
     for _ in range(TURNS):
         found = softest(problem, precondition(), solution.x, size)
@@ -107,29 +108,30 @@ def made_stable(
 
 
 def _bent(problem: Smooth, x: np.ndarray, direction: np.ndarray, size: float) -> np.ndarray:
-    """Return the positions (n, 3) [m] of the least energy on either side of ``x`` along ``direction`` (n, 3).
+    """Return the positions (n, 3) [m] of least energy among some on either side of ``x`` along ``direction`` (n, 3).
 
-    Below the energy at ``x`` no descent leads back there. Trap: farther off the energy is higher again, as a straight
-    way stretches what bends.
+    As their energy is below that at ``x``, no descent leads back there. Trap: farther away the energy is higher again,
+    as a straight path stretches a body that bends.
     """
     unit = size / np.linalg.norm(direction, axis=1).max() * direction
-    ways = [side * LEAST_BEND * 2.0**k for k in range(BENDS) for side in (1.0, -1.0)]
-    energies = [problem.energy(x + way * unit) for way in ways]
-    return x + ways[int(np.argmin(np.nan_to_num(energies, nan=np.inf)))] * unit
+    distances = [side * LEAST_BEND * 2.0**k for k in range(BENDS) for side in (1.0, -1.0)]
+    energies = [problem.energy(x + distance * unit) for distance in distances]
+    return x + distances[int(np.argmin(np.nan_to_num(energies, nan=np.inf)))] * unit
 
 
 def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scale: float, tolerance: float) -> Solution:
-    """Find the equilibrium that a body comes to from ``x`` (n, 3) [m] beside an unstable one.
+    """Find the equilibrium that a body goes to from ``x`` (n, 3) [m] beside an unstable one.
 
-    at_rest : the preconditioner of the state at rest; scale : of the forces [N], over which ``tolerance`` is
-    By L-BFGS first, which never climbs and needs no positive stiffness, then by Newton's method. Raises NotConverged.
+    at_rest : the preconditioner of the state at rest; tolerance : of the residual, over ``scale`` [N]
+    L-BFGS is first, as it never raises the energy and needs no positive stiffness, then Newton's method. NotConverged
+    if both fail.
     """
     spent = None
     for iterations in LBFGS_ITERATIONS:
-        way = minimise_by_lbfgs(problem, at_rest, x, TIGHTER * tolerance * scale, iterations)
-        x, found = way.x, way.solution(scale)
+        descent = minimise_by_lbfgs(problem, at_rest, x, TIGHTER * tolerance * scale, iterations)
+        x, found = descent.x, descent.solution(scale)
         spent = found if spent is None else found.after(spent)
-        if way.forces[-1] <= tolerance * scale:
+        if descent.forces[-1] <= tolerance * scale:
             return spent
         try:
             return minimise_by_newton(problem, x, scale, tolerance).after(spent)

@@ -1,4 +1,4 @@
-"""Particles and the effects of a scene: forces, energies and matrices, each summed and timed, and the stable step."""
+"""The particles and effects of a scene as one system: sums of forces, energies and matrices, and the stable step."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -31,9 +31,9 @@ class Integrator(Protocol):
 
 
 class System:
-    """The masses that an integrator moves, and the effects that act on them.
+    """The particles that an integrator moves, and the effects that act on them.
 
-    It calls only the hooks that the given effects offer, so an effect that a scene does not name costs nothing.
+    It calls only the hooks that the given effects offer, so that an effect which a scene does not name costs nothing.
 
     effects : name → effect, the elastic one first
     seconds : name → time spent in each effect so far
@@ -80,7 +80,7 @@ class System:
         self._lay_out([e.couples for _, e in self.offering(hooks.Couples)])
 
     def _lay_out(self, couples: list[np.ndarray]) -> None:
-        """Make the pattern of all ``couples``, and keep where in it each effect has its blocks."""
+        """Make the block pattern of all ``couples``, and store the places of each effect's blocks in it."""
         self.pattern = shared_pattern(couples, len(self.particles.nodes))
         slots = dict(zip((n for n, _ in self.offering(hooks.Couples)), self.pattern.slots, strict=True))
         damped = self.offering(hooks.Damping)
@@ -98,7 +98,7 @@ class System:
         return [(name, effect) for name, effect in self.effects.items() if offers(effect, hook)]
 
     def followed(self, x: np.ndarray) -> np.ndarray:
-        """Return ``x`` (n, 3) [m], with nodes that are tied to others where these are."""
+        """Return ``x`` (n, 3) [m] with each tied node at the place of its leader; here no node is tied."""
         return x
 
     def energies(self, x: np.ndarray) -> dict[str, float]:
@@ -127,9 +127,10 @@ class System:
         return self._sum(self._loads, x, v)
 
     def magnitude(self, x: np.ndarray, most: float = np.inf) -> float:
-        """Return the sum of the norms [N] of each effect's force on free nodes at rest: the scale of a force balance.
+        """Return the sum over effects of the norm [N] of their forces on free nodes: the scale of residuals.
 
-        The force of an effect with a ``limit`` can grow without bound; at most ``most`` [N] of it counts.
+        Damping is left out. The force of an effect with a ``limit`` can grow without bound: it counts as at most
+        ``most`` [N].
         """
         still = np.zeros_like(x)  # damping, which may be expensive, is not part of it
         total = 0.0
@@ -146,7 +147,7 @@ class System:
         return force
 
     def balance(self, force: np.ndarray) -> None:
-        """Leave out of ``force`` (n, 3) [N], in place, what anchors take."""
+        """Set ``force`` (n, 3) [N] to zero at held nodes, in place."""
         force[self._fixed] = 0.0
 
     def stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
@@ -171,7 +172,7 @@ class System:
         return self.pattern.matrix(values)
 
     def touching(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
-        """Return the Hessian (3n, 3n) [N/m] of what has a changing pattern, such as contact; None if there is none."""
+        """Return the Hessian (3n, 3n) [N/m] of effects with a changing pattern, such as contact; None without one."""
         return self._touched(self._touching, x, definite)
 
     def _touched(self, calls: Calls, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
@@ -179,7 +180,7 @@ class System:
         return gather(found, len(x)) if any(len(rows) for rows, _, _ in found) else None
 
     def explicit_stiffness(self, x: np.ndarray) -> list[sparse.bsr_array]:
-        """Return what is to be added up to the positive semidefinite Hessian (3n, 3n) [N/m] of ``explicit_force``."""
+        """Return the terms of the positive semidefinite Hessian (3n, 3n) [N/m] of ``explicit_force``."""
         parts = self.stiffness(x, definite=True), self._touched(self._explicit_touching, x, definite=True)
         return [part for part in parts if part is not None]
 
@@ -191,18 +192,18 @@ class System:
     def begin(self, x: np.ndarray, h: float) -> np.ndarray:
         """Begin a step of ``h`` [s] at ``x`` (n, 3) [m] that ends at the present time.
 
-        Returns the positions from which the search begins: ``x``, unless an obstacle was moved into it.
+        Returns the positions from which the search begins: ``x``, but for nodes that an obstacle or a hook displaces.
         """
         x = self.followed(x)
         for name, call in self._begins:
             ahead = self._timed(name, call, x, h)
-            if self._limits and name not in self._unbounded:  # what is carried along stops before it meets something
+            if self._limits and name not in self._unbounded:  # displaced nodes stop before they touch anything
                 ahead = x + self.limit(x, ahead - x) * (ahead - x)
             x = ahead
         return x
 
     def end(self, x: np.ndarray) -> None:
-        """End an implicit step, or a part of one, that is accepted, at ``x`` (n, 3) [m]."""
+        """Tell effects that an implicit step, or a part of one, is accepted and ends at ``x`` (n, 3) [m]."""
         self._change(self._ends, self.followed(x))
 
     def add_work(self, load: np.ndarray, motion: np.ndarray) -> None:
@@ -253,15 +254,16 @@ DENSE_UNKNOWNS = 120
 
 
 def stable_step(system: System, taken: float = 0.0) -> float:
-    """Return the step h [s] with h² λ_K + 2 h λ_C = 4 − ``taken``; infinite without stiffness and damping.
+    """Return the longest stable step of symplectic Euler [s]; infinite without stiffness and damping.
 
+    It is the h with h² λ_K + 2 h λ_C = 4 − ``taken``.
     λ_K and λ_C are the largest eigenvalues of M⁻¹K and M⁻¹C at rest. In each step a mode of frequency² a and damping
     rate c is multiplied by the roots of z² − (2 − hc − h²a) z + (1 − hc), which are in the unit circle up to
     h² a + 2 h c = 4; without damping that is h = 2 sqrt(m/k) (paper 3). In a mode of the whole body a and c are means
     over it, a ≤ λ_K and c ≤ λ_C, so the condition is sufficient. A decay of velocities by a projection at the end of
     the step reduces the right side to 2 in the worst case.
 
-    taken : the share of goal positions in the right side, α
+    taken : α of goal positions, 0 without them
     """
     rest, free = system.particles.nodes, system.free
     scale = 1.0 / np.sqrt(np.repeat(system.masses[free], 3))

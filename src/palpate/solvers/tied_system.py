@@ -1,7 +1,7 @@
-"""A system some of whose nodes are tied to others, and steps between which ties are let go: a body while it is cut.
+"""A system of nodes some of which are tied to others until a cut passes, and the steps of a body while it is cut.
 
 Positions and velocities are always those of all nodes. A tied node has those of its leader, which has the masses,
-forces and stiffnesses of both; its own unknown is left out of equations as that of a held node is. So letting go
+forces and stiffnesses of both; its own unknown is left out of equations as that of a held node is. So the end of a tie
 changes no position, velocity or history, and the energy is the same before and after, to the bit.
 """
 
@@ -21,7 +21,7 @@ from palpate.linalg.block_pattern import gather, hold
 from palpate.solvers.system import Integrator, System
 
 SAME_TIME = 1e-9
-"""Share of a step by which a node may be let go too early, as times of steps are rounded."""
+"""Fraction of a step by which a tie may end too early, as times of steps are rounded."""
 
 
 class TiedSystem(System):
@@ -35,7 +35,7 @@ class TiedSystem(System):
         self._tied = np.empty(0, dtype=np.int64)
 
     def tie(self, leaders: np.ndarray) -> None:
-        """Let each node move with the one in ``leaders`` (n,), which leads itself."""
+        """Let each node move with the one in ``leaders`` (n,); a leader is its own."""
         own = self.particles
         self.leaders, self._tied = leaders, np.flatnonzero(leaders != np.arange(len(leaders)))
         self._still = ~self.free
@@ -46,16 +46,19 @@ class TiedSystem(System):
             follower.follow(leaders)
         assert own.ties is not None
         for _, effect in self.offering(hooks.Surface):
-            # a tied node has its own mass here: it moves alone where nothing is felt of it
+            # contact needs a mass at each node: that of a tied one is its own
             masses = np.where(self.masses > 0.0, self.masses, own.masses)
             effect.resurface(replace(own, triangles=own.ties.surface(leaders), masses=masses))
 
     def let_go(self, x: np.ndarray, leaders: np.ndarray) -> None:
-        """Tie nodes to ``leaders`` (n,) only, at positions ``x`` (n, 3) [m]; what contact gains there is work."""
-        felt = [effect.energy for _, effect in self.offering(hooks.Surface) if offers(effect, hooks.Energy)]
-        before = sum(energy(self.followed(x)) for energy in felt)
+        """End all ties but those to ``leaders`` (n,), at positions ``x`` (n, 3) [m].
+
+        The energy that contact gains, as the edges of open lips can touch, counts as work.
+        """
+        of_contact = [effect.energy for _, effect in self.offering(hooks.Surface) if offers(effect, hooks.Energy)]
+        before = sum(energy(self.followed(x)) for energy in of_contact)
         self.tie(leaders)
-        self._load_work += sum(energy(self.followed(x)) for energy in felt) - before
+        self._load_work += sum(energy(self.followed(x)) for energy in of_contact) - before
 
     def followed(self, x: np.ndarray) -> np.ndarray:
         return x[self.leaders]
@@ -80,13 +83,12 @@ class TiedSystem(System):
 
 
 class TiedSteps:
-    """Steps of an integrator, before each of which the ties are let go that end by then.
+    """The steps of an integrator, with the ties that a cut ends during a step ended at its start.
 
-    make : of the integrator, which is made anew after each change, unless it can ``renew`` and so keep its history
-    limit_s : the longest stable step [s] when all ties are let go; with ties, no frequency is higher
+    make : makes the integrator anew after each change, unless it has ``renew``, by which it keeps its history
+    limit_s : the longest stable step [s] when all ties have ended; with ties, no frequency is higher
 
-    Contact may feel the edges of open lips, and its energy then change: the blade does that work.
-    Warns of a piece that nothing will hold, where no weight lets it fall.
+    Warns if the cut will free a piece that nothing holds, and no weight lets it fall.
     """
 
     _untying: hooks.Untying | None
@@ -120,7 +122,7 @@ class TiedSteps:
             self._integrator = self._make()
 
     def _followed(self, state: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Move tied nodes with their leaders, in place, so that a history of the integrator has them, too."""
+        """Put tied nodes where their leaders are, in place, so that the integrator's history agrees."""
         for each in state:
             each[:] = self._system.followed(each)
         return state

@@ -1,13 +1,13 @@
 """Quadratic elements in motion under rigid instruments that press, stroke and lift, with friction.
 
 A step has two stages (SDIRK2; Alexander 1977), each the minimum of an energy as a step of backward Euler is. The rule
-is of second order and knows no step before its own, so that corners of an instrument's path cost nothing where steps
-end; what is stiff, as contact is, it damps, and the end of a step is in balance. The midpoint rule would leave a point
-of the surface that comes to touch within a step as deep inside as it was outside.
+is of second order, and uses no earlier step, so that a corner of an instrument's path between two steps costs no
+accuracy. It damps what is stiff, as contact is, and forces balance at the end of a step. The midpoint rule would leave
+a point that comes to touch within a step as deep inside the instrument as it was outside before.
 
-Contact acts at points of the surface, whose pressure is k times how deep they are inside. Multipliers that are kept
-from step to step would grow for ever where elements cannot follow an instrument at all their points, the more the more
-steps there are: the limit of a mesh would not exist.
+Contact acts at points of the surface, with a pressure of k times their depth inside the instrument. There are no
+multipliers as in ``indentation``: elements cannot take the shape of an instrument at all their points, so that kept
+multipliers would grow with every step, and answers would not converge as steps are refined.
 """
 
 from collections.abc import Iterator
@@ -27,15 +27,15 @@ from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
 STAGE = 1.0 - np.sqrt(0.5)
 """Length of a stage over that of its step."""
 STIFFER = 16.0
-"""Stiffness k over that of contact at rest, which has multipliers."""
+"""Stiffness k over the penalty of contact at rest, which has multipliers."""
 PASSES = 2
-"""How often each stage is solved, the second time with the pressures and normals that friction has in the first."""
+"""How often each stage is solved: friction takes its pressures and normals from the solution before."""
 
 
 class TouchedMotion(QuadraticMotion):
     """A held body of quadratic elements that instruments touch; other arguments and errors as ``QuadraticMotion``.
 
-    bearing : which points (q,) bore pressure at the end of the last step; overlap_j : the energy of contact there [J]
+    bearing : which points (q,) were under pressure at the end of the last step; overlap_j : the energy of contact [J]
     """
 
     def __init__(
@@ -50,9 +50,6 @@ class TouchedMotion(QuadraticMotion):
         super().__init__(body, level, loads, rayleigh)
         self.points, self.contact = points, contact
         self.bearing, self.overlap_j = np.zeros(len(points.areas), dtype=bool), 0.0
-        self.spread = points.interpolation.T.tocsr()
-        absolute = abs(points.interpolation)
-        self._lumping, self._lump = absolute.T.tocsr(), absolute.sum(axis=1)
 
     def touched_steps(self, h: float, count: int, tolerance: float, passes: int = PASSES) -> Iterator[Reached]:
         """Yield the ends of ``count`` steps of ``h`` [s] from rest.
@@ -68,14 +65,14 @@ class TouchedMotion(QuadraticMotion):
             return self.energy(z) + contact.energy(z)
 
         def force(z: np.ndarray) -> np.ndarray:
-            return self.force(z) + self.spread @ contact.total(z)
+            return self.force(z) + self.points.spread @ contact.total(z)
 
         for number in range(count):
             begin = number * h
             contact.speeds = (self.contact.at(begin + h).tips - self.contact.at(begin).tips) / h
             base_x, base_v, work, lost, convex = x, v, 0.0, 0.0, True
             mean = np.zeros_like(contact.speeds)
-            for share, ends in ((1.0 - STAGE, begin + tau), (STAGE, begin + h)):
+            for weight, ends in ((1.0 - STAGE, begin + tau), (STAGE, begin + h)):
                 contact.begin(ends, base_x, tau)
                 self.load = self.load_at(ends)
                 z = base_x + tau * base_v
@@ -84,19 +81,19 @@ class TouchedMotion(QuadraticMotion):
                 z[self.held] = self.mesh.nodes[self.held]
                 for _ in range(passes if self.contact.friction else 1):
                     self.scale_n = max(self.scale_n, contact.peak_n)
-                    scale = max(self.scale_n, float(np.linalg.norm(self.spread @ contact.total(z))))
+                    scale = max(self.scale_n, contact.norm(z))
                     allowed = max(tolerance * scale, self._rounding)
                     solver = partial(self._solver, tau, z, contact)
-                    way = descents.minimum(stage, z, allowed, solver, f"the stage to {ends:.4g} s")
-                    z, convex = way.x, convex and way.convex
+                    descent = descents.minimum(stage, z, allowed, solver, f"the stage to {ends:.4g} s")
+                    z, convex = descent.x, convex and descent.convex
                     contact.renew(z)
-                contact.peak_n = max(contact.peak_n, float(np.linalg.norm(self.spread @ contact.total(z))))
+                contact.peak_n = max(contact.peak_n, contact.norm(z))
                 velocity = (z - base_x) / tau
                 pushed = contact.forces(z).sum(axis=1)
-                mean += share * pushed
+                mean += weight * pushed
                 driven = float(np.vdot(pushed, contact.speeds))
-                work += share * h * (float(np.vdot(self.load, velocity)) + driven)
-                lost += share * h * (float(np.vdot(velocity, damping(velocity))) + contact.rubbed(z))
+                work += weight * h * (float(np.vdot(self.load, velocity)) + driven)
+                lost += weight * h * (float(np.vdot(velocity, damping(velocity))) + contact.rubbed(z))
                 rate = (velocity - base_v) / tau
                 base_x, base_v = x + (1.0 - STAGE) * h * velocity, v + (1.0 - STAGE) * h * rate
             x, v = z, velocity
@@ -109,33 +106,31 @@ class TouchedMotion(QuadraticMotion):
 
     def _solver(self, tau: float, x: np.ndarray, contact: "_Contact") -> Product:
         """Return a multigrid cycle for a stage of ``tau`` [s] at ``x`` (n, 3) [m], with contact lumped at nodes."""
-        blocks = self._lump[:, None] * contact.stiffness(x).reshape(-1, 9)
-        return self.cycle(tau, x, (self._lumping @ blocks).reshape(-1, 3, 3))
+        return self.cycle(tau, x, self.points.lumped(np.arange(len(self.points.areas)), contact.stiffness(x)))
 
 
 class _Contact:
-    """The energy of contact and friction in a stage.
+    """The energy and forces of contact and friction in a stage.
 
-    Friction has the pressures and normals of an earlier state, which ``renew`` sets; without one there is none.
+    Friction has the pressures and normals of an earlier state, which ``renew`` sets; before the first one it is zero.
     speeds : (k, 3) [m/s] of the instruments; peak_n : largest norm of the nodal forces so far [N]
     """
 
     def __init__(self, points: ContactPoints, contact: InstrumentContact):
-        self._interpolation, self._contact = points.interpolation, contact
-        self._penalty, self._areas = STIFFER * points.penalty, points.areas
-        self._every, self.peak_n = np.arange(len(self._areas)), 0.0
+        self._points, self._contact = points, contact
+        self._penalty, self._areas, self.peak_n = STIFFER * points.penalty, points.areas, 0.0
         self._earlier: tuple[np.ndarray, Tools] | None = None
         self.speeds = np.empty((0, 3))
         self._seen: tuple[np.ndarray, np.ndarray, np.ndarray, float] | None = None
 
     def begin(self, end: float, x: np.ndarray, tau: float) -> None:
         """Begin a stage of ``tau`` [s] to ``end`` [s] whose velocities are (z − ``x``)/tau."""
-        self._tools, self._tau, self._start = self._contact.at(end), tau, self._interpolation @ x
+        self._tools, self._tau, self._start = self._contact.at(end), tau, self._points.interpolation @ x
         self._rub()
 
     def renew(self, z: np.ndarray) -> None:
-        """Take the pressures and normals at ``z`` (n, 3) [m] for those of friction."""
-        self._earlier = self._interpolation @ z, self._tools
+        """Let friction have the pressures and normals at ``z`` (n, 3) [m]."""
+        self._earlier = self._points.interpolation @ z, self._tools
         self._rub()
 
     def _rub(self) -> None:
@@ -147,10 +142,10 @@ class _Contact:
     def _see(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         """Return the places (q, 3) [m] of points, each instrument's forces (k, q, 3) [N] on them, and the energy [J].
 
-        They are kept, as energy, forces and stiffness ask for those of the same ``z`` (n, 3) [m] one after another.
+        Those of the last ``z`` (n, 3) [m] are kept: a search asks for energy, forces and stiffness at the same one.
         """
         if self._seen is None or not np.array_equal(z, self._seen[0]):
-            at = self._interpolation @ z
+            at = self._points.interpolation @ z
             pressures, energies = pushes(at, self._penalty, self._tools, self._rubbing)
             self._seen = z.copy(), at, self._areas[:, None] * pressures, float(self._areas @ energies)
         return self._seen[1:]
@@ -167,19 +162,24 @@ class _Contact:
         """Return the force (q, 3) [N] of all instruments on the points."""
         return self.forces(z).sum(axis=0)
 
+    def norm(self, z: np.ndarray) -> float:
+        """Return the norm of the nodal forces [N]."""
+        return float(np.linalg.norm(self._points.spread @ self.total(z)))
+
     def overlap(self, z: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return which points (q,) are inside of instruments, and the energy [J] of that."""
+        """Return which points (q,) are inside instruments, and the energy [J] of their overlap, without friction."""
         deep = np.minimum(gaps_of(self._see(z)[0], self._tools)[0], 0.0)
         return (deep < 0.0).any(axis=0), 0.5 * float(np.sum(self._areas * self._penalty * deep**2))
 
     def rubbed(self, z: np.ndarray) -> float:
-        """Return the power [W] that friction takes."""
+        """Return the power [W] that friction dissipates."""
         at = self._see(z)[0]
         drags, _ = pushes(at, np.zeros_like(self._areas), self._tools, self._rubbing)
         slid = at - self._start - self._tau * self.speeds[:, None]
         return -float(np.sum(self._areas[:, None] * drags * slid)) / self._tau
 
     def stiffness(self, z: np.ndarray) -> np.ndarray:
-        """Return the stiffness (q, 3, 3) [N/m] of the points, without what curvature and sliding take off."""
-        blocks = stiffness(self._see(z)[0], self._penalty, self._tools, self._rubbing, self._every)
+        """Return the stiffness (q, 3, 3) [N/m] of the points, without the negative terms of curvature and sliding."""
+        every = np.arange(len(self._areas))
+        blocks = stiffness(self._see(z)[0], self._penalty, self._tools, self._rubbing, every)
         return self._areas[:, None, None] * blocks

@@ -26,9 +26,9 @@ from palpate.solvers.system import System
 
 
 class Inertia(NamedTuple):
-    """What a step in time adds to the descent.
+    """The terms that a step in time adds to the descent.
 
-    inertia : mass over the squared step (n,) [N/m]; target : where nodes would move to by themselves (n, 3) [m]
+    inertia : mass over the squared step (n,) [N/m]; target : positions (n, 3) [m] that inertia and loads alone lead to
     slow : β over the step; stresses : β over the step times the stresses at its start, in the rest frame (m, 3, 3) [Pa]
     """
 
@@ -39,9 +39,9 @@ class Inertia(NamedTuple):
 
 
 class VertexBlockDescent:
-    """Sweeps over the free nodes of ``elements``, in their order.
+    """Sweeps over the free nodes of ``elements`` in the order of their numbers.
 
-    held : (n,) bool; bed : what they lie on, or None
+    held : (n,) bool; bed : springs under the nodes, or None
     """
 
     def __init__(
@@ -67,14 +67,14 @@ class VertexBlockDescent:
         contact: NodeContact | None = None,
         moving: Inertia | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions after so many sweeps from ``x`` (n, 3) [m], and those a sweep before, (n, 3) [m].
+        """Return positions (n, 3) [m] after so many ``sweeps`` from ``x`` (n, 3) [m], and those a sweep before.
 
-        load : (n, 3) [N]; before : positions a sweep before ``x``, with which a descent goes on, or None for none
-        radius : the spectral radius that Chebyshev's semi-iterative method assumes of a sweep (Wang 2015); 0 for none.
-            It starts anew where a sweep goes against what it adds (O'Donoghue and Candès 2015), so that a radius which
-            is too large does no harm.
-        contact : with an instrument, or None; nodes that touch are not accelerated
-        moving : of a step in time, or None at rest
+        load : (n, 3) [N]; before : positions a sweep before ``x``, from which a descent is continued, or None
+        radius : the spectral radius of a sweep that Chebyshev's semi-iterative method assumes (Wang 2015); 0 for none.
+            The method starts again where a sweep opposes its extrapolation (O'Donoghue and Candès 2015), so that a
+            radius which is too large does no harm.
+        contact : with an instrument, or None; nodes that touch are not extrapolated
+        moving : of a step in time, None for an equilibrium
         """
         elements, turns = self._elements, np.zeros((len(self._elements.tetrahedra), 4))
         number, weight = (0, 1.0) if before is None else (DELAY, 1.0)
@@ -99,12 +99,12 @@ class VertexBlockDescent:
 
 
 class BlockDescentSteps(RelaxedParts):
-    """Steps of so many sweeps each, with Chebyshev's weights of a radius, 0 for none."""
+    """Time steps of vertex block descent, with the ``sweeps`` and the ``radius`` of the scene's settings."""
 
     def __init__(self, system: System, stepping: Stepping):
         super().__init__(system, "vertex_block_descent")
-        own = stepping.vertex_block_descent or settings.VertexBlockDescent()
-        self._sweeps, self._radius = own.sweeps, own.radius
+        given = stepping.vertex_block_descent or settings.VertexBlockDescent()
+        self._sweeps, self._radius = given.sweeps, given.radius
         self._descent = VertexBlockDescent(self.elements, self.still, self.springs)
         count = len(self.elements.tetrahedra)
         self._turns, self._stresses = np.zeros((count, 4)), np.zeros((count, 3, 3))
@@ -122,13 +122,16 @@ class BlockDescentSteps(RelaxedParts):
             )  # fmt: skip
         inertia = self.system.masses / (slower * h**2)
         moving = Inertia(inertia, start + slower * (h * v + h**2 * pushed), slow, self._stresses)
-        guess = start + h * v + h**2 * self._likely(pushed, v, h)
+        guess = start + h * v + h**2 * self._followed(pushed, v, h)
         self._before = v
         x = self._descent.relax(guess, np.zeros_like(x), self._sweeps, self._radius, moving=moving)[0]
         return self.end(start, x, v, h)
 
-    def _likely(self, pushed: np.ndarray, v: np.ndarray, h: float) -> np.ndarray:
-        """Return what part of the loads' accelerations (n, 3) [m/s²] nodes have lately followed (Chen et al., 3.7)."""
+    def _followed(self, pushed: np.ndarray, v: np.ndarray, h: float) -> np.ndarray:
+        """Return the part of the accelerations ``pushed`` (n, 3) [m/s²] by loads that nodes had in the last step.
+
+        It is between none and all of them (Chen et al. 2024, section 3.7).
+        """
         if self._before is None:
             return np.zeros_like(v)
         sizes = np.linalg.norm(pushed, axis=1)
@@ -140,16 +143,16 @@ make = BlockDescentSteps
 
 
 def _for_sweeps(contact: NodeContact, count: int) -> tuple:
-    """Return what the kernel takes: the penalty of each of ``count`` nodes, most of them 0, and the place."""
+    """Return the penalties of all ``count`` nodes, 0 where one cannot touch, and the instrument, for the kernel."""
     penalty = np.zeros(count)
     penalty[contact.nodes] = contact.stiffness_n_m
     return penalty, contact.pose.tip, contact.pose.axes, contact.pose.instrument.shape
 
 
 def chebyshev(number: int, radius: float, weight: float) -> float:
-    """Return the weight of iteration ``number``, from 0 on, after one of ``weight`` (Wang 2015, equation 10).
+    """Return Chebyshev's weight of iteration ``number``, from 0 on, after one of ``weight`` (Wang 2015, equation 10).
 
-    The first ten iterations have none, as they depart from what the method assumes.
+    It is 1, without effect, in the first iterations, whose residuals fall faster than the radius says.
     """
     if radius == 0.0 or number < DELAY:
         return 1.0
@@ -165,6 +168,10 @@ def _sweep(
     x, load, free, starts, around, corners, tetrahedra, gradients, volumes, mu, lam, turns, springs, touched, moving,
     flat,
 ):  # fmt: skip
+    """Move each of the ``free`` nodes of ``x`` in turn by its step of Newton's method, in place.
+
+    starts, around, corners : the elements around each node, ``around[starts[n] : starts[n + 1]]``, and its corner there
+    """
     f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
     block, slope, along = np.empty((3, 3)), np.empty(3), np.empty(3)
     for node in free:
@@ -208,7 +215,7 @@ def _sweep(
 
 @numba.njit(cache=True, error_model="numpy")
 def _give_back(stress, volume, g, r, slope):
-    """Add the force of the stress at a step's start, turned by ``r``, as damping resists the change since alone."""
+    """Add the force of the ``stress`` at the step's start, turned by ``r``: damping resists the change since then."""
     for j in range(3):
         part = volume * (stress[j, 0] * g[0] + stress[j, 1] * g[1] + stress[j, 2] * g[2])
         for i in range(3):

@@ -142,7 +142,7 @@ class Contact(
         self._time, self._checked, self.work_j = 0.0, False, 0.0
         self._together = nodes_of_pieces(particles) if asked.push_out else []
         self._lagged: LaggedFriction | None = None
-        self.settings, self._of_body = asked, particles
+        self.settings = asked
         self._instruments: InstrumentContact | None = None
         self._last_forces = np.zeros((self._n, 3))
         self._free = np.ones(self._n, dtype=bool)

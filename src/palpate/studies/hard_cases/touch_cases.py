@@ -167,7 +167,7 @@ def _pressed(
         for side in problem._sides:
             distances.append(abs(float(side.pose.gaps(at_points)[0].min())))
             touched[(points.interpolation.T @ (side.multiplier > 0.0)) != 0.0] = True
-        residual = problem.force(x) - problem._spread @ sum(problem.pushes(x))
+        residual = problem.force(x) - problem.points.spread @ sum(problem.pushes(x))
         of_forces = float(np.linalg.norm(residual[~touched]) / np.linalg.norm(state.force))
         return max(max(distances) / depth, of_forces)
 

@@ -25,7 +25,7 @@ from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.refinement import coarse_triangles, with_midpoints
 from palpate.bodies.surface_quadrature import surface_interpolation
 from palpate.errors import InputError
-from palpate.solvers.grasping import Grasping, Patch
+from palpate.solvers.grasping import GraspedPatch, Grasping
 
 AROUND = 1.6
 """Edges of the front within which elements are halved at it."""
@@ -44,7 +44,7 @@ PLACES = 9
 class Hook(NamedTuple):
     """A patch of the skin that is grasped, and the displacement (3,) [m] that it is given."""
 
-    patch: Patch
+    patch: GraspedPatch
     shift_m: np.ndarray
 
 
@@ -204,7 +204,7 @@ class CutMesh:
         grasped = np.unique(np.concatenate([_grasped(cut, hook.patch) for hook in hooks]))
         self._cut, self._hooks, depth = cut, hooks, max(front, rim)
         body = halved(replace(cut, anchors=[np.union1d(cut.anchors[0], grasped)]), front, rim)
-        patch = Patch(np.concatenate([hook.patch.corners for hook in hooks]))
+        patch = GraspedPatch(np.concatenate([hook.patch.corners for hook in hooks]))
         free = [np.setdiff1d(each, patch.nodes_of(mesh)) for each, mesh in zip(body.anchors, body.levels, strict=True)]
         self.problem = Grasping(replace(body, anchors=free), depth, 2, patch)
         self._mesh, self._body = body.levels[depth], body
@@ -254,10 +254,10 @@ class CutMesh:
         return side
 
 
-def _grasped(cut: CutBody, patch: Patch) -> np.ndarray:
+def _grasped(cut: CutBody, patch: GraspedPatch) -> np.ndarray:
     """Return the nodes of a cut mesh that a hook grasps, increasing; InputError if any is at the cut or is held."""
     mesh, nodes = cut.coarse, patch.nodes_of(cut.coarse)
-    on_mesh = Patch(mesh.nodes[mesh.triangles[np.isin(mesh.triangles, nodes).all(axis=1)]])
+    on_mesh = GraspedPatch(mesh.nodes[mesh.triangles[np.isin(mesh.triangles, nodes).all(axis=1)]])
     if np.isin(nodes, cut.lips).any() or abs(on_mesh.area_m2 - patch.area_m2) > 1e-6 * patch.area_m2:
         raise InputError(f"{cut.name}: a hook is so near the cut that the mesh there is not the body's; move it away.")
     if np.isin(nodes, cut.anchors[0]).any():

@@ -14,7 +14,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.contacts import surface_contacts
 from palpate.effects.instrument import GRASP, Instrument, Pose, first_touch, upright
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.grasping import Patch, patch_around
+from palpate.solvers.grasping import GraspedPatch, patch_around
 
 Made = TypeVar("Made")
 TOUCH_COLUMNS = ["sample", "node", "direction_x", "direction_y", "direction_z", "depth_m", "asked_m"]
@@ -44,7 +44,7 @@ class Touch:
         """Whether the instrument holds a patch of the surface."""
         return self.instrument.kind == GRASP
 
-    def patch(self, body: Body) -> Patch:
+    def patch(self, body: Body) -> GraspedPatch:
         """Return the triangles of ``body`` that a grasp holds; InputError where these reach far beyond its radius."""
         radius = self.instrument.radius_m
         held = patch_around(body.fine, self.node, radius)

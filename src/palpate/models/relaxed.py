@@ -34,7 +34,7 @@ from palpate.models.fem_statics import ContactShares, held_on, to_surface
 from palpate.models.touch.pushing import NodeTouch, Relaxing, dragged
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
-from palpate.solvers.xpbd import Obstacle, Xpbd
+from palpate.solvers.xpbd import InstrumentConstraints, Xpbd
 
 LAW = LAWS[0]
 FRAMES = 33
@@ -108,7 +108,7 @@ class ByXpbd(RelaxedElements):
         self._relax = partial(xpbd.relax, steps=asked.steps, iterations=asked.iterations, step_s=self._step_s)
 
     def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
-        obstacle = Obstacle(nodes, pose)
+        obstacle = InstrumentConstraints(nodes, pose)
         relax = partial(self.relax, obstacle=obstacle)
         return Relaxing(obstacle, lambda x: relax(x)[0], lambda x: obstacle.pushes(x, self._step_s))
 

@@ -34,7 +34,7 @@ from palpate.models import kinds
 from palpate.models.cut.opened import CutCase, LevelModel, Opened, before_cut
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.touch.pushing import NodeTouch, Relaxing, calibration, dragged, force_scale
-from palpate.solvers.xpbd import Obstacle
+from palpate.solvers.xpbd import InstrumentConstraints
 
 LAW = "shape matching"
 LEFT = 0.01
@@ -257,7 +257,7 @@ class ShapesTouch(NodeTouch):
         self._step_s = 1.0 / np.sqrt(force_scale(found, right))
 
     def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
-        obstacle, inverse = Obstacle(nodes, pose), np.where(self.held, 0.0, 1.0 / self._masses)
+        obstacle, inverse = InstrumentConstraints(nodes, pose), np.where(self.held, 0.0, 1.0 / self._masses)
         given, bouncing = np.zeros((len(nodes), 3)), self._steps // 2
 
         def keep_out(step: int, moved: np.ndarray) -> None:

@@ -1,4 +1,4 @@
-"""Static equilibrium of a body of which a patch of the surface is grasped and moved: nothing slides or lets go."""
+"""Static equilibrium of a body whose surface is grasped at a patch that is moved: nothing slides or lets go."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -16,14 +16,17 @@ from palpate.solvers.indentation import Touching, at_depth
 ON_PATCH = 1e-9
 """Distance of a node from the patch that it lies on, over the size of its mesh."""
 FACING = 0.5
-"""Least cosine between the normals of a patch's triangles and of its middle."""
+"""Least cosine between the normals of a patch's triangles and of the node in its middle."""
 SMALL, RESPONSE = 1e-6, 1e-6
-"""Motion of the patch, over the body's size, that linear responses are found with, and their residual."""
+"""Displacement of the patch, over the body's size, by which linear responses are found, and their residual."""
 
 
 @dataclass(frozen=True, eq=False)
-class Patch:
-    """Whole triangles of a surface, so that meshes which halve them hold the same area; corners : (t, 3, 3) [m]."""
+class GraspedPatch:
+    """Triangles of a surface that are grasped, with ``corners`` (t, 3, 3) [m] at rest.
+
+    As they are whole, meshes that halve them are grasped at the same area.
+    """
 
     corners: np.ndarray
 
@@ -40,10 +43,11 @@ class Patch:
         nodes = mesh.surface[np.linalg.norm(mesh.nodes[mesh.surface] - middle, axis=1) <= reach]
         first, sides = self.corners[:, 0], np.swapaxes(self.corners[:, 1:] - self.corners[:, :1], 1, 2)
         away = mesh.nodes[nodes][:, None] - first
-        shares = np.einsum("tab,nta->ntb", np.swapaxes(np.linalg.pinv(sides), 1, 2), away)
-        shares = np.clip(shares, 0.0, None)
-        shares /= np.maximum(shares.sum(axis=2, keepdims=True), 1.0)
-        off = np.linalg.norm(away - np.einsum("tab,ntb->nta", sides, shares), axis=2).min(axis=1, initial=np.inf)
+        # coordinates along two sides of each triangle, moved into it: exact for nodes on it, an upper bound for others
+        along = np.einsum("tab,nta->ntb", np.swapaxes(np.linalg.pinv(sides), 1, 2), away)
+        along = np.clip(along, 0.0, None)
+        along /= np.maximum(along.sum(axis=2, keepdims=True), 1.0)
+        off = np.linalg.norm(away - np.einsum("tab,ntb->nta", sides, along), axis=2).min(axis=1, initial=np.inf)
         return nodes[off <= near]
 
     def held_of(self, body: Body) -> Body:
@@ -52,25 +56,26 @@ class Patch:
         return replace(body, anchors=[np.union1d(*each) for each in zip(body.anchors, patched, strict=True)])
 
 
-def patch_around(mesh: Mesh, node: int, radius_m: float) -> Patch:
-    """Return the triangles of ``mesh`` within ``radius_m`` of a node of its surface, at least those that it is part of.
+def patch_around(mesh: Mesh, node: int, radius_m: float) -> GraspedPatch:
+    """Return the patch of the triangles of ``mesh`` within ``radius_m`` of a surface node, at least those around it.
 
-    Those that look another way are left out, as of the far side of a thin body.
+    Triangles that face another direction are left out, as those on the far side of a thin body.
     """
     corners = mesh.nodes[mesh.triangles]
     within = (np.linalg.norm(corners - mesh.nodes[node], axis=2) <= radius_m).all(axis=1)
     normals = area_normals(mesh.nodes, mesh.triangles)
     facing = normals @ mesh.normals[node] > FACING * np.linalg.norm(normals, axis=1)
-    return Patch(corners[(within & facing) | (mesh.triangles == node).any(axis=1)])
+    return GraspedPatch(corners[(within & facing) | (mesh.triangles == node).any(axis=1)])
 
 
 class Grasping(FastEquilibrium):
-    """The static problem on one level of a body whose ``patch`` is moved; arguments and errors of ``Equilibrium``.
+    """The static problem on one level of a body whose ``patch`` is moved; other arguments as of ``Equilibrium``.
 
-    grasped : the nodes of the patch; NotConverged where there are none, or where some of them are held
+    grasped : the nodes of the patch
+    Raises what ``Equilibrium`` does, and NotConverged if no node lies on the patch or one of them is held.
     """
 
-    def __init__(self, body: Body, level: int, order: int, patch: Patch):
+    def __init__(self, body: Body, level: int, order: int, patch: GraspedPatch):
         finest = level + order - 1
         super().__init__(patch.held_of(body), level, order)
         self.patch, self.grasped = patch, patch.nodes_of(self.mesh)
@@ -79,27 +84,26 @@ class Grasping(FastEquilibrium):
         if np.intersect1d(self.grasped, body.supported(finest)).size:
             raise NotConverged("what is grasped is held", [float("nan")])
 
-    def response(self, way: np.ndarray) -> np.ndarray:
-        """Return the linear response (n, 3), per metre, to a motion of the patch along the unit vector ``way`` (3,).
+    def response(self, direction: np.ndarray) -> np.ndarray:
+        """Return the linear response (n, 3), per metre, to a displacement of the patch along ``direction``.
 
-        Of a patch in several parts each node of ``grasped`` may have a way of its own, (k, 3).
+        direction : a unit vector (3,), or one for each node of ``grasped``, (k, 3), if parts of the patch move apart
         """
         shift, small = np.zeros_like(self.mesh.nodes), SMALL * self.mesh.size
-        shift[self.grasped] = way
+        shift[self.grasped] = direction
         self.load = np.zeros_like(shift)
         load = (self.force(self.mesh.nodes + small * shift) - self.force(self.mesh.nodes)) / small
         return shift + self.linear_solver(RESPONSE)(load)
 
     def reaction(self, x: np.ndarray) -> np.ndarray:
-        """Return the force (3,) [N] of what grasps on a body at ``x`` (n, 3) [m]."""
+        """Return the force (3,) [N] on the patch that holds the body at ``x`` (n, 3) [m]."""
         return -self.free_force(x)[self.grasped].sum(axis=0)
 
     def push(self, direction: np.ndarray, depths: Sequence[float], tolerance: float) -> Iterator[Touching]:
-        """Move the patch along the unit vector ``direction`` (3,) to each depth [m], and yield what that does.
+        """Move the patch along ``direction`` by each depth [m], and yield the equilibrium there.
 
-        direction : or one for each node of ``grasped``, (k, 3), as ``response`` has it
-        tolerance : of the residual, over the norm of the nodal forces on the patch
-        Areas and pressures are NaN: what is held is no question, and the pressure at its rim has no bound.
+        direction : as of ``response``; tolerance : of the residual, over the norm of the nodal forces on the patch
+        Areas and pressures are NaN: the area is given, and the pressure at its rim is not bounded.
         Raises InputError for a depth that is negative or larger than the body, and NotConverged where no stable
         equilibrium is found, or an element is inverted.
         """
@@ -122,7 +126,7 @@ class Grasping(FastEquilibrium):
             yield Touching(depth, x, self.reaction(x), float("nan"), float("nan"), 0.0)
 
     def _balanced(self, start: np.ndarray, tolerance: float) -> np.ndarray:
-        """Return the equilibrium (n, 3) [m] with the patch where ``start`` (n, 3) [m] has it."""
+        """Return the equilibrium (n, 3) [m] whose patch is where ``start`` (n, 3) [m] has it."""
         scale = float(np.linalg.norm(self.free_force(start)[self.grasped]))
 
         def newton(begin: np.ndarray) -> Solution:

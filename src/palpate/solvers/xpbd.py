@@ -1,12 +1,12 @@
-"""Relax a body by its constraints: extended position-based dynamics to the equilibrium of corotational linear elements.
+"""Extended position-based dynamics: a body of corotational linear elements relaxed to equilibrium by its constraints.
 
-The two terms of the law are constraints of each element with a compliance (Macklin and Müller 2021, who do so for a
-neo-Hookean law): ‖F − R‖ with 1/(2 μ V), tr(RᵀF) − 3 with 1/(λ V). Both are met at once, by the two equations that
-couple them (Ton-That, Kry and Andrews 2023). Multipliers accumulate over the iterations of a step (Macklin, Müller,
-Chentanez 2016). The motion is stopped whenever its kinetic energy falls, so that it settles without a damping to be
-chosen. A step with too few iterations settles elsewhere; shorter steps need fewer. The springs of a bed are constraints
-of its triangles: three combinations of the corners' displacements, whose squares are the energy. An instrument is an
-inequality of each node, without compliance.
+The two terms of the law are constraints of each element with a compliance (Macklin and Müller 2021, for a neo-Hookean
+law): ‖F − R‖ with 1/(2 μ V), tr(RᵀF) − 3 with 1/(λ V). Both are met at once, by the two equations that couple them
+(Ton-That, Kry and Andrews 2023). Multipliers accumulate over the iterations of a step (Macklin, Müller, Chentanez
+2016). To reach equilibrium without a damping that would have to be chosen, nodes are stopped whenever their kinetic
+energy falls. With too few iterations a step ends elsewhere; shorter steps need fewer. The springs of a bed are
+constraints of its triangles: three combinations of the corners' displacements, whose squares are the energy. An
+instrument is an inequality of each node, without compliance.
 """
 
 import numba
@@ -25,17 +25,17 @@ LEAST_DISTANCE = 1e-12
 """Below this ‖F − R‖ has no direction, and the constraint is met."""
 
 
-class Obstacle:
-    """An instrument at a ``pose`` [m] that ``nodes`` (k,) are kept out of, without friction.
+class InstrumentConstraints:
+    """The constraints that keep ``nodes`` (k,) out of an instrument at a ``pose``, without friction.
 
-    multipliers : (k,) [kg m], those of the last step; never negative, as nothing sticks
+    multipliers : (k,) [kg m], of the last step; never negative, as contact has no tension
     """
 
     def __init__(self, nodes: np.ndarray, pose: Pose):
         self.nodes, self.pose, self.multipliers = nodes, pose, np.zeros(len(nodes))
 
     def keep_out(self, x: np.ndarray, inverse: np.ndarray) -> None:
-        """Correct the nodes of ``x`` (n, 3) [m] once, in place; inverse : of all masses (n,) [1/kg]."""
+        """Correct ``x`` (n, 3) [m] once, in place; inverse : one over each node's mass (n,) [1/kg]."""
         gaps, normals = self.pose.gaps(x[self.nodes])
         found = np.maximum(self.multipliers - gaps / inverse[self.nodes], 0.0)
         x[self.nodes] += (inverse[self.nodes] * (found - self.multipliers))[:, None] * normals
@@ -47,7 +47,7 @@ class Obstacle:
 
 
 class Constraints:
-    """The constraints of ``elements`` and of ``springs``, or None, met in turn, and their multipliers."""
+    """The constraints of ``elements``, and of ``springs`` unless None, and their multipliers."""
 
     def __init__(self, elements: LinearElements | FlatElements, springs: BedSprings | LinearSprings | None):
         self._elements, self._springs, self._flat = elements, springs, isinstance(elements, FlatElements)
@@ -64,9 +64,10 @@ class Constraints:
     def meet(
         self, x: np.ndarray, inverse: np.ndarray, step_s: float, start: np.ndarray, damping_s: float = 0.0
     ) -> None:
-        """Correct ``x`` (n, 3) [m] once, in place.
+        """Correct ``x`` (n, 3) [m] by each constraint once, in place.
 
-        inverse : of all masses (n,) [1/kg]; start : where the step of ``step_s`` [s] began; damping_s : β
+        inverse : one over each node's mass (n,) [1/kg]; step_s : length of the step [s]
+        start : positions (n, 3) [m] at its start; damping_s : β of Rayleigh damping
         """
         elements, springs, turns = self._elements, self._springs, self._turns
         parts = elements.tetrahedra, elements.gradients, elements.volumes, *elements.moduli, self._flat
@@ -76,9 +77,9 @@ class Constraints:
 
 
 class Xpbd:
-    """Steps of ``elements`` in which each element's constraints are met in turn.
+    """The relaxation of ``elements`` by the constraints of each in turn.
 
-    masses : (n,) [kg]; held : (n,) bool; bed : what they lie on, or None
+    masses : (n,) [kg]; held : (n,) bool; bed : springs under the nodes, or None
     """
 
     def __init__(self, elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None = None):
@@ -93,12 +94,13 @@ class Xpbd:
         iterations: int,
         step_s: float,
         before: np.ndarray | None = None,
-        obstacle: Obstacle | None = None,
+        obstacle: InstrumentConstraints | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions after ``steps`` of ``step_s`` [s] from ``x`` (n, 3) [m], and those a step before.
+        """Return positions (n, 3) [m] after ``steps`` of ``step_s`` [s] from ``x`` (n, 3) [m], and those a step before.
 
-        load : (n, 3) [N]; before : positions a step before ``x``, with which a motion goes on, or None for none
-        obstacle : what nodes are kept out of, or None; its multipliers are left at those of the last step
+        load : (n, 3) [N]; iterations : of each step
+        before : positions a step before ``x``, from which a motion is continued, or None
+        obstacle : an instrument, or None; afterwards it has the multipliers of the last step
         """
         x, constraints = x.copy(), Constraints(self._elements, self._bed)
         push = step_s**2 * self._inverse[:, None] * load
@@ -126,7 +128,7 @@ class Xpbd:
 
 
 class XpbdSteps(RelaxedParts):
-    """Steps of XPBD with so many iterations each."""
+    """Time steps of XPBD, with the ``iterations`` of the scene's settings."""
 
     def __init__(self, system: System, stepping: Stepping):
         super().__init__(system, "xpbd")
@@ -150,7 +152,7 @@ make = XpbdSteps
 
 @numba.njit(cache=True, error_model="numpy")
 def _constraints(x, element, gradients, flat, turn, work, f, r, shape, swell):
-    """Return both constraints, and write their gradients by the corners into ``shape`` and ``swell`` (4, 3)."""
+    """Return ‖F − R‖ and tr(RᵀF) − 3 of an element; write their gradients to ``shape`` and ``swell``, (4, 3)."""
     deformation_gradient(x, element, gradients, f)
     nearest(f, turn, work, r)
     if flat:
@@ -174,7 +176,7 @@ def _constraints(x, element, gradients, flat, turn, work, f, r, shape, swell):
 
 @numba.njit(cache=True, error_model="numpy")
 def _meet(x, tetrahedra, gradients, volumes, mu, lam, flat, multipliers, turns, inverse, step_s, start, slow):
-    """Correct the constraints of each element once (Macklin, Müller, Chentanez 2016, equation 26, for two at once).
+    """Correct ``x`` by both constraints of each element once (Macklin, Müller, Chentanez 2016, equation 26, for two).
 
     slow : β over the step, 0 without damping
     """
@@ -213,7 +215,7 @@ def _meet(x, tetrahedra, gradients, volumes, mu, lam, flat, multipliers, turns, 
 
 @numba.njit(cache=True, error_model="numpy")
 def _pull(x, rest, couples, roots, multipliers, inverse, step_s):
-    """Correct the constraints of each triangle of a bed once: its ``roots`` times displacements, of compliance 1."""
+    """Correct ``x`` by the constraints of each spring once: its ``roots`` times displacements, of compliance 1."""
     soft = 1.0 / step_s**2
     for t in range(len(couples)):
         for c in range(roots.shape[1]):

@@ -11,7 +11,7 @@ from palpate.bodies.cutting.cut import blade
 from palpate.bodies.cutting.ways import WAYS
 from palpate.errors import NotConverged
 from palpate.models.cut.elements import CONFORM, Nodes, online
-from palpate.solvers.grasping import Grasping, Patch
+from palpate.solvers.grasping import GraspedPatch, Grasping
 
 
 @pytest.mark.parametrize("at", [0.05, 0.05 + 1e-9, 0.0537])
@@ -62,6 +62,6 @@ def test_linear_elements_open_as_quadratic_ones_do(opening, quadratic, way, surf
 def test_a_hook_between_nodes_is_refused(opening):
     fine = opening.body.fine
     between = fine.triangles[(fine.triangles >= len(opening.body.coarse.nodes)).all(axis=1)][:1]
-    case = replace(opening, hooks=[Hook(Patch(fine.nodes[between]), np.ones(3))])
+    case = replace(opening, hooks=[Hook(GraspedPatch(fine.nodes[between]), np.ones(3))])
     with pytest.raises(NotConverged, match="no node"):
         answer(online(case, level=0, way=WAYS[0]))

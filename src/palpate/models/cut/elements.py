@@ -14,13 +14,13 @@ from palpate.bodies.cutting.conform import cut_body
 from palpate.bodies.cutting.cut import Cut, Cuts
 from palpate.bodies.mesh import Mesh
 from palpate.models.cut.opened import CutCase, LevelModel, Opened
-from palpate.solvers.grasping import Grasping, Patch
+from palpate.solvers.grasping import GraspedPatch, Grasping
 
 CONFORM = "conform"
 
 
 @dataclass(frozen=True, eq=False)
-class Nodes(Patch):
+class Nodes(GraspedPatch):
     """What is grasped, as given ``nodes`` (k,) of one mesh, increasing."""
 
     nodes: np.ndarray

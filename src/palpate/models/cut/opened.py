@@ -16,7 +16,7 @@ from palpate.bodies.mesh import unit
 from palpate.bodies.refinement import with_midpoints
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import to_fine
-from palpate.solvers.grasping import Grasping, Patch
+from palpate.solvers.grasping import GraspedPatch, Grasping
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,8 @@ class LevelModel:
 
 def before_cut(case: CutCase, level: int) -> tuple[np.ndarray, np.ndarray]:
     """Return displacements (n, 3) [m] on a ``level`` and the hooks' forces [N] of quadratic elements before the cut."""
-    body, patch = with_midpoints(case.body, level), Patch(np.concatenate([hook.patch.corners for hook in case.hooks]))
+    body = with_midpoints(case.body, level)
+    patch = GraspedPatch(np.concatenate([hook.patch.corners for hook in case.hooks]))
     problem = Grasping(body, level, 2, patch)
     x, count = pulled(problem, case.hooks), len(case.body.levels[level].nodes)
     return (x - problem.mesh.nodes)[:count], forces_on(problem, case.hooks, x)

@@ -16,7 +16,7 @@ from palpate.effects.instrument import Pose
 from palpate.effects.instrument_penalty import NodeContact, may_touch
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import held_on, to_surface
-from palpate.solvers.xpbd import Obstacle
+from palpate.solvers.xpbd import InstrumentConstraints
 
 SHARES = (0.2, 0.4, 0.6, 0.8, 1.0)
 """Depths at which the instrument stops on its way, over the whole depth."""
@@ -32,7 +32,7 @@ class Relaxing(NamedTuple):
     pushes : from these to the forces (k, 3) [N] of the instrument on the nodes, as the method has them
     """
 
-    contact: NodeContact | Obstacle
+    contact: NodeContact | InstrumentConstraints
     relax: Callable[[np.ndarray], np.ndarray]
     pushes: Callable[[np.ndarray], np.ndarray]
 

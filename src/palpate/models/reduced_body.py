@@ -77,7 +77,7 @@ class BodyAtRest:
         answer, change = self.answers((further.T @ load)[:, :, None])
         small = SMALL * self.elements.size / np.abs(answer).max()  # so that the answer is linear
         unbalanced = small * load + finest.force(finest.rest + small * (further @ answer[:, :, 0]))
-        last = finest.yielding(finest.rest, unbalanced, CHANGE_RESIDUAL) / small
+        last = finest.static_response(finest.rest, unbalanced, CHANGE_RESIDUAL) / small
         ratio = np.linalg.norm(further @ change[:, :, 0]) / np.linalg.norm(last)
         return 1.0 / (max(float(ratio), LEAST_RATIO) - 1.0)
 

@@ -162,7 +162,7 @@ def misses(motion: ReducedMotion, found: MotionInModes) -> float:
         after, q = found.reached[number].v, found.reached[number].middle
         x, v, a = (modes.own @ each[:, 0] for each in (q, (before + after) / 2.0, (after - before) / h))
         load = _sum(motion.nodal, (number + 0.5) * h)
-        lacking = elements.lacking(x, v, a, load, motion.rayleigh, MISSED_RESIDUAL)
+        lacking = elements.unbalanced_response(x, v, a, load, motion.rayleigh, MISSED_RESIDUAL)
         stiff = body.at_rest.elements.multiply(np.ascontiguousarray(lacking[:, :, None]))[:, :, 0]
         inside = np.tensordot(modes.own, stiff, ((0, 1), (0, 1)))[:, None]
         shares.append(motion.elastic_energy.clamped(q) @ inside)

@@ -110,10 +110,10 @@ class BackwardEuler:
         mean = np.zeros(3)
         if self._system.free.all():
             mean = (self._masses * v).sum(axis=0) / self._masses.sum()
-        inner = v - mean
-        common = 0.5 * float(self._masses.sum()) * float(mean @ mean)
-        spare = max(0.0, allowed - common) / max(self._kinetic(inner), 1e-300)
-        return mean + math.sqrt(min(1.0, spare)) * inner
+        relative = v - mean
+        of_mean = 0.5 * float(self._masses.sum()) * float(mean @ mean)
+        ratio = max(0.0, allowed - of_mean) / max(self._kinetic(relative), 1e-300)
+        return mean + math.sqrt(min(1.0, ratio)) * relative
 
     def _kinetic(self, v: np.ndarray) -> float:
         return 0.5 * float(np.vdot(self._masses * v, v))

@@ -34,9 +34,10 @@ def mass_matrix(mesh: TetMesh, element_masses: np.ndarray) -> sparse.csr_array:
     coordinates in closed form (Zienkiewicz, Taylor and Zhu 2013, section 6.3).
     """
     on_edge = np.array([[corner in edge for edge in EDGES] for corner in range(4)])
-    shared = np.array([[len(set(a) & set(b)) for b in EDGES.tolist()] for a in EDGES.tolist()])
+    in_common = np.array([[len(set(a) & set(b)) for b in EDGES.tolist()] for a in EDGES.tolist()])
     corners, mixed = np.ones((4, 4)) + 5.0 * np.eye(4), np.where(on_edge, -4.0, -6.0)
-    whole = np.block([[corners, mixed], [mixed.T, np.array([8.0, 16.0, 32.0])[shared]]]) / 420.0
+    edges = np.array([8.0, 16.0, 32.0])[in_common]  # by the number of corners that two edges have in common
+    whole = np.block([[corners, mixed], [mixed.T, edges]]) / 420.0
     ten, n = ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges)
     rows, columns = np.repeat(ten, 10, axis=1).ravel(), np.tile(ten, (1, 10)).ravel()
     return sparse.coo_array((np.outer(element_masses, whole.ravel()).ravel(), (rows, columns)), shape=(n, n)).tocsr()
@@ -180,19 +181,19 @@ class QuadraticMotion(Equilibrium, Midpoint):
         """Return the product of the damping matrix at ``x`` (n, 3) [m] with velocities (n, 3) [m/s], in [N]."""
         return damping_of(self._rates, self.masses, lambda: self._tangent(x, True))
 
-    def lacking(
+    def unbalanced_response(
         self, moved: np.ndarray, v: np.ndarray, a: np.ndarray, load: np.ndarray, rayleigh: Rayleigh, residual: float
     ) -> np.ndarray:
         """Return the static displacements (n, 3) [m] by the forces of a state that do not balance.
 
         moved, v, a : (n, 3) the displacements [m], velocities [m/s] and accelerations [m/s²] of the state
-        load : (n, 3) [N]; rayleigh : α and β of the damping; residual : as of ``yielding``
+        load : (n, 3) [N]; rayleigh : α and β of the damping; residual : as of ``static_response``
         """
         x, self.load = self.rest + moved, load
         damping = damping_of(rayleigh, self.masses, lambda: self._tangent(x, True))
-        return self.yielding(x, self.force(x) - self.masses @ a - damping(v), residual)
+        return self.static_response(x, self.force(x) - self.masses @ a - damping(v), residual)
 
-    def yielding(self, x: np.ndarray, force: np.ndarray, residual: float) -> np.ndarray:
+    def static_response(self, x: np.ndarray, force: np.ndarray, residual: float) -> np.ndarray:
         """Return the static displacements (n, 3) [m] by a ``force`` (n, 3) [N], of the body linearised at ``x`` [m].
 
         residual : relative, of the linear solution with the clamped Hessian; NotConverged if it is not reached

@@ -132,8 +132,7 @@ class System:
         Damping is left out. The force of an effect with a ``limit`` can grow without bound: it counts as at most
         ``most`` [N].
         """
-        still = np.zeros_like(x)  # damping, which may be expensive, is not part of it
-        total = 0.0
+        still, total = np.zeros_like(x), 0.0
         for call in [*self._potential, *self._loads]:
             norm = float(np.linalg.norm(self._sum([call], x, still)))
             total += min(norm, most) if call[0] in self._unbounded else norm
@@ -256,12 +255,12 @@ DENSE_UNKNOWNS = 120
 def stable_step(system: System, taken: float = 0.0) -> float:
     """Return the longest stable step of symplectic Euler [s]; infinite without stiffness and damping.
 
-    It is the h with h² λ_K + 2 h λ_C = 4 − ``taken``.
-    λ_K and λ_C are the largest eigenvalues of M⁻¹K and M⁻¹C at rest. In each step a mode of frequency² a and damping
-    rate c is multiplied by the roots of z² − (2 − hc − h²a) z + (1 − hc), which are in the unit circle up to
-    h² a + 2 h c = 4; without damping that is h = 2 sqrt(m/k) (paper 3). In a mode of the whole body a and c are means
-    over it, a ≤ λ_K and c ≤ λ_C, so the condition is sufficient. A decay of velocities by a projection at the end of
-    the step reduces the right side to 2 in the worst case.
+    It is the h with h² λ_K + 2 h λ_C = 4 − ``taken``, where λ_K and λ_C are the largest eigenvalues of M⁻¹K and M⁻¹C
+    at rest. In each step a mode of frequency² a and damping rate c is multiplied by the roots of
+    z² − (2 − hc − h²a) z + (1 − hc), which are in the unit circle up to h² a + 2 h c = 4; without damping that is
+    h = 2 sqrt(m/k) (paper 3). In a mode of the whole body a and c are means over it, a ≤ λ_K and c ≤ λ_C, so the
+    condition is sufficient. A decay of velocities by a projection at the end of the step reduces the right side to 2 in
+    the worst case.
 
     taken : α of goal positions, 0 without them
     """

@@ -56,14 +56,14 @@ class Rubbing(NamedTuple):
     """Friction of q points on k rigid instruments in a step, as the kernels take it.
 
     normals : (k, q, 3); limits : (k, q) μ λ [N]; slip : [m], from which friction is at its limit
-    start : (q, 3) [m], points at the start of the step; ways : (k, 3) [m], displacements of the instruments in it
+    start : (q, 3) [m], points at the start of the step; shifts : (k, 3) [m], displacements of the instruments in it
     """
 
     normals: np.ndarray
     limits: np.ndarray
     slip: float
     start: np.ndarray
-    ways: np.ndarray
+    shifts: np.ndarray
 
 
 @numba.njit(cache=True, error_model="numpy")

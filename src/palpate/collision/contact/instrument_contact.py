@@ -54,21 +54,21 @@ def instruments_of(body: Body, contact: settings.Contact) -> InstrumentContact:
 
 
 @numba.njit(cache=True)
-def rubbing_of(points, stiff, tools, coefficient, base, ways, slip):
+def rubbing_of(points, stiff, tools, coefficient, base, shifts, slip):
     """Return the friction of a step, with the normals and pressures that ``points`` (q, 3) [m] have under ``tools``.
 
     stiff : (q,) as of ``pushes``; coefficient : of friction; base : (q, 3) [m], points at the start of the step
-    ways : (k, 3) [m], displacements of the instruments in it; slip : [m], from which friction is at its limit
+    shifts : (k, 3) [m], displacements of the instruments in it; slip : [m], from which friction is at its limit
     """
     gaps, normals = gaps_of(points, tools)
-    return Rubbing(normals, coefficient * (stiff * np.maximum(-gaps, 0.0)), slip, base, ways)
+    return Rubbing(normals, coefficient * (stiff * np.maximum(-gaps, 0.0)), slip, base, shifts)
 
 
 @numba.njit(cache=True)
-def _slide(point, start, way, normal, u):
+def _slide(point, start, shift, normal, u):
     """Write the tangential displacement of a point relative to an instrument to ``u`` (3,); return its length [m]."""
     for i in range(3):
-        u[i] = point[i] - start[i] - way[i]
+        u[i] = point[i] - start[i] - shift[i]
     return tangential(u, normal)
 
 
@@ -79,7 +79,7 @@ def pushes(points, stiff, tools, rubbing):
     stiff : (q,) [N/m], the penalty; with one in [Pa/m], also in ``rubbing_of``, forces and energies are per area
     """
     gaps, normals = gaps_of(points, tools)
-    held, limits, slip, start, ways = rubbing
+    held, limits, slip, start, shifts = rubbing
     forces, energies, u = np.zeros(normals.shape), np.zeros(len(points)), np.empty(3)
     for k in range(len(gaps)):
         for q in range(len(points)):
@@ -88,7 +88,7 @@ def pushes(points, stiff, tools, rubbing):
                 for i in range(3):
                     forces[k, q, i] = -stiff[q] * gaps[k, q] * normals[k, q, i]
             if limits[k, q] > 0.0:
-                potential, resistance, _ = law(_slide(points[q], start[q], ways[k], held[k, q], u), slip)
+                potential, resistance, _ = law(_slide(points[q], start[q], shifts[k], held[k, q], u), slip)
                 energies[q] += limits[k, q] * potential
                 for i in range(3):
                     forces[k, q, i] -= limits[k, q] * resistance * u[i]
@@ -99,13 +99,13 @@ def pushes(points, stiff, tools, rubbing):
 def stiffness(points, stiff, tools, rubbing, chosen):
     """Return blocks (c, 3, 3) [N/m] of the ``chosen`` (c,) points, without negative terms of curvature and sliding."""
     gaps, normals = gaps_of(points, tools)
-    held, limits, slip, start, ways = rubbing
+    held, limits, slip, start, shifts = rubbing
     blocks, u = np.zeros((len(chosen), 3, 3)), np.empty(3)
     for k in range(len(gaps)):
         for c in range(len(chosen)):
             q, rubbed = chosen[c], 0.0
             if limits[k, q] > 0.0:
-                rubbed = limits[k, q] * law(_slide(points[q], start[q], ways[k], held[k, q], u), slip)[1]
+                rubbed = limits[k, q] * law(_slide(points[q], start[q], shifts[k], held[k, q], u), slip)[1]
             pressed = stiff[q] if gaps[k, q] < 0.0 else 0.0
             for i in range(3):
                 blocks[c, i, i] += rubbed

@@ -24,7 +24,7 @@ def make(particles: Particles, settings: object, elastic: Effect | None = None) 
 
 
 class BedSprings(Energy, Stiffness):
-    """E = ∫ ½ k u² over the surface in the sphere of a bed, with k = stiffness_n_m3 · (1 − (distance/radius)²)².
+    """Springs with E = ∫ ½ k u² over the surface in a bed's sphere, k = stiffness_n_m3 · (1 − (distance/radius)²)².
 
     u is the displacement, and the region is that of the rest shape, so that the stiffness is constant. k falls smoothly
     to zero at the sphere, so that stress is not singular there, as it is at the edge of held nodes; the bed ends

@@ -31,7 +31,7 @@ def _flat(points: np.ndarray) -> bool:
 
 
 class Bending(Energy, Stiffness):
-    """E = ½ Σ c ‖Σ K x‖² over the inner edges, c and K constant (Bergou et al. 2006; Wardetzky et al. 2007).
+    """Bending with E = ½ Σ c ‖Σ K x‖² over inner edges, c and K constant (Bergou et al. 2006; Wardetzky et al. 2007).
 
     K (4,) are the papers' cotangents around an edge; they vanish for affine x, and on a flat sheet Σ K x = a : ∇²x
     exactly for a quadratic x, with a symmetric a. The weight is c = D (A₀ + A₁) / (a : a), with the flexural stiffness

@@ -12,7 +12,7 @@ from palpate.linalg.polar import signed_svd
 
 
 class FemPlasticity(Relaxation):
-    """F = Fₑ Fₚ with det Fₚ = 1 (Irving, Teran, Fedkiw 2004, section 6): the plastic part Fₚ has no energy.
+    """Plastic flow by F = Fₑ Fₚ, det Fₚ = 1 (Irving, Teran, Fedkiw 2004, section 6): the plastic part Fₚ has no energy.
 
     The elastic strain is that of Hencky, eᵢ = log sᵢ minus their mean, with the singular values s of Fₑ. Its size
     √(2/3 Σ eᵢ²) is the logarithmic strain of a bar of constant volume. Above the yield strain an element at rest

@@ -13,7 +13,7 @@ def make(particles: Particles, gravity: settings.Gravity, elastic: Effect | None
 
 
 class Gravity(Energy, Weight):
-    """E = −Σ m g · (x − x⁰), zero at the rest positions."""
+    """Weight with E = −Σ m g · (x − x⁰), zero at the rest positions."""
 
     def __init__(self, particles: Particles, acceleration: np.ndarray):
         self.acceleration, self._rest = acceleration, particles.nodes

@@ -11,7 +11,7 @@ from palpate.effects.instrument import Pose
 
 
 class NodeContact(Energy):
-    """E = Σ ½ k g² over the nodes whose gap g to the instrument is negative; there is no friction.
+    """Contact with E = Σ ½ k g² over the nodes whose gap g to an instrument is negative; there is no friction.
 
     nodes : (k,) that may touch; stiffness_n_m : (k,) penalty of each
     pose : of the instrument; it is set anew where the instrument moves

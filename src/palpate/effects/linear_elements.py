@@ -122,7 +122,7 @@ def make(particles: Particles, settings: object, elastic: Effect | None = None) 
 
 
 class LinearElements(Elements):
-    """Ψ(F) = μ ‖S − I‖² + λ/2 tr²(S − I) with F = R S (Müller and Gross 2004; energy: McAdams et al. 2011).
+    """Elements of Ψ(F) = μ ‖S − I‖² + λ/2 tr²(S − I), F = R S (Müller and Gross 2004; energy: McAdams et al. 2011).
 
     Small-strain elasticity in the rotated frame of each element. The force is the exact gradient of the energy, as the
     derivative of the rotation cancels. It is finite for collapsed and inverted elements, and restores them. Trap: where

@@ -345,7 +345,7 @@ class QuadraticElements(Elements):
 
 
 class MeanDilatation(QuadraticElements):
-    """Ψ = W(s) at four points and V U(mean θ) for each element (Nagtegaal, Parks, Rice 1974): P2 / P0.
+    """Elements with Ψ = W(s) at four points and V U(mean θ) of each (Nagtegaal, Parks, Rice 1974): P2 / P0.
 
     As the mean of θ is one number, an element of ten nodes keeps enough freedom when ν tends to 1/2; plain elements,
     which resist at four points, lock. In the linear case it is the mixed element of quadratic displacements and a

@@ -75,7 +75,7 @@ def make(particles: Particles, springs: settings.Springs | None, elastic: Effect
 
 
 class Springs(Energy, Stiffness):
-    """E = Σ ½ k (l − l₀)² over pairs of nodes l apart (paper 2, eq. 1 without its damper).
+    """Springs with E = Σ ½ k (l − l₀)² between pairs of nodes l apart (paper 2, eq. 1 without its damper).
 
     pairs : (n_springs, 2); stiffness_n_m : (n_springs,) [N/m]; rest_m : (n_springs,) [m]
     Trap: the force of a spring whose ends coincide has no direction and is set to zero, so such a pair stays together

@@ -39,7 +39,7 @@ class Threads(
     effect.Corrections, effect.Following, effect.Time, effect.Driven, effect.Relaxation, effect.Observation,
     effect.Drawn,
 ):  # fmt: skip
-    """E = Σ ½ k max(d − l, 0)² of threads of length l whose ends are d apart; it is convex, and C¹ at d = l.
+    """Threads of length l whose ends are d apart, with E = Σ ½ k max(d − l, 0)², which is convex, and C¹ at d = l.
 
     A thread acts from its start, when its length l is the distance of its ends (that at rest for a start at 0); then l
     goes to its final length. Tightening does work: the tension at the end of a step times the decrease of l. An end is

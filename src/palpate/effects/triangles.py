@@ -17,7 +17,7 @@ def make(particles: Particles, settings: object, elastic: Effect | None = None) 
 
 
 class Triangles(Energy, Stiffness):
-    """E = Σ t A (μ Σ (σ − 1)² + λₚ/2 (σ₁ + σ₂ − 2)²) with σ the singular values of F, (3, 2) (paper 3, chapter 3).
+    """Membrane, E = Σ t A (μ Σ (σ − 1)² + λₚ/2 (σ₁ + σ₂ − 2)²), σ the singular values of F (3, 2) (paper 3, chapter 3).
 
     The constant-strain triangle in plane stress, λₚ = 2λμ/(λ + 2μ), in the rotated frame of each triangle. The force is
     the exact gradient. Trap: at a triangle collapsed to a line or a point the energy has a conical peak, since σ cannot

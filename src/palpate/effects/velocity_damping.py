@@ -15,7 +15,7 @@ def make(particles: Particles, damping: settings.VelocityDamping, elastic: Effec
 
 
 class VelocityDamping(Force, Proportional, Projection):
-    """C = rate · M: without other forces all velocities decay as exp(−rate t), that of the whole body included.
+    """Damping by C = rate · M: without other forces all velocities, also the mean one, decay as exp(−rate t).
 
     An explicit integrator uses ``project``, the exact decay, which is stable for any step; the force would require
     h · rate < 2.

@@ -18,7 +18,7 @@ def make(particles: Particles, volume: settings.Volume, elastic: Effect | None) 
 
 
 class Volume(Energy, Stiffness):
-    """E = Σ ½ κ (L − L₀)² over tetrahedra, L = Σⱼ‖rⱼ − r_b‖ with the middle r_b = ¼ Σ rⱼ (paper 2, eq. 2).
+    """Springs with E = Σ ½ κ (L − L₀)² over tetrahedra, L = Σⱼ‖rⱼ − r_b‖ to their middle r_b = ¼ Σ rⱼ (paper 2, eq. 2).
 
     The force on corner i is −κ (L − L₀)(uᵢ − ¼ Σ uⱼ), uⱼ the unit vector from the middle to corner j. It differs from
     the paper's equation in three points: the sign, which as printed stretches a stretched tetrahedron further; the

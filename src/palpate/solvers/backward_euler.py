@@ -42,7 +42,7 @@ def check(system: System) -> None:
 
 
 class BackwardEuler:
-    """x' minimises ‖x' − x − h v‖²_M / 2h² + E(x') − f·x' + (x' − x)ᵀ C(x) (x' − x) / 2h, then v' = (x' − x)/h.
+    """A step: x' of least ‖x' − x − h v‖²_M / 2h² + E(x') − f·x' + (x' − x)ᵀ C(x) (x' − x) / 2h, v' = (x' − x)/h.
 
     E is the potential energy, f the loads and C the damping matrix at the start of the step (Martin et al. 2011; Gast
     et al. 2015). The minimum is not above the value at x, so the potential energy never exceeds the total energy

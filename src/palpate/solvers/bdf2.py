@@ -16,7 +16,7 @@ def make(system: System, stepping: Stepping) -> "Bdf2":
 
 
 class Bdf2(BackwardEuler):
-    """v' = (3x' − 4x + x₋)/2h and M (3v' − 4v + v₋)/2h = f(x', v'), with the state (x₋, v₋) of the step before.
+    """A step: v' = (3x' − 4x + x₋)/2h, M (3v' − 4v + v₋)/2h = f(x', v'), with the state (x₋, v₋) of the step before.
 
     With y = (4x − x₋)/3 and w = (4v − v₋)/3 that is v' = (x' − y)/a and M (v' − w)/a = f, the step of backward Euler
     from (y, w) over a = 2h/3, so x' is found by the same minimisation (Hairer and Wanner 1996, section V.1; Gear

@@ -19,7 +19,7 @@ def make(system: System, stepping: Stepping | None = None) -> "GoalPosition":
 
 
 class GoalPosition:
-    """v' = v + α (g − x)/h + h f/m, then x' = x + h v' (paper 3, chapter 3), then the projections of effects.
+    """A step: v' = v + α (g − x)/h + h f/m, then x' = x + h v' (paper 3, chapter 3), then the projections of effects.
 
     For a particle with a fixed goal a step is the matrix [[1, −α/h], [h, 1 − α]] with the eigenvalues
     (1 − α/2) ± sqrt(α² − 4α)/2. Their product is 1, and for α ≤ 1 they are conjugate, so their modulus is 1 for any h.

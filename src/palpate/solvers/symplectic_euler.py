@@ -18,7 +18,7 @@ def make(system: System, stepping: Stepping | None = None) -> "SymplecticEuler":
 
 
 class SymplecticEuler:
-    """v' = v + h f(x, v)/m, then x' = x + h v', then the projections of effects (paper 3, chapter 3).
+    """A step: v' = v + h f(x, v)/m, then x' = x + h v', then the projections of effects (paper 3, chapter 3).
 
     Without damping and loads it conserves linear and angular momentum, and its energy does not drift (Hairer, Lubich,
     Wanner 2006, chapter IX). Trap: beyond ``limit_s`` it diverges.

@@ -14,7 +14,7 @@ from palpate.collision.triangles.closest_points import boxes_apart, closest, sep
 
 
 class LaggedFriction:
-    """Σ μ λ f₀(|u|), where u is the tangential part of Σ wᵢ (xᵢ − startᵢ) with w, normals and λ of an earlier state.
+    """Friction with E = Σ μ λ f₀(|u|), u tangential of Σ wᵢ (xᵢ − startᵢ), and w, normals and λ of an earlier state.
 
     f₀(u) = u²/ε − u³/(3 ε²) for u < ε, and u − ε/3 beyond (Li et al. 2020, eq. 14–17, without the constant, which has
     no force): friction is at its limit from ε = ``slip_m`` on, in a step a speed times its length. The normal force λ

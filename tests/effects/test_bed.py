@@ -144,8 +144,6 @@ def test_what_cannot_be_a_bed_is_refused(slab):
     for entry, message in wrong:
         with pytest.raises(InputError, match=rf"^body slab: bed.*{message}.*\.$"):
             read_bed("slab", entry, slab.coarse)
-    with pytest.raises(InputError, match="give the body one in bodies, or leave bed out"):
-        make(particles_of(slab, 0, False), None, None)
 
 
 def test_what_lies_on_the_bed_is_not_pressed(slab):

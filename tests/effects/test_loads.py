@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.body import nest
 from palpate.bodies.particles import particles_of
 from palpate.effects.gravity import make
 from palpate.effects.held import make as make_held
@@ -35,12 +34,6 @@ def test_anchors_are_fixed(slab, surface):
     particles = particles_of(slab, 0, surface)
     assert (particles.nodes[make_held(particles, None, None).fixed][:, 0] < 0.03).all()
     assert len(make_held(particles, None, None).fixed) == len(slab.anchors[0])
-
-
-def test_a_body_without_anchors_is_told_so(slab, soft):
-    free = nest("free", slab.coarse, 0, np.empty(0, dtype=int), soft)
-    with pytest.raises(InputError, match="give the body anchors"):
-        make_held(particles_of(free, 0, False), None, None)
 
 
 FORCE = [0.3, -1.2, 0.5]

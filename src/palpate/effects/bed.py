@@ -11,15 +11,10 @@ from palpate.bodies.particles import Particles
 from palpate.bodies.supports import Bed
 from palpate.bodies.surface_quadrature import ball_points, midpoints, near_ball, triangle_shapes
 from palpate.effects.effect import Effect, Energy, Stiffness
-from palpate.errors import InputError
 
 
 def make(particles: Particles, settings: object, elastic: Effect | None = None) -> "BedSprings":
-    """Make the beds of ``particles``; InputError if they have none."""
-    if not particles.beds:
-        raise InputError(
-            f"{particles.name}: effect bed has no bed; give the body one in bodies, or leave bed out of the scene."
-        )
+    """Make the springs of all beds of ``particles``."""
     return BedSprings(particles, particles.beds)
 
 

@@ -4,15 +4,10 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, FixedNodes
-from palpate.errors import InputError
 
 
 def make(particles: Particles, settings: object, elastic: Effect | None) -> "Held":
-    """Hold the anchors of ``particles``; InputError if there are none."""
-    if not len(particles.held):
-        raise InputError(
-            f"{particles.name}: effect held has no node to hold; give the body anchors, or leave held out of the scene."
-        )
+    """Hold the anchors of ``particles``."""
     return Held(particles.held)
 
 

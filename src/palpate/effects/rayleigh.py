@@ -19,7 +19,7 @@ def make(particles: Particles, rayleigh: settings.Rayleigh, elastic: Effect | No
 
 
 class Rayleigh(Force, Proportional):
-    """Damping by C(x) = mass_1_s M + stiffness_s K(x), K the elastic effect's Hessian clamped to be semidefinite.
+    """Damping by C(x) = mass_1_s M + stiffness_s K(x), with the elastic Hessian K clamped to positive semidefinite.
 
     ``couples`` are those of the elastic effect, and each node's mass is divided equally among its elements. The mass
     term also damps translation and rotation of the whole body; the stiffness term does not, except rotation under

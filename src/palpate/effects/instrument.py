@@ -83,9 +83,9 @@ class Pose:
 
     def bends(self, points: np.ndarray, gaps: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Return the second derivatives (n, 3, 3) [1/m] of the distance; gaps, normals : as ``gaps`` returns them."""
-        found = np.empty((len(points), 3, 3))
-        curvatures(points, self.tip, self.axes, self.instrument.shape, gaps, normals, found)
-        return found
+        second = np.empty((len(points), 3, 3))
+        curvatures(points, self.tip, self.axes, self.instrument.shape, gaps, normals, second)
+        return second
 
 
 def upright(instrument: Instrument, tip: np.ndarray, outward: np.ndarray) -> Pose:
@@ -244,9 +244,9 @@ def _least_gap(pose: Pose, corners: np.ndarray, way: np.ndarray) -> tuple[float,
         around = np.concatenate([center[:, None], around / around.sum(axis=2, keepdims=True)], axis=1)
         points = np.einsum("mga,mai->mgi", around, within).reshape(-1, 3)
         gaps, normals = pose.gaps(points)
-        found = gaps.reshape(len(within), -1)
+        by_triangle = gaps.reshape(len(within), -1)
         # those in which a smaller gap is within reach of this grid and all later ones
-        near = np.flatnonzero(found.min(axis=1) - scale / (1.0 - ZOOM) * reach <= gaps.min())
-        center, within, reach = around[near, found[near].argmin(axis=1)], within[near], reach[near]
+        near = np.flatnonzero(by_triangle.min(axis=1) - scale / (1.0 - ZOOM) * reach <= gaps.min())
+        center, within, reach = around[near, by_triangle[near].argmin(axis=1)], within[near], reach[near]
     least = int(gaps.argmin())
     return float(gaps[least]), float(normals[least] @ way)

@@ -180,7 +180,7 @@ def _nearest_shares(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
     inner = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - corners[:, 0])
     shares = np.column_stack([1.0 - inner.sum(axis=1), inner])
     # a projection inside of the triangle is the nearest point; else that is on one of the edges
-    found, least = shares, np.where(shares.min(axis=1) >= 0.0, -1.0, np.inf)
+    nearest, least = shares, np.where(shares.min(axis=1) >= 0.0, -1.0, np.inf)
     for a, b in ((0, 1), (1, 2), (2, 0)):
         edge = corners[:, b] - corners[:, a]
         along = np.einsum("ti,ti->t", point - corners[:, a], edge) / np.einsum("ti,ti->t", edge, edge)
@@ -188,6 +188,6 @@ def _nearest_shares(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
         away = np.linalg.norm(corners[:, a] + along[:, None] * edge - point, axis=1)
         on_edge = np.zeros_like(shares)
         on_edge[:, a], on_edge[:, b] = 1.0 - along, along
-        found = np.where((away < least)[:, None], on_edge, found)
+        nearest = np.where((away < least)[:, None], on_edge, nearest)
         least = np.minimum(least, away)
-    return found
+    return nearest

@@ -38,7 +38,7 @@ _ROUNDING = 1e-15
 @numba.njit(cache=True, error_model="numpy")
 def strains(x, tetrahedra, gradients):
     """Return the strain of each element at ``x`` (n, 3) [m], (m, 6)."""
-    found = np.empty((len(tetrahedra), 6))
+    strain = np.empty((len(tetrahedra), 6))
     f, q, scratch = np.empty((9, BLOCK)), np.empty((6, BLOCK)), np.empty((4, BLOCK))
     for begin in range(0, len(tetrahedra), BLOCK):
         count = min(BLOCK, len(tetrahedra) - begin)
@@ -46,8 +46,8 @@ def strains(x, tetrahedra, gradients):
         for k in range(count):
             mean = (q[0, k] + q[1, k] + q[2, k]) / 3.0
             for c in range(6):
-                found[begin + k, c] = SLOPE * (q[c, k] - mean if c < 3 else q[c, k])
-    return found
+                strain[begin + k, c] = SLOPE * (q[c, k] - mean if c < 3 else q[c, k])
+    return strain
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -239,9 +239,9 @@ def _variation(f, q, g, p, count, moved):
         f0, f1, f2 = f[3 * i, k], f[3 * i + 1, k], f[3 * i + 2, k]
         xx, yy, zz = 2.0 * f0 * g0, 2.0 * f1 * g1, 2.0 * f2 * g2
         yz, zx, xy = f1 * g2 + f2 * g1, f2 * g0 + f0 * g2, f0 * g1 + f1 * g0
-        found = half_root(q[0, k], q[1, k], q[2, k], q[3, k], q[4, k], q[5, k], xx, yy, zz, yz, zx, xy)
-        moved[6 * p, k], moved[6 * p + 1, k], moved[6 * p + 2, k] = found[0], found[1], found[2]
-        moved[6 * p + 3, k], moved[6 * p + 4, k], moved[6 * p + 5, k] = found[3], found[4], found[5]
+        root = half_root(q[0, k], q[1, k], q[2, k], q[3, k], q[4, k], q[5, k], xx, yy, zz, yz, zx, xy)
+        moved[6 * p, k], moved[6 * p + 1, k], moved[6 * p + 2, k] = root[0], root[1], root[2]
+        moved[6 * p + 3, k], moved[6 * p + 4, k], moved[6 * p + 5, k] = root[3], root[4], root[5]
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)

@@ -23,7 +23,7 @@ def placed(mesh: Mesh, held: np.ndarray, name: str, loads: Sequence[settings.Loa
     A load with a ``normal`` is returned as it is, so that the surface of one level places it for all levels of a body.
     Raises InputError for a load off the surface, of a radius beyond the body's size, or on held nodes.
     """
-    found = []
+    on_surface = []
     for i, load in enumerate(loads):
         if load.normal is None:
             corners, weights = load_point(mesh, held, f"{name}: push.loads[{i}]", load)
@@ -36,8 +36,8 @@ def placed(mesh: Mesh, held: np.ndarray, name: str, loads: Sequence[settings.Loa
                 normal /= np.linalg.norm(normal)
             at_m = (weights @ mesh.nodes[corners]).tolist()
             load = load.model_copy(update={"at_m": at_m, "normal": normal.tolist()})
-        found.append(load)
-    return found
+        on_surface.append(load)
+    return on_surface
 
 
 def disc(load: settings.Load) -> Patch:

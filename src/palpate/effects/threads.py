@@ -18,7 +18,7 @@ def make(particles: Particles, asked: list[settings.Thread], elastic: Effect | N
     The ends of each are the surface points at rest nearest to its ``ends_m`` (2, 3) [m], anywhere in a triangle, so
     that they are the same on all meshes of one shape. Raises InputError for ends off the surface or at one place.
     """
-    found = []
+    rows = []
     for i, thread in enumerate(asked):
         place, points = f"{particles.name}: threads[{i}].ends_m", np.array(thread.ends_m, dtype=float)
         corners, shares, away = nearest_on_surface(particles, points)
@@ -29,9 +29,9 @@ def make(particles: Particles, asked: list[settings.Thread], elastic: Effect | N
         if length <= 1e-9 * particles.size:
             raise InputError(f"{place} are both nearest to one point of the surface; give them farther apart.")
         final = float(thread.tightened_to * length if thread.length_m is None else thread.length_m)
-        found.append((corners.ravel(), (shares * [[-1.0], [1.0]]).ravel(), final))
+        rows.append((corners.ravel(), (shares * [[-1.0], [1.0]]).ravel(), final))
     columns = np.array([[each.stiffness_n_m, each.start_s, each.tighten_s] for each in asked], dtype=float)
-    nodes, weights, finals = (np.array(each) for each in zip(*found, strict=True))
+    nodes, weights, finals = (np.array(each) for each in zip(*rows, strict=True))
     return Threads(particles, nodes, weights, finals, columns)
 
 

@@ -68,11 +68,11 @@ class Motion:
         """
         check(name=(str, name))
         felt = [column.removesuffix("_force_x_n") for column in self.observed if column.endswith("_force_x_n")]
-        found = [each for each in felt if name in (each, each.rpartition("_")[0])]
-        if len(found) != 1:
+        names = [each for each in felt if name in (each, each.rpartition("_")[0])]
+        if len(names) != 1:
             remedy = suggest(name, felt, "there are") if felt else "add an instrument or a hook."
             raise InputError(f"no force is felt by {name}; {remedy}")
-        return -self.observed[[f"{found[0]}_force_{axis}_n" for axis in "xyz"]].to_numpy()
+        return -self.observed[[f"{names[0]}_force_{axis}_n" for axis in "xyz"]].to_numpy()
 
     def save(self, path: Path | str) -> None:
         """Write the motion to a file: an animation (.gif), stills (.png), all of it (.h5), or a series (.pvd)."""

@@ -73,10 +73,10 @@ def _force(effect: Effect, x: np.ndarray) -> np.ndarray:
     return force
 
 
-def _relative(found: np.ndarray, expected: np.ndarray, rounding: float) -> float:
+def _relative(actual: np.ndarray, expected: np.ndarray, rounding: float) -> float:
     """Return the difference of two arrays over the larger one; 0 if it is within ``rounding``, or not finite."""
-    off, size = float(np.linalg.norm(found - expected)), float(max(np.linalg.norm(found), np.linalg.norm(expected)))
-    if not np.isfinite(off + size) or off <= rounding * np.sqrt(found.size):
+    off, size = float(np.linalg.norm(actual - expected)), float(max(np.linalg.norm(actual), np.linalg.norm(expected)))
+    if not np.isfinite(off + size) or off <= rounding * np.sqrt(actual.size):
         return 0.0
     return off / size
 

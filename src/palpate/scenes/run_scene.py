@@ -261,8 +261,8 @@ class _Record:
         work, total = self._system.work_j, sum(each.values())
         self._gain = float(np.fmax(self._gain, total - self._total - (work - self._worked)))
         self._worked, self._total = work, total
-        found = {f"{name}_j": energy for name, energy in each.items()}
-        return found | {"outer_work_j": work, "total_j": total, "gain_j": self._gain}
+        row = {f"{name}_j": energy for name, energy in each.items()}
+        return row | {"outer_work_j": work, "total_j": total, "gain_j": self._gain}
 
     def _keep(self, step: int, x: np.ndarray, v: np.ndarray, energies: dict[str, float]) -> None:
         """Record a frame at the end of a step; NotConverged if its state is not finite."""
@@ -274,8 +274,8 @@ class _Record:
         self._frames.append(x.copy())
         self._drawn.append([shape for effect in self._drawing for shape in effect.drawn(x)])
         if step:  # before the first step there are no contacts yet
-            found = [self._modes.contacts()] if self._modes else [each.contacts(x) for each in self._contact_effects]
-            self._contacts += [contacts.assign(time_s=time) for contacts in found]
+            tables = [self._modes.contacts()] if self._modes else [each.contacts(x) for each in self._contact_effects]
+            self._contacts += [contacts.assign(time_s=time) for contacts in tables]
 
     def motion(self) -> Motion:
         """Return the recorded motion; NotConverged if its energy is not finite."""

@@ -238,14 +238,14 @@ class Indentation(Equilibrium):
 
     def pushes(self, x: np.ndarray) -> list[np.ndarray]:
         """Return the force (q, 3) [N] of each instrument on the points of a body at ``x`` (n, 3) [m]."""
-        at, found = self.points.interpolation @ x, []
+        at, forces = self.points.interpolation @ x, []
         for side in self._sides:
             gaps, normals = side.pose.gaps(at)
             push = self._pressure(side, gaps)[:, None] * normals
             if self._sticks:
                 push += self._traction(side, at)
-            found.append(self.points.areas[:, None] * push)
-        return found
+            forces.append(self.points.areas[:, None] * push)
+        return forces
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """Return the distance (q,) [m] of each point from the nearest instrument, of a body at ``x`` (n, 3) [m]."""
@@ -272,9 +272,9 @@ class Indentation(Equilibrium):
         near, spread, elastic = self.points.interpolation[touched], self.points.spread[:, touched], product(stiffness)
 
         def multiply(moved: np.ndarray) -> np.ndarray:
-            found = elastic(moved) + spread @ np.einsum("qij,qj->qi", blocks, near @ moved)
-            found[self._held] = moved[self._held]
-            return found
+            force = elastic(moved) + spread @ np.einsum("qij,qj->qi", blocks, near @ moved)
+            force[self._held] = moved[self._held]
+            return force
 
         if self._multigrid is not None:
             self._multigrid.update(
@@ -332,7 +332,7 @@ class Indentation(Equilibrium):
         self.begin(begin)
         longest = LONGEST_STEP * min((pose.instrument.radius_m for pose in begin), default=np.inf)
         longest = min(longest, scale / STICKING_STEPS) if self._sticks else longest
-        rest = found = Touching(0.0, self.mesh.nodes.copy(), np.zeros(3), 0.0, 0.0, 0.0)
+        rest = touching = Touching(0.0, self.mesh.nodes.copy(), np.zeros(3), 0.0, 0.0, 0.0)
 
         def settle(before: Touching, depth: float, _: float) -> Touching:
             at = self.points.interpolation @ before.x
@@ -348,16 +348,16 @@ class Indentation(Equilibrium):
         for depth in depths:
             if depth == 0.0:  # a search would leave rounding of first touch and of the multipliers
                 self._sides = [_Side(pose, len(self.points.areas)) for pose in begin]
-                found, reached = rest, 0.0
-                yield found
+                touching, reached = rest, 0.0
+                yield touching
                 continue
-            path = steps_to(depth, reached, scale, found, settle, at_depth, longest)
-            for reached, found in path:
-                if (det := self.least_det(found.x)) <= 0.0:
+            path = steps_to(depth, reached, scale, touching, settle, at_depth, longest)
+            for reached, touching in path:
+                if (det := self.least_det(touching.x)) <= 0.0:
                     raise NotConverged(f"an element is inverted {at_depth(reached)}", [det])
-            if not found.area_m2:
+            if not touching.area_m2:
                 raise NotConverged(f"nothing touches {at_depth(depth)}: elements are too large", [0.0])
-            yield found
+            yield touching
 
     def _settle_touching(
         self, x: np.ndarray, depth: float, tolerance: float, earlier: list[_Side], updates: int
@@ -369,7 +369,7 @@ class Indentation(Equilibrium):
         overlap, first = np.inf, FIRST_TOLERANCE if updates > 1 else tolerance
         for update in range(updates):
             x = self._balanced(x, max(tolerance, first) if update == 0 else tolerance)
-            found, at = self._touching(x, depth), self.points.interpolation @ x
+            touching, at = self._touching(x, depth), self.points.interpolation @ x
             for side in self._sides:
                 if self._sticks:
                     side.traction = self._traction(side, at)
@@ -378,19 +378,19 @@ class Indentation(Equilibrium):
                 continue
             if update == 0 and tolerance < first:
                 continue
-            if found.overlap <= OVERLAP:
+            if touching.overlap <= OVERLAP:
                 break
-            if found.overlap > OVERLAP_RATIO * overlap:
-                if found.overlap <= RESOLVED_OVERLAP or self._raised >= MOST_PENALTY:
+            if touching.overlap > OVERLAP_RATIO * overlap:
+                if touching.overlap <= RESOLVED_OVERLAP or self._raised >= MOST_PENALTY:
                     break
                 self._raised *= PENALTY_FACTOR
-            overlap = found.overlap
-        if found.overlap > NO_SOLUTION:
+            overlap = touching.overlap
+        if touching.overlap > NO_SOLUTION:
             raise NotConverged(
-                f"the instrument overlaps the body by {found.overlap:.0%} of its depth: what it touches is held",
-                [found.overlap],
+                f"the instrument overlaps the body by {touching.overlap:.0%} of its depth: what it touches is held",
+                [touching.overlap],
             )
-        return found
+        return touching
 
     def _balanced(self, x: np.ndarray, tolerance: float) -> np.ndarray:
         """Return the equilibrium (n, 3) [m] for the present multipliers; the search begins at ``x`` (n, 3) [m]."""

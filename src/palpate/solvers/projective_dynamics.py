@@ -119,8 +119,8 @@ class ProjectiveSteps(RelaxedParts):
             None if damping is None else lambda moved: (damping @ moved.ravel()).reshape(moved.shape) / h,
         )
         begin = min((x, ahead), key=problem.energy)
-        found = minimise_by_lbfgs(problem, self._prefactored(h).solve, begin, 0.0, self._iterations, kept=self._memory)
-        return self.end(x, found.x, v, h)
+        least = minimise_by_lbfgs(problem, self._prefactored(h).solve, begin, 0.0, self._iterations, kept=self._memory)
+        return self.end(x, least.x, v, h)
 
     def _prefactored(self, h: float) -> Prefactored:
         """Return the factor of the matrix of a step of ``h`` [s]; it is made anew where ``h`` changes."""

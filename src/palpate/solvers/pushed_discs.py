@@ -131,8 +131,8 @@ def push(
     if iterations is not None:
         body.carry(load)
         begin = problem.begin(x, moved)
-        found = capped(problem, begin, problem.scale(begin), tolerance, iterations - 1)
-        return found, problem.disc_forces(found.x)
+        state = capped(problem, begin, problem.scale(begin), tolerance, iterations - 1)
+        return state, problem.disc_forces(state.x)
     solution, rest = Solution(x), body.mesh.nodes
 
     def follow(before: np.ndarray, until: float, step: float) -> np.ndarray:

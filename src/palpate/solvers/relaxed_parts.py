@@ -174,6 +174,6 @@ class RelaxedParts:
         self._check(x, v)
         return x, v
 
-    def _check(self, *found: np.ndarray) -> None:
-        if not all(np.isfinite(each).all() for each in found):
+    def _check(self, *arrays: np.ndarray) -> None:
+        if not all(np.isfinite(each).all() for each in arrays):
             raise NotConverged(f"{self._method} is not finite any more; take shorter steps or more iterations", [])

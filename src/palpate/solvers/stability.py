@@ -97,11 +97,11 @@ def made_stable(
     Raises NotConverged if no stable equilibrium is found.
     """
     for _ in range(TURNS):
-        found = softest(problem, precondition(), solution.x, size)
-        if found.value >= -NEUTRAL:
+        mode = softest(problem, precondition(), solution.x, size)
+        if mode.value >= -NEUTRAL:
             return solution
         before = problem.energy(solution.x)
-        solution = settle(_bent(problem, solution.x, found.direction, size)).after(solution)
+        solution = settle(_bent(problem, solution.x, mode.direction, size)).after(solution)
         if before - problem.energy(solution.x) < GAIN * abs(before):
             return solution
     raise NotConverged(f"no stable equilibrium was found: the body gave way {TURNS} times", solution.history)
@@ -129,8 +129,8 @@ def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scal
     spent = None
     for iterations in LBFGS_ITERATIONS:
         descent = minimise_by_lbfgs(problem, at_rest, x, TIGHTER * tolerance * scale, iterations)
-        x, found = descent.x, descent.solution(scale)
-        spent = found if spent is None else found.after(spent)
+        x, solution = descent.x, descent.solution(scale)
+        spent = solution if spent is None else solution.after(spent)
         if descent.forces[-1] <= tolerance * scale:
             return spent
         try:

@@ -175,8 +175,8 @@ class System:
         return self._touched(self._touching, x, definite)
 
     def _touched(self, calls: Calls, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
-        found = [self._timed(name, call, self.followed(x), definite) for name, call in calls]
-        return gather(found, len(x)) if any(len(rows) for rows, _, _ in found) else None
+        parts = [self._timed(name, call, self.followed(x), definite) for name, call in calls]
+        return gather(parts, len(x)) if any(len(rows) for rows, _, _ in parts) else None
 
     def explicit_stiffness(self, x: np.ndarray) -> list[sparse.bsr_array]:
         """Return the terms of the positive semidefinite Hessian (3n, 3n) [N/m] of ``explicit_force``."""

@@ -68,11 +68,11 @@ class TiedSystem(System):
         force[self._still] = 0.0
 
     def touching(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
-        found = super().touching(x, definite)
-        if found is None:
+        matrix = super().touching(x, definite)
+        if matrix is None:
             return None
         # a sum of sparse matrices leaves blocks of zeros out, and ``hold`` needs the diagonal
-        return found + gather([(self._tied, self._tied, np.tile(np.eye(3), (len(self._tied), 1, 1)))], len(x))
+        return matrix + gather([(self._tied, self._tied, np.tile(np.eye(3), (len(self._tied), 1, 1)))], len(x))
 
     def hold(self, matrix: sparse.bsr_array) -> None:
         hold(matrix.indptr, matrix.indices, matrix.data, self._still)

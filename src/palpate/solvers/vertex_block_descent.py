@@ -223,8 +223,8 @@ def _give_back(stress, volume, g, r, slope):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _stresses(x, tetrahedra, gradients, mu, lam, flat, turns, factor, found):
-    """Write ``factor`` times the stresses 2 μ (RᵀF − I) + λ tr(RᵀF − I) I into ``found`` (m, 3, 3) [Pa]."""
+def _stresses(x, tetrahedra, gradients, mu, lam, flat, turns, factor, stresses):
+    """Write ``factor`` times the stresses 2 μ (RᵀF − I) + λ tr(RᵀF − I) I into ``stresses`` (m, 3, 3) [Pa]."""
     f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
     for e in range(len(tetrahedra)):
         deformation_gradient(x, tetrahedra[e], gradients[e], f)
@@ -235,11 +235,11 @@ def _stresses(x, tetrahedra, gradients, mu, lam, flat, turns, factor, found):
         for i in range(3):
             for j in range(3):
                 stretch = r[0, i] * f[0, j] + r[1, i] * f[1, j] + r[2, i] * f[2, j]
-                found[e, i, j] = 2.0 * mu[e] * factor * stretch
+                stresses[e, i, j] = 2.0 * mu[e] * factor * stretch
                 if i == j:
                     trace += stretch
         for i in range(3):
-            found[e, i, i] += factor * (lam[e] * trace - 2.0 * mu[e])
+            stresses[e, i, i] += factor * (lam[e] * trace - 2.0 * mu[e])
 
 
 @numba.njit(cache=True, error_model="numpy")

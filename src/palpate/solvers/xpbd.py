@@ -37,9 +37,9 @@ class InstrumentConstraints:
     def keep_out(self, x: np.ndarray, inverse: np.ndarray) -> None:
         """Correct ``x`` (n, 3) [m] once, in place; inverse : one over each node's mass (n,) [1/kg]."""
         gaps, normals = self.pose.gaps(x[self.nodes])
-        found = np.maximum(self.multipliers - gaps / inverse[self.nodes], 0.0)
-        x[self.nodes] += (inverse[self.nodes] * (found - self.multipliers))[:, None] * normals
-        self.multipliers = found
+        multipliers = np.maximum(self.multipliers - gaps / inverse[self.nodes], 0.0)
+        x[self.nodes] += (inverse[self.nodes] * (multipliers - self.multipliers))[:, None] * normals
+        self.multipliers = multipliers
 
     def pushes(self, x: np.ndarray, step_s: float) -> np.ndarray:
         """Return the forces (k, 3) [N] on the nodes in the last step."""

@@ -204,8 +204,8 @@ class Contact(
         start = self._began = self._all_points(x).copy()
         self._lasts = h
         if not self._checked:
-            if found := self._overlap(start):
-                raise InputError(found.describe(self.names))
+            if overlap := self._overlap(start):
+                raise InputError(overlap.describe(self.names))
             self._checked = True
         if self._friction:
             near = self._proximity.find_near(start, 0.0)
@@ -265,8 +265,8 @@ class Contact(
             raise InputError("bodies that touch each other or themselves have no such modes; choose backward_euler.")
         if not self.obstacles:
             raise InputError("contact has no instruments; give it one, or choose another integrator.")
-        if found := self._overlap(self._points):
-            raise InputError(found.describe(self.names))
+        if overlap := self._overlap(self._points):
+            raise InputError(overlap.describe(self.names))
         self._instruments = InstrumentContact(self.obstacles, self._friction, self._slip)
         return self._instruments
 
@@ -292,15 +292,15 @@ class Contact(
             travel = float(np.sqrt(np.square(x - begin).sum(axis=1).max()))
             if travel <= self._max_travel and not len(self._proximity.find_near(self._all_points(begin), travel).kinds):
                 return
-            found = project(self, begin, x, self._masses / h**2)
+            projected = project(self, begin, x, self._masses / h**2)
         except NotConverged:
             if not halvings:
                 raise
             self._halve_step(start, x, v, h / 2, halvings - 1)
             return
-        self.end(found)
-        v += (found - x) / h
-        x[:] = found
+        self.end(projected)
+        v += (projected - x) / h
+        x[:] = projected
 
     def _halve_step(self, start, x, v, half, halvings):
         """Take the step in two halves, the second from where contact has let the first one end."""

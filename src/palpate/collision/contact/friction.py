@@ -30,8 +30,8 @@ class LaggedFriction:
 
     def __init__(self, stencils: tuple, x: np.ndarray, friction: float, slip_m: float, start: np.ndarray):
         kinds, nodes, offsets, scales, mollify, gap = stencils
-        found = pressing(kinds, nodes, offsets, scales, mollify, gap, x)
-        self.rows, self.nodes, self.weights, self.normals, self.forces = found
+        active = pressing(kinds, nodes, offsets, scales, mollify, gap, x)
+        self.rows, self.nodes, self.weights, self.normals, self.forces = active
         self.limits = friction * self.forces
         self._state = (self.nodes, self.weights, self.normals, self.limits, slip_m)
         self._start = start.copy()

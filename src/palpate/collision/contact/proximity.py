@@ -123,9 +123,9 @@ class Proximity:
             if tree.needs_rebuild:
                 tree.rebuild(points)
                 tree.refit(points, margin=thickness + 0.5 * self._gap + self._reach)
-        found = [self._stencils_between(i, j) for i, j in self._pairs()]
-        kinds = np.concatenate([kinds for kinds, _ in found] or [np.empty(0, np.int64)])
-        nodes = np.concatenate([nodes for _, nodes in found] or [np.empty((0, 4), np.int64)])
+        lists = [self._stencils_between(i, j) for i, j in self._pairs()]
+        kinds = np.concatenate([kinds for kinds, _ in lists] or [np.empty(0, np.int64)])
+        nodes = np.concatenate([nodes for _, nodes in lists] or [np.empty((0, 4), np.int64)])
         pieces = self.owners[nodes[:, [0, 3]]]
         offsets = self._thicknesses[pieces].sum(axis=1)
         clearance = closest_points(kinds, nodes, points)[0] - offsets
@@ -201,10 +201,10 @@ def _relative_motion(kind, nodes, motion):
 @numba.njit(cache=True)
 def limits(kinds, nodes, offsets, x, motion, keep=0.1):
     """Find the ``limit`` of each stencil by itself, (k,)."""
-    work, found = (np.empty((4, 3)), np.empty((4, 3)), np.empty(4)), np.empty(len(kinds))
+    work, fractions = (np.empty((4, 3)), np.empty((4, 3)), np.empty(4)), np.empty(len(kinds))
     for k in range(len(kinds)):
-        found[k] = _advance(kinds[k], nodes[k], offsets[k], x, motion, keep, 1.0, work)
-    return found
+        fractions[k] = _advance(kinds[k], nodes[k], offsets[k], x, motion, keep, 1.0, work)
+    return fractions
 
 
 @numba.njit(cache=True)

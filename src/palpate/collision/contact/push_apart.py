@@ -72,9 +72,9 @@ def start_outside(
     """
     count = len(movable.free)
     apart = push_apart(points, movable, find)
-    found = find(apart)
-    if found is not None:
-        raise InputError(f"{found.describe(names)[:-1]}, since push_out found no way out.")
+    overlap = find(apart)
+    if overlap is not None:
+        raise InputError(f"{overlap.describe(names)[:-1]}, since push_out found no way out.")
     back = np.zeros_like(points)
     back[count:] = points[count:] - apart[count:]
     if not back.any():
@@ -92,10 +92,10 @@ def push_apart(points: np.ndarray, movable: Movable, find: Callable[[np.ndarray]
     need, and one gap more.
     """
     for _ in range(MAX_ROUNDS * len(movable.surfaces)):
-        found = find(points)
-        if found is None or found.first == found.second:
+        overlap = find(points)
+        if overlap is None or overlap.first == overlap.second:
             break
-        pair = (found.first, found.second)
+        pair = (overlap.first, overlap.second)
         shares = movable.shares(*pair)
         if not any(shares):
             break

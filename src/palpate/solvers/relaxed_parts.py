@@ -107,9 +107,11 @@ class RelaxedParts:
                 raise unknown
             if offers(effect, Projection) or not offers(effect, Force):
                 continue
-            if isinstance(effect, BedSprings | Bending):
-                is_bed = isinstance(effect, BedSprings)
-                self.springs = effect if is_bed else bending_springs(effect, system.particles.nodes)
+            if isinstance(effect, BedSprings):
+                self.springs = effect
+                self._elastic.append(effect)
+            elif isinstance(effect, Bending):
+                self.springs = bending_springs(effect, system.particles.nodes)
                 self._elastic.append(effect)
             elif offers(effect, Proportional):
                 self.mass_rate += effect.damping_rates[0]

@@ -9,7 +9,8 @@ from palpate.effects.effect import Effect, Goals, offers
 
 def make(particles: Particles, plasticity: settings.Plasticity, elastic: Any) -> Effect:
     """Make the plastic flow of shape-matching clusters or of corotational finite elements."""
-    if offers(elastic, Goals):
+    has_goals = offers(elastic, Goals)  # in the condition itself it would narrow the type to Goals
+    if has_goals:
         from palpate.effects.shape_plasticity import ShapePlasticity
 
         return ShapePlasticity(plasticity, elastic)

@@ -1,4 +1,4 @@
-"""Hard cases end as they were declared to, and their bounds fail wrong answers; ``make full`` tries the long ones."""
+"""Hard cases end as they were declared to, and their bounds fail wrong answers."""
 
 import pytest
 
@@ -38,7 +38,7 @@ QUICK = {
     [
         pytest.param(case, id=case.name, marks=[] if case.name in QUICK[family].split() else pytest.mark.slow)
         for family in FAMILIES
-        for case in declared([family], long=False)
+        for case in declared([family])
     ],
 )
 def test_hard_case(case):

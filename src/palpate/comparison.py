@@ -65,7 +65,7 @@ def make_case(
     seed: int = 1,
     progress: Callable = iter,
 ) -> ComparedCase:
-    """Press a body at contacts spread over its surface, most of which models may learn from.
+    """Press a body; return the presses that models may learn from, and those that they are judged by.
 
     body : or its settings; radius_m : of the disc that is pressed [m]
     peak_of_size : largest displacement, as a share of the body's longest side
@@ -103,8 +103,9 @@ def make_case(
     case = Case(body, "press", radius_m, samples.take(known), compliance, FitOptions(seed=seed), TOLERANCE)
     judged = samples.take(asked)
     patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in judged.contact])
-    own, sides = np.full((tests, len(TruthErrors._fields)), np.nan), np.full(tests, "test")
-    return ComparedCase(case, Judge(1, asked, sides, judged, judged.fine, own, judged.seconds, patch))
+    not_estimated = np.full((tests, len(TruthErrors._fields)), np.nan)  # the truth's own errors
+    sides = np.full(tests, "test")
+    return ComparedCase(case, Judge(1, asked, sides, judged, judged.fine, not_estimated, judged.seconds, patch))
 
 
 @dataclass(frozen=True, eq=False)

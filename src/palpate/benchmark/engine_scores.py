@@ -36,14 +36,14 @@ OWN = "palpate"
 """The engine of rows that palpate's own models have."""
 
 
-def score_table(settings: pd.DataFrame, truth: Mapping[str, float], beside: pd.DataFrame | None) -> pd.DataFrame:
-    """Return the table of ANSWERS: rows of the engine's ``settings``, then those of palpate's own of the same scene.
+def score_table(scores: pd.DataFrame, truth: Mapping[str, float], beside: pd.DataFrame | None) -> pd.DataFrame:
+    """Return the table of ANSWERS: an engine's ``scores``, a row a setting, then palpate's of the same scene.
 
-    truth : mean own errors of the truth, by column
+    truth : means of the truth's own errors, by column; they become columns truth_...
     beside : rows of palpate's own, of accuracy_vs_time.csv or the table of that kind of questions, or None
     """
-    own = settings.assign(**{f"truth_{name}": value for name, value in truth.items()})
-    parts = [own.assign(tied_with=[_ties(row, truth, beside) for _, row in own.iterrows()])]
+    engine = scores.assign(**{f"truth_{name}": value for name, value in truth.items()})
+    parts = [engine.assign(tied_with=[_ties(row, truth, beside) for _, row in engine.iterrows()])]
     if beside is not None and len(beside):
         parts.append(
             beside.assign(engine=OWN, version=beside.get("commit", ""), hardware="that of the results", tied_with="")

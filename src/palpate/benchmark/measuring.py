@@ -64,12 +64,14 @@ def prepared_settings(
 ) -> Iterator[Prepared]:
     """Prepare, one after another, those of ``models`` in whose text the regular expression ``pattern`` is found.
 
-    InputError for a setting given twice. Trap: ``used`` is that of the model until the next is prepared.
+    name : of the kind of model
+    InputError for a setting given twice. Trap: all that is yielded shares one dict ``used``, what the model took from
+    the case, which is cleared for the next model: copy it to keep it.
     """
     texts = [model.text for model in models]
     if twice := [text for text in texts if texts.count(text) > 1]:
         raise InputError(f"{name} is tried with {twice[0]} twice; give each setting once in its tried.")
-    charged = replace(case, used={})
+    charged = replace(case, used={})  # notes what a model takes, apart from the caller's case
     for model in progress([model for model in models if re.search(pattern, model.text)]):
         charged.used.clear()
         yield prepared(about_of(name, model, case), partial(model.prepare, charged), charged.used)

@@ -64,13 +64,13 @@ def doubt(levels: np.ndarray) -> np.ndarray:
 
 
 def estimate(levels: np.ndarray, rate: float | None = None) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-    """Return the best estimate (n, 3) [m] from ``levels`` (m, n, 3) [m], and vectors (n, 3) as long as its own errors.
+    """Return the best estimate (n, 3) [m] from ``levels`` (m, n, 3) [m], and fields whose lengths are its own errors.
 
-    rate : the ratio of changes if it is known, else None
-    With a ratio between SLOWEST and the largest of RATIOS the estimate is the limit. Its own errors are ``doubt``, and
-    the change by a ratio that is lower by RATIO_DOUBT. With another ratio it is the finest level, whose own error is
-    the last change, or all further ones at the ratio SLOWEST if the levels converge more slowly.
-    With a known ratio the own error is the limit's last change, or that by RATIO_DOUBT if there are two levels.
+    rate : the ratio of changes if it is known, else None. By the ratio, the estimate and its one or two errors are
+        known: the limit; how it moved with the last level, or, with two levels, by a ratio lower by RATIO_DOUBT
+        from SLOWEST to the largest of RATIOS: the limit; ``doubt``, and its move by a ratio lower by RATIO_DOUBT
+        lower: the finest level; the sum of all further changes, if their ratio were SLOWEST
+        higher: the finest level; the last change
     Numbers (m, k) or (m,) are estimated by ``number_limits``.
     """
     last = np.asarray(levels[-1] - levels[-2])

@@ -326,9 +326,11 @@ class Prony(OnePass, Energy, Stiffness, StepBegin, StepEnd, Relaxation):
         super().__init__()
         self.couples, self.series = elastic.couples, series
         self._gradients = elastic.gradients.copy()  # plasticity changes those of the elastic effect, and not these
-        self._moduli = elastic.moduli[0] * elastic.volumes
+        shear_pa, _ = elastic.moduli
+        self._moduli = shear_pa * elastic.volumes  # [J]
         self.inner = np.zeros((len(self.couples), len(series.shares), 6))
         self._strain: np.ndarray | None = None  # at the end of the last step
+        # of the implicit step under way [s], and whether ``end`` has updated the branches, so that ``relax`` must not
         self._step, self._ended = 0.0, False
         self._prepare(0.0)
 

@@ -260,14 +260,15 @@ HALF, DOUBLE = 0.5, 2.0
 
 
 def make(particles: Particles, matching: settings.ShapeMatching, elastic: Effect | None = None) -> "ShapeMatching":
-    """Make the shape matching of ``particles``.
+    """Make the shape matching of ``particles``; elastic : not used, all makers of effects take it.
 
-    Raises InputError for clusters that do not hold the body together, a body of several
-    stiffnesses, or goals whose sum may be unstable.
+    Raises InputError for clusters that do not hold the body together, a body of several stiffnesses, or goals whose sum
+    may be unstable.
     """
     particles.refuse_regions("shape matching has")
     clusters = make_clusters(particles, matching.clusters)
     matched = ShapeMatching(particles, clusters, matching.mode, matching.alpha, matching.beta, matching.goals == "sum")
+    # where goals are added, alpha is that of a particle in most clusters; 4 is the limit of stability of one cluster
     if not matched.alpha < 4.0:
         raise InputError(
             f"shape_matching.alpha is {matching.alpha}, and with goals: sum a particle in {matched.most} clusters "

@@ -101,7 +101,7 @@ class OrganForward:
         middle |= {each.name: _middle(each) for each in self.parameters}
         self._middle, ratios = middle, next((each for each in self.parameters if each.name == "poisson"), None)
         nu = middle["poisson"]
-        across = np.array([nu]) if ratios is None else _ratios_of_one_element(ratios)
+        ratios_nu = np.array([nu]) if ratios is None else _ratios_of_one_element(ratios)
         name = exponential(middle["stiffening"]) if law == EXPONENTIAL else law
         tissue = replace(body, material=replace(body.material, poisson=float(nu), law=name))
         where = [_place_and_direction(press) for press in presses]
@@ -110,16 +110,10 @@ class OrganForward:
         self._place_of_press = [first.index(where.index(key)) for key in where]
         with ProcessPoolExecutor(os.cpu_count()) as pool:  # a second or two a place
             simulated = list(pool.map(partial(_simulate, tissue), touches))
-        missed, by_poisson = _far_compliances(tissue, touches, across)
-        self._places = []
-        for place, more, coarse in zip(simulated, missed, by_poisson, strict=True):
-            degree = len(across) - 1
-            # coarse elements lack a part of the dent, which is in proportion to 1 - nu^2
-            lacking = (place.far[0] - np.polyval(np.polyfit(across, coarse, degree), nu)) / (1.0 - nu**2)
-            far = np.polyfit(across, coarse + lacking * (1.0 - across**2), degree)
-            far[-1] += more
-            # the far field is linear, so that its further compliance adds to the depth
-            self._places.append(replace(place, depth_m=place.depth_m + more * place.force_n, far=far))
+        missed_at_rim, far_by_ratio = _far_compliances(tissue, touches, ratios_nu)
+        self._places = [
+            _with_far_field(*each, ratios_nu, nu) for each in zip(simulated, missed_at_rim, far_by_ratio, strict=True)
+        ]
         # force of elements over that of the series model, by the depths [m] that elements reach
         self._scales = [
             PchipInterpolator(place.depth_m, place.force_n / self._in_series(place, place.depth_m, middle))
@@ -146,6 +140,21 @@ class OrganForward:
         # F^(2/3) is nearly straight
         curve = PchipInterpolator(whole, force ** (2.0 / 3.0))
         return place.cosine * curve(np.clip(depth, 0.0, None) * place.cosine) ** 1.5
+
+
+def _with_far_field(place: Place, rim: float, coarse: np.ndarray, ratios_nu: np.ndarray, nu: float) -> Place:
+    """Return a place whose far compliance is a polynomial in Poisson's ratio and holds what its mesh misses.
+
+    rim : compliance that the mesh misses at the rim of what is held [m/N]
+    coarse : (n,) far compliance on a coarse mesh [m/N], for each of ``ratios_nu``; nu : the ratio of ``place``
+    """
+    degree = len(ratios_nu) - 1
+    # the coarse curve is shifted to the fine compliance at nu: what it lacks is of the dent, which goes as 1 - nu^2
+    lacking = (place.far[0] - np.polyval(np.polyfit(ratios_nu, coarse, degree), nu)) / (1.0 - nu**2)
+    far = np.polyfit(ratios_nu, coarse + lacking * (1.0 - ratios_nu**2), degree)
+    far[-1] += rim
+    # displacements at the rim are in proportion to the force, and add to the depth
+    return replace(place, depth_m=place.depth_m + rim * place.force_n, far=far)
 
 
 def _ratios_of_one_element(ratios: Parameter) -> np.ndarray:

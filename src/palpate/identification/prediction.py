@@ -64,35 +64,36 @@ def predict(
     by: Sequence[str] = (PLACE, DEPTH, SESSION, SPECIMEN), spread_out: Callable[..., Iterable] = map,
     follow: Follow = unfollowed,
 ) -> pd.DataFrame:  # fmt: skip
-    """Return the table of predictions of points that are left out, by laws and baselines.
+    """Return PREDICTIONS: relative errors of forces at points that were left out, by laws and baselines.
 
     models : by law, of the same data; best : unknowns of each, from which fits start
     by : what points are left out by; one that divides nothing, such as a single session, gives no rows
-    spread_out : map, or that of a pool
+    spread_out : map, or that of a pool; follow : shows progress
     """
     data = next(iter(models.values())).data
     forwards = {LINE: PowerLaw(1.0, 1.0, data.middle_m), POWER_LAW: PowerLaw(*EXPONENTS, data.middle_m)}
     baselines = {name: MixedModel.of(data, forward, options) for name, forward in forwards.items()}
-    baselines[LINE] = replace(baselines[LINE], shapes=False)  # a line whose exponent differs is none
+    baselines[LINE] = replace(baselines[LINE], shapes=False)  # the exponent of a line is 1 at all places
     starts = {name: best_fit(model)[0] for name, model in baselines.items()} | dict(best)
     everything = {**models, **baselines}
     scalings = {name: scaling_near(model, starts[name]) for name, model in everything.items()}
-    parts = [(each, used) for each in by for used in fitted_points(data, each, options.seed)]
-    jobs = [(each, name, used) for each, used in parts for name in everything]
+    # seen : the points that a fit sees
+    parts = [(each, seen) for each in by for seen in fitted_points(data, each, options.seed)]
+    jobs = [(each, name, seen) for each, seen in parts for name in everything]
 
     def refit(job: tuple[str, str, np.ndarray]) -> np.ndarray:
-        _, name, used = job
-        return _refit(everything[name], starts[name], used, scalings[name])
+        _, name, seen = job
+        return _refit(everything[name], starts[name], seen, scalings[name])
 
     rows = []
     steps = zip(follow("predictions of presses left out", jobs), spread_out(refit, jobs), strict=True)
-    for (each, name, used), force in steps:
-        rows += _rows(data, each, name, used, force)
-    for each, used in parts:
-        rows += _floor_rows(data, each, used)
+    for (each, name, seen), force in steps:
+        rows += _rows(data, each, name, seen, force)
+    for each, seen in parts:
+        rows += _floor_rows(data, each, seen)
         if each == DEPTH:
-            rows += _rows(data, each, LINE + OF_PLACE, used, _fit_each_press(data, used, 1.0))
-            rows += _rows(data, each, POWER_LAW + OF_PLACE, used, _fit_each_press(data, used, None))
+            rows += _rows(data, each, LINE + OF_PLACE, seen, _fit_each_press(data, seen, 1.0))
+            rows += _rows(data, each, POWER_LAW + OF_PLACE, seen, _fit_each_press(data, seen, None))
     return PREDICTIONS.frame(rows)
 
 

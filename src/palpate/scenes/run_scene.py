@@ -221,11 +221,14 @@ class _Record:
     def __init__(self, scene: Scene, system: System, x: np.ndarray, modes: InModes | None):
         """Begin at ``x`` (n, 3) [m]; a solver in ``modes`` gives energies and contacts itself."""
         self._scene, self._system, self.x, self._modes = scene, system, x, modes
-        self._every = np.unique(np.linspace(0, scene.steps, min(scene.frames, scene.steps) + 1).round().astype(int))
+        self._kept_steps = np.unique(
+            np.linspace(0, scene.steps, min(scene.frames, scene.steps) + 1).round().astype(int)
+        )
         self.seconds: list[float] = []
-        self.doubts: list[float] = []
-        self.doubt_s = 0.0
-        self._total, self._worked, self._gain = np.nan, 0.0, 0.0
+        self.doubts: list[float] = []  # estimated errors of motions in modes [m], one a frame
+        self.doubt_s = 0.0  # time that these estimates took
+        # energy and work of the last step [J], and the most that energy has risen in a step beyond the work
+        self._last_total, self._last_work, self._gain = np.nan, 0.0, 0.0
         self._frames: list[np.ndarray] = []
         self._rows: list[dict[str, float]] = []
         self._contacts: list[pd.DataFrame] = []
@@ -239,7 +242,7 @@ class _Record:
 
     def keeps(self, step: int) -> bool:
         """Return whether the step of this number ends a frame."""
-        return step in self._every
+        return step in self._kept_steps
 
     def after(self, step: int, x: np.ndarray, v: np.ndarray) -> None:
         """Record the step of this number, which ends at ``x`` (n, 3) [m] with velocities ``v`` [m/s]."""
@@ -259,8 +262,8 @@ class _Record:
         kinetic = 0.5 * float(np.vdot(self._system.masses[:, None] * v, v))
         each = self._modes.energies() if self._modes else {"kinetic": kinetic} | self._system.energies(x)
         work, total = self._system.work_j, sum(each.values())
-        self._gain = float(np.fmax(self._gain, total - self._total - (work - self._worked)))
-        self._worked, self._total = work, total
+        self._gain = float(np.fmax(self._gain, total - self._last_total - (work - self._last_work)))
+        self._last_work, self._last_total = work, total
         row = {f"{name}_j": energy for name, energy in each.items()}
         return row | {"outer_work_j": work, "total_j": total, "gain_j": self._gain}
 

@@ -153,13 +153,18 @@ def _slide(problem: Pushed, x: np.ndarray, tolerance: float) -> Solution:
     return solution
 
 
+SEARCHES = 5
+
+
 def _settle(problem: Pushed, begin: np.ndarray, tolerance: float, solution: Solution) -> None:
     """Write the equilibrium near ``begin`` (n_nodes, 3) [m] to ``solution``.
 
-    The search is repeated until the forces on the discs, of which the tolerance is a fraction, change little.
+    The tolerance is a fraction of the nodal forces of the load and the discs. These may be far larger at ``begin`` than
+    at the end, so that the first search is too coarse: it is repeated until they fall by less than half, or SEARCHES
+    times.
     """
     solution.x = begin
-    for _ in range(5):
+    for _ in range(SEARCHES):
         scale = problem.scale(solution.x)
         minimise_by_newton(problem, solution.x, scale, tolerance, solution=solution)
         if problem.scale(solution.x) >= 0.5 * scale:

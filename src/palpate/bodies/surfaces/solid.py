@@ -119,6 +119,10 @@ class Solid(Grid):
         return self.volumes_m3[0] - sum(self.volumes_m3[1:])
 
 
+OVERLAP, INSIDE_OUT = 1.4, -0.4
+"""Winding numbers above which parts overlap, and below which one is turned inside out."""
+
+
 def solidify(source: str, mended: Mended) -> Solid:
     """Return the largest piece of the volume that a surface encloses, on a grid, and places on the piece's surface.
 
@@ -141,13 +145,14 @@ def solidify(source: str, mended: Mended) -> Solid:
     sizes = np.bincount(pieces.ravel())[1:]
     mask = pieces == 1 + np.argmax(sizes)
     notes = _check_pieces(source, sizes, voxel_m3) or _specks(points, triangles, size / RESOLUTION)
-    if winding.max() > 1.4:
+    if winding.max() > OVERLAP:
         notes.append("parts that overlap joined (the triangles of a hollow must face inward)")
     filled = ndimage.binary_fill_holes(mask)
     hollows, note = _hollows(filled & ~mask, mask.sum(), voxel_m3)
     # where nothing overlaps, every place is clearly inside once or outside
-    disjoint = bool(winding.max() < 1.4 and winding.min() > -0.4)
+    disjoint = bool(winding.max() < OVERLAP and winding.min() > INSIDE_OUT)
     masks = (filled, *hollows)
+    # of a mask at places: 1 where it ends along the normal, -1 where it begins, 0 inside or outside
     drops = [partial(_drop_outward, mask=each, origin=origin, spacing=spacing) for each in masks]
     shell = _shells(points, triangles)
     middles, facing = points[triangles].mean(axis=1), area_normals(points, triangles)
@@ -156,8 +161,8 @@ def solidify(source: str, mended: Mended) -> Solid:
     on_surface = [np.abs(drop(middles, facing)) > 0.5 for drop in drops]
     around = [(np.bincount(shell, each) > 0.5 * np.bincount(shell))[shell] for each in on_surface]
     volumes = [
-        abs(volume(points, triangles[own])) if disjoint and is_closed(triangles[own]) else float(mask.sum() * voxel_m3)
-        for own, mask in zip(around, masks, strict=True)
+        abs(volume(points, triangles[own])) if disjoint and is_closed(triangles[own]) else float(each.sum() * voxel_m3)
+        for own, each in zip(around, masks, strict=True)
     ]
     bounding = np.any(around, axis=0)
     parts = len(np.unique(shell[around[0]]))
@@ -168,9 +173,9 @@ def solidify(source: str, mended: Mended) -> Solid:
         if disjoint:
             notes.append(f"{parts} parts that touch, or lie less than {in_words(size / RESOLUTION)} apart, joined")
         # triangles between parts, and those inside where parts overlap, do not bound the solid
-        change = drops[0](places, normals) - sum(drop(places, normals) for drop in drops[1:])
-        outer = np.abs(change) > 0.5
-        places, normals = places[outer], (np.sign(change)[:, None] * normals)[outer]
+        ends = drops[0](places, normals) - sum(drop(places, normals) for drop in drops[1:])
+        outer = np.abs(ends) > 0.5
+        places, normals = places[outer], (np.sign(ends)[:, None] * normals)[outer]
     notes += [note] if note else []
     return Solid(filled, hollows, volumes, origin, spacing, source, places, normals, notes)
 

@@ -130,7 +130,10 @@ def _settled(discs: Discs, touch: Touch, begin: Pose) -> tuple[np.ndarray, float
 
 
 def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warped: bool) -> Discs:
-    """Compute linear responses of ``count`` discs around ``node``, on the mesh with the levels ``where``."""
+    """Return ``count`` discs around ``node``, with the linear responses of the body to pressures on them.
+
+    where : levels of the mesh as ``TouchedMeshes.around`` takes them; warped : whether responses turn with the surface
+    """
     place, outward, instrument = case.body.fine.nodes[node], case.body.fine.normals[node], case.instrument
     meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
     deepest = Touch(instrument, node, -outward, case.deepest_m)
@@ -141,11 +144,12 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
     reach = REACH * contact_radius(instrument, case.deepest_m) + 0.5 * instrument.length_m
     away = np.linalg.norm(at - place, axis=1)
     near = np.flatnonzero(away <= reach)
+    # in graded coordinates what is evenly spaced is denser in the middle of the place
     graded = (at - place) * ((np.maximum(away, 1e-9 * reach) / reach) ** -GRADED)[:, None]
     centers = graded[near[spread_over(graded[near], count)]]
     # pressures of the discs on the points, and the responses to them
-    away = np.linalg.norm(graded[:, None] - centers, axis=2) / (WIDE * reach * np.sqrt(np.pi / count))
-    pressures = points.areas[:, None] * np.clip(1.0 - away**2, 0.0, None)
+    radii_off = np.linalg.norm(graded[:, None] - centers, axis=2) / (WIDE * reach * np.sqrt(np.pi / count))
+    pressures = points.areas[:, None] * np.clip(1.0 - radii_off**2, 0.0, None)
     pressures /= pressures.sum(axis=0)
     ways = -pressures.T @ up
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
@@ -158,8 +162,7 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
     shares, areas = np.zeros((len(looked), len(centers))), np.zeros(len(looked))
     np.add.at(shares, nearest, pressures[on])
     np.add.at(areas, nearest, points.areas[on])
-    spins = surface_spins(mesh, columns) if warped else columns[:, :, :0]
-
+    spins = surface_spins(mesh, columns) if warped else columns[:, :, :0]  # none
     places, shares = points.interpolation[looked], np.ascontiguousarray(shares.T)
     motions, turning = by_column(places, columns), by_column(places, spins)
     return Discs(

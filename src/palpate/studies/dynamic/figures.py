@@ -24,12 +24,16 @@ VARIED = {
 
 @style.figure("dynamic_accuracy", tables=("dynamic_accuracy",))
 def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
-    """Draw one panel for each scene; settings that did not converge are counted in the panel's title."""
+    """Draw error over computing time of a second of motion, a panel a scene and a curve a model.
+
+    Settings that did not converge are counted in the panel's title.
+    """
     table = dynamic_accuracy[dynamic_accuracy["failures"] == 0]
     varied = table["varied"].where(table["varied"].isin(VARIED), "")
-    told = {"marker": varied.map(lambda name: VARIED[name][0] if name else "")}
-    told["line"] = told["marker"].map(lambda marker: "" if marker else "load")
-    drawn = points(table, "real_time_factor", "rmse_of_peak", 1.0, part=table["level"], **told)
+    looks = {"marker": varied.map(lambda name: VARIED[name][0] if name else "")}
+    # settings that differ in more than the step have a marker of their own, and no line
+    looks["line"] = looks["marker"].map(lambda marker: "" if marker else "load")
+    drawn = points(table, "real_time_factor", "rmse_of_peak", 1.0, part=table["level"], **looks)
     figure, axes = style.panel_each(tables.scenes(dynamic_accuracy), 4, 3.4, 3.6, "RMSE [% of peak]", sharey=True)
     for scene, axis in axes.items():
         curves(axis, drawn[table.loc[drawn.index, "scene"] == scene])
@@ -40,10 +44,9 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
         axis.set_xlim(min(low, 0.8), max(high, 1.25))  # real time is seen
     for scene, axis in axes.items():
         first = tables.where(dynamic_accuracy, scene=scene).iloc[0]
-        true = first["reference"] == QUADRATIC
-        own_error(
-            axis, first["reference_error"], "truth" if true else f"standard on level {first['reference_level']:g}"
-        )
+        is_truth = first["reference"] == QUADRATIC
+        of = "truth" if is_truth else f"standard on level {first['reference_level']:g}"
+        own_error(axis, first["reference_error"], of)
     finish(axes.values(), {1.0: "real time"})
     shown = handles(drawn, dict(VARIED[name] for name in VARIED if name in set(varied)))
     sizes = {"ncols": min(4, len(axes) + 1), "fontsize": 7, "columnspacing": 1, "handlelength": 1.5}

@@ -224,10 +224,11 @@ def moving_modes(
     made: MadeModes | None = None,
     other: ReducedBody | None = None,
 ) -> Settings:
-    """Yield steps in modes for the pushes of ``compared``, then, at the middle step, other cells and another place.
+    """Yield settings of motions in modes for the pushes of ``compared``: number of steps, reduced body, what differs.
 
-    A reduced body answers. Nothing is learnt from the motion of ``training``: it names another place, whose modes show
-    the error of a push that they are not for.
+    All numbers of steps of the grid come first; then, with the middle one, cubature points that miss less or more of
+    the force (``tolerances``), and modes for another place, that of ``training``, which show the error of a push that
+    they are not for. Nothing is learnt from motions.
     made, other : the body at rest, and its modes for another place, if they are known; otherwise both are made here
     """
     made, counts = made or MadeModes.of(compared, grid), grid["steps_per_frame"]

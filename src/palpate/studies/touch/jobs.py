@@ -195,27 +195,29 @@ def touch_table(settings: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
     """
     own = samples[samples["model"] == TRUTH].set_index(["scene", "sample"])[list(BOUNDED)]
     keys = ["scene", "model", "setting"]
-    rows = {names: _spread(part, own) for names, part in samples.groupby(keys, sort=False)}
+    rows = {names: _mean_sizes_and_bounds(part, own) for names, part in samples.groupby(keys, sort=False)}
     more = pd.DataFrame([rows.get(names, {}) for names in settings[keys].itertuples(index=False, name=None)])
     kept = settings.reset_index(drop=True).drop(columns=more.columns, errors="ignore")
     return pd.concat([kept, more], axis=1)[TOUCH.columns]
 
 
-def _spread(part: pd.DataFrame, own: pd.DataFrame) -> dict[str, float]:
-    """Return means without sign and bounds of the errors of one setting in one scene.
+def _mean_sizes_and_bounds(part: pd.DataFrame, own: pd.DataFrame) -> dict[str, float]:
+    """Return means of absolute errors of one setting in one scene, and bounds that a touch elsewhere stays below.
 
     part : its rows of touches; own : the truth's own errors by scene and sample, which are added to those of models
+    Bounds are NaN where a touch has no answer.
     """
     answered = part[part["failure"].fillna("") == ""]
     row = {f"{name}_size": answered[name].astype(float).abs().mean() for name in SIGNED}
     places = pd.MultiIndex.from_frame(answered[["scene", "sample"]])
-    itself = 0.0 if (part["model"] == TRUTH).all() else own.reindex(places).to_numpy(dtype=float)
+    of_truth = 0.0 if (part["model"] == TRUTH).all() else own.reindex(places).to_numpy(dtype=float)
     errors = answered[list(BOUNDED)].to_numpy(dtype=float)
-    errors, whole = np.abs(errors) + itself, len(answered) == len(part)
+    errors, whole = np.abs(errors) + of_truth, len(answered) == len(part)
     touch = answered["sample"].to_numpy()
     for name, values in zip(BOUNDED, errors.T, strict=True):
         known = whole and np.isfinite(values).all()
         row[f"{name}_bound"] = finite(bound_factor(values, touch)) if known else np.nan
         if known and name == "force_error":
+            # the bound is one number for all touches, so that the estimate of each is 1
             row |= {"force_error_coverage": Draws(touch).coverage(values, np.ones(len(values))).coverage}
     return row

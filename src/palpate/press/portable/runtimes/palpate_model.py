@@ -285,7 +285,8 @@ class PortableModel:
     def touch(self, place: int, depth_m: float, direction: Sequence[float] | np.ndarray | None = None) -> TouchAnswer:
         """Return the answer to the instrument of ``touches[place]``, pushed from first touch to a depth.
 
-        direction : of its way, or straight in; ValueError with one sentence for a touch that is none.
+        depth_m : from first touch on [m]; direction : of its way, or straight in
+        ValueError with one sentence for a touch that is none.
         """
         whole = isinstance(place, int | np.integer) and 0 <= place < len(self.touches)
         _must(whole, f"the touch is at place {place}, which is not there")
@@ -298,8 +299,10 @@ class PortableModel:
         way = way / length
         local = one.axes @ way
         x, y = local[:2]
+        # the tip goes to first touch, a quadratic of the direction, and then the depth
         along = one.first @ np.array([1.0, x, y, x * x, x * y, y * y]) + depth_m
         tip = self.nodes[one.node] + along * way
+        # the search begins at what prepared pushes of like depth and direction came to
         begun = touch_kernel(one.pushed, local * (depth_m / one.deepest_m)) @ one.starts
         q, force, area, left = settle_touch(one, tip, begun)
         moved, along_n = (one.surface @ q).reshape(-1, 3), float(force @ way)

@@ -305,7 +305,7 @@ def bound_elsewhere(row: pd.Series, bounds: pd.DataFrame | None) -> tuple[float,
     alone = "on this path only, as"
     if bounds is None or bounds.empty:
         return np.nan, f"{alone} nothing was measured elsewhere"
-    places = f"{bounds['places'].max()} other places"
+    places = f"{bounds['places'].max():g} other places"
     mine = (bounds["model"] == row["model"]) & (bounds["setting"] == row["setting"])
     found = bounds[mine & (bounds["estimate"] == CONSTANT)]
     if found.empty:

@@ -109,7 +109,7 @@ class Candidates:
         rows = self.rows.assign(used=self._used(limit))
         timely = rows[rows["used"] <= 1.0 - MARGIN]
         if timely.empty:
-            quickest = rows.loc[rows["used"].idxmin()]
+            quickest = rows.loc[rows["used"].fillna(np.inf).idxmin()]
             times = (
                 f"{quickest['used'] / (1.0 - MARGIN):.3g} times what leaves {percent(MARGIN)} of {limit.time} unused"
             )
@@ -218,7 +218,7 @@ class Candidates:
     def _passed_over(self, best: pd.Series, max_error: float) -> dict[str, Any]:
         """Return the fastest of what is clearly faster than ``best``, and is below an error in the mean only."""
         rows = self.rows[TIED_TIMES * self.rows["pace"] < best["pace"]]
-        rows = rows[(rows["mean"] <= max_error) & (rows["limit"] > max_error)]
+        rows = rows[(rows["mean"] <= max_error) & ~(rows["limit"] <= max_error)]
         if rows.empty:
             return {}
         row = rows.loc[rows["pace"].idxmin()]
@@ -227,7 +227,7 @@ class Candidates:
 
     def _nearest(self, rows: pd.DataFrame, max_error: float) -> dict[str, Any]:
         """Return which of ``rows`` comes nearest to an error that none is sure to keep, and what it risks."""
-        row = rows.loc[rows["limit" if np.isfinite(rows["limit"]).any() else "mean"].idxmin()]
+        row = rows.loc[rows["limit" if np.isfinite(rows["limit"]).any() else "mean"].fillna(np.inf).idxmin()]
         if self.held is None:
             return _near(row)
         errors = self.held.errors[row.name]

@@ -229,9 +229,9 @@ def export_model(
     _refuse(case)
     nodes, checked = _places(case.body, contacts)
     solver, best = ContactSolver(case, model), ContactSolver(case, model.having(modes="snapshots"))
-    shop, surface = solver.offline, case.body.fine.surface
+    offline, surface = solver.offline, case.body.fine.surface
     prepared = [solver.prepare_contact(node) for node in progress("contact")(nodes)]
-    sampled, responses = _linear_responses(case.body, shop, prepared, nodes, progress("linear responses, part"))
+    sampled, responses = _linear_responses(case.body, offline, prepared, nodes, progress("linear responses, part"))
     columns = [each.columns for each in prepared]
     singles = [responses[:, 3 * k : 3 * k + 3] for k in range(len(sampled))]
     basis = surface_basis(case.body, case.radius_m, columns + singles, [each.rest for each in prepared], VECTORS)
@@ -296,7 +296,7 @@ def _places(body: Body, contacts: int | Sequence[int]) -> tuple[list[int], list[
 
 def _linear_responses(
     body: Body,
-    shop: Offline,
+    offline: Offline,
     prepared: Sequence[Prepared],
     nodes: Sequence[int],
     progress: Callable[[Sequence], Iterable],
@@ -306,18 +306,20 @@ def _linear_responses(
     The responses are those of the level that contacts are reduced from, extrapolated to the contacts' target: by the
     change from the level before, times the factor that fits the ``prepared`` contacts best.
     """
-    free = np.intersect1d(body.levels[shop.level].surface, sorted(shop.pressable))
+    free = np.intersect1d(body.levels[offline.level].surface, sorted(offline.pressable))
     chosen = np.sort(free[spread_out(body.fine.nodes[free], body.fine.nodes[nodes[:1]], min(SAMPLES, len(free)))])
-    reduced = _responses(shop, shop.level, chosen, progress)
-    if shop.level == 0:
+    reduced = _responses(offline, offline.level, chosen, progress)
+    if offline.level == 0:
         return chosen, reduced
-    at_contacts = [to_columns(shop.reduced_columns(node)) for node in nodes]
-    steps = [each - _responses(shop, shop.level - 1, [node]) for each, node in zip(at_contacts, nodes, strict=True)]
+    at_contacts = [to_columns(offline.reduced_columns(node)) for node in nodes]
+    steps = [
+        each - _responses(offline, offline.level - 1, [node]) for each, node in zip(at_contacts, nodes, strict=True)
+    ]
     changes = [one.columns - each for one, each in zip(prepared, at_contacts, strict=True)]
     squares = sum(float(np.vdot(step, step)) for step in steps)
     products = sum(float(np.vdot(change, step)) for change, step in zip(changes, steps, strict=True))
     factor = products / squares if squares else 0.0
-    return chosen, reduced + factor * (reduced - _responses(shop, shop.level - 1, chosen))
+    return chosen, reduced + factor * (reduced - _responses(offline, offline.level - 1, chosen))
 
 
 def to_columns(moved: np.ndarray) -> np.ndarray:
@@ -326,13 +328,13 @@ def to_columns(moved: np.ndarray) -> np.ndarray:
 
 
 def _responses(
-    shop: Offline, level: int, nodes: Sequence[int] | np.ndarray, progress: Callable[[Sequence], Iterable] = iter
+    offline: Offline, level: int, nodes: Sequence[int] | np.ndarray, progress: Callable[[Sequence], Iterable] = iter
 ) -> np.ndarray:
     """Return the responses (3 n, 3 k) [m/N] of a level to unit forces at ``nodes`` (k,)."""
-    elements, parts = shop.elements(level), []
+    elements, parts = offline.elements(level), []
     for some in progress(np.array_split(np.asarray(nodes), -(-len(nodes) // TOGETHER))):
-        loads = np.dstack([elements.nodal(*shop.disc(int(node), level), np.eye(3)) for node in some])
-        parts.append(to_columns(bring_to_surface(shop.up(level), elements.solve(loads, RESPONSE_TOLERANCE))))
+        loads = np.dstack([elements.nodal(*offline.disc(int(node), level), np.eye(3)) for node in some])
+        parts.append(to_columns(bring_to_surface(offline.up(level), elements.solve(loads, RESPONSE_TOLERANCE))))
     return np.hstack(parts)
 
 

@@ -82,6 +82,23 @@ def test_a_wrong_shape_is_named(db, tmp_path, name):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "says"),
+    [
+        ("triangles", 10**6, "names a node that nodes_fine_surface does not have"),
+        ("contact", -1, "names a node that coarse_nodes does not have"),
+        ("contact", "inner", "names a node that is not on the coarse surface"),
+        ("coarse_surface", 0, "is not increasing"),
+        ("fine", 0.0, "has a sample in which nothing moves"),
+    ],
+)
+def test_what_cannot_be_is_not_written(db, tmp_path, name, value, says):
+    array = getattr(db, name).copy()
+    array[-1] = np.setdiff1d(np.arange(len(db.coarse_nodes)), db.coarse_surface)[0] if value == "inner" else value
+    with pytest.raises(InputError, match=f"field {name} {says}"):
+        write(replace(db, **{name: array}), tmp_path / "x.h5")
+
+
 def test_flipped_bytes_are_noticed(path):
     with h5py.File(path) as file:
         chunk = file["samples/fine"].id.get_chunk_info(0)

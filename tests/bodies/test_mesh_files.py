@@ -185,6 +185,19 @@ def test_single_precision_far_from_the_origin_is_refused(tmp_path, name):
         load_shape(tmp_path / name)
 
 
+@pytest.mark.parametrize(
+    ("head", "said"),
+    [
+        ("SPACE=scanner", "says SPACE=SCANNER; write LPS or RAS"),
+        ("SPACE=RAS SPACE=LPS", "says SPACE=LPS and RAS; write"),
+    ],
+)
+def test_a_frame_that_is_none_or_two_is_refused(tmp_path, head, said):
+    (tmp_path / "a.obj").write_bytes(SURFACES["plain.obj"](lopsided().nodes, lopsided().triangles, head))
+    with pytest.raises(InputError, match=said):
+        read(tmp_path / "a.obj")
+
+
 def box(size):
     return np.array([[0, 0, 0], [size, size / 2, size / 3]])
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -21,6 +22,7 @@ from palpate.solvers.system import System
 
 MU, LAM, B = 1100.0, 1700.0, 6.0
 STRETCHES = [0.5, 0.8, 1.0, 1.2, 1.6]
+STRETCHED = np.array([1.3, 1.1, 0.7])
 
 
 def principal(s, b=B, lam=LAM):
@@ -31,6 +33,16 @@ def principal(s, b=B, lam=LAM):
 @pytest.mark.parametrize("b", [0.0, 1e-6, 1.0, 30.0])
 def test_at_rest_it_has_the_moduli_whatever_the_stiffening(b):
     assert fault(law_of(exponential(b))) == ""
+
+
+@pytest.mark.slow
+def test_two_stiffenings_compiled_at_a_time_are_not_taken_for_each_other(monkeypatch, tmp_path):
+    """What two processes compile of two stiffenings has one symbol, so that neither is stored for a third."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    soft, stiff = (evaluate(law_of.__wrapped__(exponential(b)), STRETCHED, MU, LAM)[0] for b in (1.25, 7.75))
+    assert not list(tmp_path.rglob("exponential.shape_of*"))
+    again = evaluate(law_of.__wrapped__(exponential(1.25)), STRETCHED, MU, LAM)[0]
+    assert again == soft < stiff
 
 
 @pytest.mark.parametrize("stretch", STRETCHES)

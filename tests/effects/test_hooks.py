@@ -196,3 +196,12 @@ def test_springs_shapes_and_sheets_are_hooked_too():
 def test_what_cannot_be_grasped_is_refused(particles, changed, said):
     with pytest.raises(InputError, match=said):
         make(particles, [hook(shift_m=SHIFT, **changed)], elements(particles))
+
+
+def test_two_hooks_do_not_move_the_same_nodes_at_once(particles):
+    at_side = {"at_m": [0.085, 0.015, 0.03], "radius_m": 0.02}
+    with pytest.raises(InputError, match=r"hooks\[0\] and hooks\[1\] hold the same nodes from 0.05 s on"):
+        make(particles, [hook(shift_m=SHIFT), hook(shift_m=SHIFT, **at_side)], elements(particles))
+    soon = hook(shift_m=SHIFT, hold_s=0.1)
+    assert len(make(particles, [soon, hook(shift_m=SHIFT, start_s=0.25, **at_side)], elements(particles)).hooks) == 2
+    assert len(make(particles, [soon, hook(force_n=SHIFT, **at_side)], elements(particles)).hooks) == 2

@@ -15,6 +15,7 @@ from palpate.effects import prony
 from palpate.effects import settings as blocks
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.prony import SLOPE, WIDTH
+from palpate.errors import NotConverged
 from palpate.scenes.run_scene import run
 from palpate.scenes.settings import Scene
 from palpate.solvers import backward_euler, symplectic_euler
@@ -295,6 +296,20 @@ def test_a_disordered_start_ends_without_a_gain_of_energy(start, heavy):
     energy = pressed(heavy, [0.5], [0.05], start=start, duration_s=0.4, held=False).energy
     assert np.isfinite(energy["total_j"]).all()
     assert energy["gain_j"].max() <= 1e-9 * energy["total_j"].iloc[0]
+
+
+def test_halved_steps_update_the_branches_half_by_half(heavy, monkeypatch):
+    short = pressed(heavy, step_s=0.01)
+
+    def refuse(step, *rest, minimise=backward_euler.minimise_by_newton):
+        if step._h > 0.011:
+            raise NotConverged("too long", [])
+        return minimise(step, *rest)
+
+    monkeypatch.setattr(backward_euler, "minimise_by_newton", refuse)
+    halved = pressed(heavy)
+    assert np.abs(moved(halved) - moved(short)).max() < 1e-9 * np.abs(moved(short)).max()
+    assert halved.energy["prony_j"].iloc[-1] == pytest.approx(short.energy["prony_j"].iloc[-1], rel=1e-9)
 
 
 STRETCHES = [[1, 1, 1], [1 + 1e-7, 1, 1], [1.3, 1.0, 0.7], [2.0, 2.0, 0.5], [1.5, 0.9, 0.0], [1.2, 1.0, -0.8]]

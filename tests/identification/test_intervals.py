@@ -8,7 +8,7 @@ from fixtures.pressed_layer import Layer, draw_presses
 from scipy.stats import chi2
 
 from palpate.effects.instrument import Instrument
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.identification import fit
 from palpate.identification.fit import POINTS, Data, MixedModel, Options, best_fit, fitted, loading, scaling_near
 from palpate.identification.forward import Parameter
@@ -203,3 +203,9 @@ def test_searches_that_do_not_agree_are_no_fit(monkeypatch):
     model = MixedModel.of(Data.of(touched(1)), Layer(0.004, ()), QUICK)
     with pytest.raises(NotConverged, match="has not converged"):
         best_fit(model, sure=True)
+
+
+def test_presses_of_no_force_are_refused():
+    records = draw_presses(Layer(0.004), {"poisson": 0.45}, np.random.default_rng(0), young_pa=0.0)
+    with pytest.raises(InputError, match="no forces"):
+        best_fit(MixedModel.of(Data.of(records), Layer(0.004), QUICK))

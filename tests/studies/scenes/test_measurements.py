@@ -1,5 +1,6 @@
 """What an effect costs, and what leaving it out does."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from palpate.scenes.run_scene import run
 from palpate.scenes.settings import Scene
 from palpate.studies.scenes import measurements
 from palpate.studies.scenes.contact_force import closed, contact_force, least_signed_distance
-from palpate.studies.scenes.measurements import FAILS, HOLDS, UNKNOWN, energy_balance, left_out
+from palpate.studies.scenes.measurements import DOUBTED, FAILS, HOLDS, UNKNOWN, energy_balance, left_out
 
 LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0, 0, 0], "radius_m": 0.0, "start_s": 0, "press_s": 0.1}
 LOAD |= {"hold_s": 1, "release_s": 0.1}
@@ -79,6 +80,30 @@ def test_the_weight_does_work_too_and_without_work_the_range_of_the_energy_count
 def test_nothing_is_known_without_the_elastic_energy():
     row = energy_balance(pd.DataFrame(ROWS | {"gain_j": 1.0}).drop(columns="springs_j"), {"a": "goal_position"}).iloc[0]
     assert row["verdict"] == UNKNOWN and row[["gain_j", "gain_of_work"]].isna().all()
+
+
+def test_a_run_warns_of_energy_that_an_integrator_without_proof_made():
+    scene = Scene(name="a", body="slab", integrator="bdf2", step_s=0.1, duration_s=1.0)
+    energies = pd.DataFrame(ROWS | {"gain_j": 0.1}).drop(columns="scene")
+    with pytest.warns(UserWarning, match=r"^scenes\.a: nothing proves that steps of bdf2 make no energy, and one made"):
+        measurements.warn_of_gain(scene, energies)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        measurements.warn_of_gain(scene.but(integrator="backward_euler"), energies)
+        measurements.warn_of_gain(scene, energies.assign(gain_j=1e-9))
+
+
+def test_a_motion_in_modes_warns_of_a_doubt_that_is_large_beside_its_peak(motion):
+    scene, rest = Scene(name="a", body="slab", integrator="touching", step_s=0.1, duration_s=1.0), motion.rest
+    moved = replace(motion, positions=np.array([rest, rest + np.array([0.0, 0.0, 0.01])]))
+    for doubt, said in ((1.5 * DOUBTED * 0.01, "a doubt of 1.5% of the peak"), (np.inf, "without a limit")):
+        energy = pd.DataFrame({"time_s": [0.0, 0.5, 1.0], "doubt_m": [0.0, doubt, 1e-9]})
+        with pytest.warns(UserWarning, match=rf"^scenes\.a: at 0\.5 s its modes lack what moves there, {said}"):
+            measurements.warn_of_doubt(scene, replace(moved, energy=energy))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        measurements.warn_of_doubt(scene, replace(moved, energy=energy.assign(doubt_m=0.5 * DOUBTED * 0.01)))
+        measurements.warn_of_doubt(scene, moved)
 
 
 @pytest.fixture

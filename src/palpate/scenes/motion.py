@@ -63,14 +63,15 @@ class Motion:
     def force(self, name: str) -> np.ndarray:
         """Return the force (s, 3) [N] of an instrument or a hook on the bodies at the end of each of s steps.
 
+        Of a thread it is the force at its second end.
         name : "floor_0", its own if it has one, or the kind alone if there is only one; times are in ``observed``
         Raises InputError for a name that nothing has.
         """
         check(name=(str, name))
         felt = [column.removesuffix("_force_x_n") for column in self.observed if column.endswith("_force_x_n")]
-        names = [each for each in felt if name in (each, each.rpartition("_")[0])]
+        names = [name] if name in felt else [each for each in felt if name == each.rpartition("_")[0]]
         if len(names) != 1:
-            remedy = suggest(name, felt, "there are") if felt else "add an instrument or a hook."
+            remedy = suggest(name, felt, "there are") if felt else "add an instrument, a hook or a thread."
             raise InputError(f"no force is felt by {name}; {remedy}")
         return -self.observed[[f"{names[0]}_force_{axis}_n" for axis in "xyz"]].to_numpy()
 

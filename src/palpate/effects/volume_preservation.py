@@ -129,7 +129,11 @@ def _from_middle(u0, u1, u2):
 
 @numba.njit(cache=True)
 def _add_stiffness(x, tetrahedra, rest, stiffness, definite, slots, values):
-    """Add the Hessian; ∂²L has the blocks δ_ab H_a − ¼ (H_a + H_b) + Σ H/16, H_a = (I − u_a u_aᵀ)/‖r_a − r_b‖."""
+    """Add the Hessian κ ∂L ∂Lᵀ + κ (L − L₀) ∂²L to ``values`` (k, 3, 3) [N/m], of tetrahedron e at ``slots[e]`` (4, 4).
+
+    ∂²L has the blocks δ_ab H_a − ¼ (H_a + H_b) + Σ H/16, H_a = (I − u_a u_aᵀ)/‖r_a − r_m‖, with the middle r_m.
+    definite : whether to leave out the second term where L < L₀
+    """
     lengths, u = np.empty(4), np.empty((8, 3))
     bend, mean = np.empty((4, 3, 3)), np.empty((3, 3))
     for e in range(len(tetrahedra)):

@@ -193,6 +193,7 @@ class Blade(Cut):
         return np.vstack([*rows, self.front(spacing_m)])
 
     def front(self, spacing_m: float) -> np.ndarray:
+        """Return points (n, 3) [m] along the lower edge, and down the blade where it now stands, if it is under way."""
         middle, half = self._ellipse()
         count = _count(0.5 * np.pi * (self.length_m + 2.0 * self.depth_m), spacing_m)
         # at an end that tapers the front is steep: places are even in the ellipse's angle
@@ -200,9 +201,9 @@ class Blade(Cut):
         along = np.linspace(0.0, self.length_m, count) if half == np.inf else middle + half * np.sin(angle)
         if self.reached_m < self.length_m:
             deep = float(self._depth(np.array([self.reached_m]))[0])
-            wall = np.full(_count(deep, spacing_m), self.reached_m), np.linspace(0.0, deep, _count(deep, spacing_m))
+            blade = np.full(_count(deep, spacing_m), self.reached_m), np.linspace(0.0, deep, _count(deep, spacing_m))
             along = along[along < self.reached_m]
-            return np.vstack([self.at(along, self._depth(along)), self.at(*wall)])
+            return np.vstack([self.at(along, self._depth(along)), self.at(*blade)])
         return self.at(along, self._depth(along))
 
     def _ellipse(self) -> tuple[float, float]:

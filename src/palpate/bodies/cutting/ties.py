@@ -117,13 +117,15 @@ class _Doubled(NamedTuple):
 
 
 def _conforming(body: Body, level: int, strokes: Sequence[Stroke]) -> _Doubled:
-    """Cut a mesh that is made to conform to the cuts, with edges as long as they are."""
+    """Cut one level, made to conform to the cuts without being refined near them; find when each face parts."""
     cuts = tuple(stroke.cut for stroke in strokes)
-    found = cut_body(body, cuts[0] if len(cuts) == 1 else Cuts(cuts), body.fine.size, level=level)
+    no_refinement_m = body.fine.size  # no edge is longer
+    found = cut_body(body, cuts[0] if len(cuts) == 1 else Cuts(cuts), no_refinement_m, level=level)
     mesh = found.coarse
     first, last, _ = _parted_faces(mesh.tetrahedra, found.origin)
     faces = mesh.nodes[first].mean(axis=1)
-    # the patch of a mesh bends to nodes that may not move, so each face is of the nearest cut, or of the first of these
+    # the patch bends to nodes that may not move, so that a face need not lie on its cut: it parts with the nearest cut,
+    # and of equally near ones with that which passes first
     away = np.array([np.hypot(cut.across(faces), np.minimum(cut.within(faces), 0.0)) for cut in cuts])
     passed = np.array([stroke.passes_s(faces) for stroke in strokes])
     let_go = np.where(away <= away.min(axis=0) + ON_FACE * mesh.size, passed, np.inf).min(axis=0)

@@ -80,7 +80,11 @@ def _stencils(nodes_a, vertices_a, edges_a, nodes_b, vertices_b, edges_b, pairs)
 
 @numba.njit(cache=True)
 def _points(triangle, owned, other, swapped, fill, count, kinds, nodes):
-    """Write the stencils of owned vertices of ``triangle`` with the triangle ``other``; return the new count."""
+    """Write the stencils of owned vertices of ``triangle`` with the triangle ``other``; return the new count.
+
+    fill : False only counts; swapped : whether this is the second call for a pair. An ``other`` that is a point is left
+    to the call in which it is the vertex; two points are listed in the first call.
+    """
     if other[0] == other[1] == other[2] and (swapped or not triangle[0] == triangle[1] == triangle[2]):
         return count
     for i in range(3):

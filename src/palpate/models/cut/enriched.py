@@ -164,11 +164,15 @@ class Enriched:
             raise NotConverged("nothing holds a piece that is cut free", [float("nan")])
 
     def pull(self) -> Pulled:
-        """Return the uncut body's answer to the hooks, with that to the jumps that leave the lips without force."""
+        """Return displacements where they are read, and the hooks' forces, with the lips of the cut free of force.
+
+        From the uncut answer u, the jumps are d = -(D - B^T K^-1 B)^-1 B^T u; displacements are u - K^-1 B d, plus the
+        enrichment times d, and the hooks' forces change by their answers to the load B d.
+        """
         pulls = self._pulls[:, self._around].reshape(len(self._pulls), -1)
         before = self._before[self._around].ravel()
         jumps = -self._scale * cho_solve(self._factor, self._scale * (before @ self._coupling))
-        load = self._coupling @ jumps
+        load = self._coupling @ jumps  # B d [N]
         seen = self._before[self._seen] - combined(self._shown, self._around, load.astype(np.float32))
         seen = self._rows @ seen + self._jumps @ jumps.reshape(-1, 3)
         return Pulled(*self.case.parted(seen), self._forces + pulls @ load)

@@ -374,14 +374,19 @@ def _place(bodies: tuple, gaps_m: list[float], random: np.random.Generator) -> I
 
 
 def _cost(one: Any, placed: list[list[np.ndarray]]) -> dict[str, float]:
-    """Measure refit and query of trees ``one`` over placements of two bodies, in the columns of COLLISION_APART."""
+    """Measure refit and query of a structure ``one`` over placements of two bodies, in the columns of COLLISION_APART.
+
+    placed : the points (n, 3) [m] of both bodies, for each placement. Times are medians [ms]. The bodies are apart, so
+        that each pair of triangles that is found is one too many; tests are counted of RefittedTrees, else NaN
+    """
     costs, tests, roots, extra = [], [], 0, 0
     for points in placed:
         update, _ = timed(one.update, points)
         queries = [timed(one.query) for _ in range(REPEATS)]
         query = float(np.median([time for time, _ in queries]))
         costs.append((update, query, update + query))
-        extra += len(queries[0][1])
+        _, pairs = queries[0]
+        extra += len(pairs)
         if isinstance(one, RefittedTrees):
             tests.append(one.counts)
             roots += len(overlapping_trees(one.trees))

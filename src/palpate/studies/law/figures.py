@@ -65,7 +65,12 @@ def draw_law(law) -> Figure:
 
 
 def _curve(errors, volume, curve, changed: str, shade: str) -> None:
-    """Draw one contact: a change, or of the body as it is described the mesh; below, what its volume changes by."""
+    """Draw the rows of one contact over depth [% of the body's size], into the axes ``errors`` and ``volume``.
+
+    errors : how far a change moves the answer, or, where nothing is ``changed`` (OWN), the errors of the mesh [% of the
+        peak]; a change without a truth that is believed is dotted and hollow
+    volume : the change of volume [%]
+    """
     depth = 100 * curve["depth_of_size"]
     if changed == OWN:
         for column, (_, ink, dashes) in MESHES.items():

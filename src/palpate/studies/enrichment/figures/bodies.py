@@ -218,16 +218,18 @@ _START = 1  # the first method's median sample; its contact is visible in the ch
 
 
 def write(database: Database, predictions: dict[str, Prediction], path: str | Path) -> None:
-    """Write, for each of JUDGED, its best, median and worst test sample, coloured by the error.
+    """Write a view that readers turn: for each method of JUDGED its best, median and worst test sample.
 
-    The body is shown as fine FEM deforms it, on one logarithmic scale of three decades in % of the sample's peak.
+    Surfaces are deformed as by fine FEM and coloured by the method's error, on one logarithmic scale of three decades
+    [% of the sample's peak].
     """
     picks = [pick for method in JUDGED for pick in ranked(database, predictions[method])]
     scale = limits([field for _, field, _, _ in picks])
     norm = LogNorm(*scale)
     rest = database.nodes_fine_surface
     positions = np.array([rest + moved for _, _, moved, _ in picks])
-    first = camera(database, *picks[_START][::2])
+    sample, _, moved, _ = picks[_START]
+    first = camera(database, sample, moved)
     notes = [f"sample {i}: {percent(error)} of peak" for i, _, _, error in picks]
     methods = [model_looks.short(method).replace("\n", " ") for method in JUDGED]
     choices = {"method": methods, "test sample": ["best", "median", "worst"]}

@@ -19,8 +19,6 @@ RUNTIMES = {"palpate.c", "palpate.h"}
 """Files of an example, which look like modules."""
 PATH = re.compile(r"(?<![\w/.(-])(?:src/palpate|tests|workflow|examples|docs|profiles)/[\w./*<>-]*[\w/*]")
 """A path of the repository in the text."""
-OF_COMMIT = re.compile(r"\bcommit [0-9a-f]{8},\s+`[^`]*`")
-"""A path of an earlier commit, which need not exist today."""
 
 
 def text(path: Path) -> str:
@@ -69,7 +67,7 @@ def test_links_lead_somewhere(page):
 
 @pytest.mark.parametrize("page", WRITTEN, ids=lambda page: str(page.relative_to(ROOT)))
 def test_paths_exist(page):
-    own = [path for path in PATH.findall(OF_COMMIT.sub("", text(page))) if "<" not in path and "toy" not in path]
+    own = [path for path in PATH.findall(text(page)) if "<" not in path and "toy" not in path]
     assert [path for path in own if not list(ROOT.glob(path.rstrip("/")))] == []
 
 

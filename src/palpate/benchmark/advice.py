@@ -1,7 +1,7 @@
 """Tell from tables of measurements which model to take: for presses, loads of other kinds, touches and motions."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -236,13 +236,15 @@ def advise_motion(
     budgets_ms: Sequence[float] = (),
     max_errors: Sequence[float] = (),
     speeds: Sequence[float] = (),
-    **known: Any,
+    bounds: pd.DataFrame | None = None,
+    pressed: pd.DataFrame | None = None,
+    error: str = "rms",
 ) -> pd.DataFrame:
     """Tabulate advice.csv of a scene that moves, a row for each budget of a step [ms], error [of its peak] and speed.
 
-    rows, known : the arguments of ``motions``
+    rows, bounds, pressed, error : of ``motions``
     """
-    asked = motions(rows, **known)
+    asked = motions(rows, bounds, pressed, error)
     return ADVICE.frame(map(asked.advise, limits_of(budgets_ms, max_errors, speeds)))
 
 

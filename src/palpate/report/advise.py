@@ -123,5 +123,5 @@ def _of_motion(asked: Asked, rows: pd.DataFrame) -> str:
         return lines(adviser.choice(adviser.motions(rows, **known), asked.limit))
     before = tables.where(tables.read(asked.results / "tables/advice.csv"), scene=scene)
     columns = {"budgets_ms": "budget_ms", "max_errors": "max_error", "speeds": "speed"}
-    limits = {name: list(before[column].dropna().unique()) for name, column in columns.items()}
+    limits: dict[str, Any] = {name: list(before[column].dropna().unique()) for name, column in columns.items()}
     return advice_list(adviser.advise_motion(rows, **limits, **known), asked.error)

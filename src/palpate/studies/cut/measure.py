@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -201,7 +202,7 @@ FRONT_OF_WIDTH = 0.5
 """Longest edges at the front of a cut over its half width, on the meshes that are halved; elsewhere at the cut 1."""
 
 
-def find_cut_truth(input, output, wildcards, entry: Pull):
+def find_cut_truth(input: Any, output: Any, wildcards: Any, entry: Pull) -> dict[str, Any]:
     """Find the truth of a cut, for the rule of that name (palpate.studies.common_jobs says how it is called)."""
     case = asked(load(input.body), entry)
     cut = case.cuts[0]
@@ -210,7 +211,9 @@ def find_cut_truth(input, output, wildcards, entry: Pull):
     return {"table": truth_row(wildcards.scene, case, found)}
 
 
-def measure_cut(input, wildcards, say, entry: Pull, repeats: int, budget_s: float):
+def measure_cut(
+    input: Any, wildcards: Any, say: Callable, entry: Pull, repeats: int, budget_s: float
+) -> dict[str, pd.DataFrame]:
     """Measure all models of a cut, for the rule of that name."""
     case, progress = asked(load(input.body), entry), steps(say, f"{wildcards.scene}: setting")
     tables = measure_models(wildcards.scene, case, stored(CutTruth, input.truth), repeats, budget_s, progress)

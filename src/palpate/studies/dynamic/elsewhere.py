@@ -252,7 +252,7 @@ def _of_elements(each: ComparedScene, per_frame: int) -> tuple[np.ndarray, np.nd
     return moved, forces.reshape(each.frames, per_frame, -1, 3).mean(axis=1)
 
 
-class HeldOut(Motions):
+class HeldOutStrokes(Motions):
     """A stroke held out, beside the limit of quadratic elements on it.
 
     Doubt is infinite where an instrument goes where nothing was prepared: such a motion has failed.
@@ -280,7 +280,7 @@ def measure_stroke(
     longest_s = instruments_of(each.body, contact_of(each)).crossing_s
     too_fast = NotConverged("an instrument crosses elements within a step", [])
     settings = [one._replace(solver=too_fast) if one.about["step_s"] > longest_s else one for one in settings]
-    rows = measuring.measure(HeldOut(each, limit.displacement, limit.force), settings, 0, 0.0)[1]
+    rows = measuring.measure(HeldOutStrokes(each, limit.displacement, limit.force), settings, 0, 0.0)[1]
     return [row | labels for row in rows]
 
 

@@ -175,9 +175,9 @@ def grid() -> Families:
 @pytest.fixture(scope="session")
 def slab_case(slab, slab_compliance) -> tuple:
     """A case of the slab with 12 training samples at 6 contacts, 6 test samples at 3 others, and their numbers."""
+    from palpate.benchmark.database import split
     from palpate.benchmark.model import Case
     from palpate.benchmark.settings import FitOptions, Widths
-    from palpate.benchmark.split import split
     from palpate.benchmark.static_responses import assemble, press
     from palpate.studies.enrichment.samples import choose_loads
 

@@ -10,18 +10,17 @@ import numpy as np
 import pandas as pd
 
 from palpate import pictures
-from palpate.benchmark.accuracy import TruthErrors, patch_nodes
+from palpate.benchmark.accuracy import Judge, TruthErrors, patch_nodes
 from palpate.benchmark.advice import advise as advice_of
 from palpate.benchmark.conformal import FEWEST
-from palpate.benchmark.judge import Judge
+from palpate.benchmark.database import split
+from palpate.benchmark.measuring import said
 from palpate.benchmark.model import Case, Model
 from palpate.benchmark.press_measure import bounds, failed, measure
 from palpate.benchmark.presses import PRESSURE, UNCAPPED, choose_presses
 from palpate.benchmark.ranking import BOUNDS
 from palpate.benchmark.settings import FitOptions
-from palpate.benchmark.split import split
 from palpate.benchmark.static_responses import assemble, press
-from palpate.benchmark.timing import said
 from palpate.bodies.body import Body, Makes, as_body
 from palpate.errors import InputError, explained
 from palpate.models.load_model import as_model

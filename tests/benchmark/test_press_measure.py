@@ -7,10 +7,9 @@ import pandas as pd
 import pytest
 from fixtures.stub import Stub, made_up
 
-from palpate.benchmark.accuracy import truth_errors
-from palpate.benchmark.judge import TRAINING
+from palpate.benchmark.accuracy import TRAINING, truth_errors
 from palpate.benchmark.load import Answer, Doubted, Refused
-from palpate.benchmark.measuring import ask
+from palpate.benchmark.measuring import WARM_UP, ask
 from palpate.benchmark.model import Solver
 from palpate.benchmark.press_measure import (
     ACCURACY_VS_TIME,
@@ -23,7 +22,6 @@ from palpate.benchmark.press_measure import (
     measure,
 )
 from palpate.benchmark.ranking import averaged
-from palpate.benchmark.timing import WARM_UP
 from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.studies.tradeoff.jobs import accuracy_vs_time, commit

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.accuracy import patch_nodes, truth_errors
+from palpate.benchmark.accuracy import OWN, patch_nodes, truth_errors, truth_levels
 from palpate.benchmark.presses import LOAD_COLUMNS, samples_in
 from palpate.benchmark.richardson import limit
-from palpate.benchmark.truth import OWN, objection, truth_levels, truth_of
+from palpate.benchmark.truth import objection, truth_of
 from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import finer

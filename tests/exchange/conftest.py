@@ -6,9 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.database import write
+from palpate.benchmark.database import asked_samples, fold_table, write
 from palpate.benchmark.presses import LOAD_COLUMNS, oblique, samples_in
-from palpate.benchmark.split import asked_samples, fold_table
 from palpate.benchmark.static_responses import assemble, press
 from palpate.benchmark.truth import truth_of
 from palpate.bodies.body_file import save

@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 
-from palpate.benchmark.judge import read_judged
+from palpate.benchmark.accuracy import read_judged
 from palpate.benchmark.settings import FitOptions
 from palpate.bodies.surface_quadrature import enclosed_volume
 from palpate.errors import InputError

@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from palpate.benchmark.accuracy import read_judged
 from palpate.benchmark.engine_scores import ANSWERS
-from palpate.benchmark.judge import read_judged
 from palpate.benchmark.press_measure import measure
 from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError

@@ -9,7 +9,7 @@ from palpate.errors import InputError
 from palpate.models import model_registry
 
 MEASURE = """
-import palpate.benchmark.judge, palpate.benchmark.press_measure
+import palpate.benchmark.accuracy, palpate.benchmark.press_measure
 from palpate.models.load_model import load_model
 load_model('fem_p1', 'palpate.models.kinds:FEM', {'order': 1})
 """

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.accuracy import SIDES, TRAINING
 from palpate.benchmark.choosing import BOUND, NONE, SETTING, TIED, Candidates, HeldOut, Limit
 from palpate.benchmark.conformal import CONSTANT, FEWEST, bound_factor, finite
-from palpate.benchmark.judge import SIDES, TRAINING
 from palpate.benchmark.ranking import (
     BOUNDS,
     EXACT,

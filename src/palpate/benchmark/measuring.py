@@ -1,15 +1,16 @@
-"""Prepare models, ask them, time them and judge their answers: one loop for every kind of question.
+"""Prepare models, ask them, time them by the same rules and judge their answers: one loop for every kind of question.
 
 A kind of question is a class beneath ``Kind``: what it asks, what is right, and which columns it has of its own. The
 columns that all kinds have are here.
 """
 
 import re
+import time
+import timeit
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from time import perf_counter
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -17,7 +18,6 @@ import pandas as pd
 
 from palpate.benchmark.load import Doubted, Refused
 from palpate.benchmark.model import Case, LeftOut, Model, checked
-from palpate.benchmark.timing import WARM_UP, Call, online, said, time_calls
 from palpate.errors import InputError, NotConverged
 from palpate.table_declaration import Table
 
@@ -26,6 +26,13 @@ WHO = ("model", "setting")
 CALLS, REASON = "calls_s", "reason"
 """Keys of rows that are no columns: the seconds of every timed call of a question, and the kind of its failure."""
 REFUSED, DOUBTED, FAILED = "refused", "doubted", "failed"
+WARM_UP = 2
+"""Calls that are dropped, as what they compile or load is not a part of a query. Their number is fixed: shape matching
+starts from where its last answer ended, so that the rounding of an answer depends on the calls before it."""
+SLOW_S, SLOW_CALLS = 1.0, 5
+"""Calls that take longer are repeated so often only."""
+
+Call = Callable[[], object]
 
 
 class Prepared(NamedTuple):
@@ -45,12 +52,12 @@ class Prepared(NamedTuple):
 
 def prepared(about: Row, make: Callable[[], Any], used: Mapping[str, float] | None = None) -> Prepared:
     """Call ``make`` for what answers, and time it; a NotConverged that it raises takes the place of what answers."""
-    begin = perf_counter()
+    begin = time.perf_counter()
     try:
         solver = make()
     except NotConverged as failure:
         solver = failure
-    return Prepared(about, solver, perf_counter() - begin, {} if used is None else used)
+    return Prepared(about, solver, time.perf_counter() - begin, {} if used is None else used)
 
 
 def about_of(name: str, model: Model, case: Case) -> Row:
@@ -192,14 +199,14 @@ def ask(kind: Kind, solver: Any, repeats: int, budget_s: float) -> list[Row]:
         return [row | failed(failure) for row in rows]
     asked = []
     for i, row in enumerate(rows):
-        begin = perf_counter()
+        begin = time.perf_counter()
         try:
             kind.ready(solver, i)
         except NotConverged as failure:
             row |= failed(failure)
         else:
             asked.append(i)
-        row["preparation_s"] = perf_counter() - begin
+        row["preparation_s"] = time.perf_counter() - begin
     found: dict[int, Row] = {}
 
     def receive(k: int, answer: Any) -> None:
@@ -237,3 +244,89 @@ def failed(failure: Exception) -> Row:
     """Return the columns of a row of a question that failed."""
     reason = REFUSED if isinstance(failure, Refused) else DOUBTED if isinstance(failure, Doubted) else FAILED
     return {"failure": said(failure), REASON: reason}
+
+
+class Timed(NamedTuple):
+    """The seconds of every timed call of each of n calls, and why each failed.
+
+    failures : (n,) the NotConverged that a call raised, else None; a call that failed has no seconds
+    """
+
+    seconds: list[list[float]]
+    failures: list[NotConverged | None]
+
+
+def time_calls(
+    calls: Sequence[Call],
+    repeats: int,
+    budget_s: float = np.inf,
+    receive: Callable[[int, Any], None] = lambda i, answer: None,
+    warm_up: int = WARM_UP,
+) -> Timed:
+    """Time every one of ``calls`` once, and all in turn until ``repeats`` calls are made or ``budget_s`` [s] is over.
+
+    calls : each is looked up anew before it is made, which is not timed
+    receive : takes the number and the answer of every call, which is not timed
+    warm_up : number of calls that are dropped before; where the first is slower than SLOW_S, each call is made once,
+        and all together SLOW_CALLS times at most
+    All run on one BLAS thread. A call for which it or ``receive`` raises NotConverged has failed and is not repeated.
+    """
+    from threadpoolctl import threadpool_limits
+
+    count = len(calls)
+    timed = Timed([[] for _ in range(count)], [None] * count)
+    with threadpool_limits(limits=1):
+        dropped = [_once(calls, i % count, lambda i, answer: None)[0] for i in range(warm_up)]
+        limit = min(repeats, SLOW_CALLS) if dropped and dropped[0] > SLOW_S else repeats
+        calls_made, began = 0, time.perf_counter()
+        while calls_made < count or (calls_made < limit and time.perf_counter() - began < budget_s):
+            i = calls_made % count
+            calls_made += 1
+            if timed.failures[i]:
+                continue
+            seconds, timed.failures[i] = _once(calls, i, receive)
+            if timed.failures[i]:
+                timed.seconds[i].clear()
+            else:
+                timed.seconds[i].append(seconds)
+    return timed
+
+
+def _once(calls: Sequence[Call], i: int, receive: Callable[[int, Any], None]) -> tuple[float, NotConverged | None]:
+    """Return the seconds that call ``i`` takes, and the NotConverged that it or ``receive`` raises, or None."""
+    start = time.perf_counter()
+    try:
+        call = calls[i]
+        start = time.perf_counter()
+        answer = call()
+        seconds = time.perf_counter() - start
+        receive(i, answer)
+    except NotConverged as failure:
+        return time.perf_counter() - start, failure
+    return seconds, None
+
+
+def said(failure: Exception) -> str:
+    """Return the message of a failure in one line, which is never empty."""
+    return str(failure).replace("\n", " ") or "not converged"
+
+
+def online(seconds: Sequence[Sequence[float]], name: str = "online") -> dict[str, float]:
+    """Return median, 95th percentile and maximum of times as columns ``<name>_median_s`` …; none without times.
+
+    seconds : of the calls of each question [s]; the maximum is that of the questions' medians
+    """
+    timed = [each for each in seconds if len(each)]
+    if not timed:
+        return {}
+    calls = np.concatenate(timed)
+    # a single late call is the machine's, a press that is late every time the model's
+    largest = max(np.median(each) for each in timed)
+    return {f"{name}_median_s": np.median(calls), f"{name}_p95_s": np.percentile(calls, 95), f"{name}_max_s": largest}
+
+
+def processor_seconds(call: Call, least_s: float) -> float:
+    """Return the mean processor time of this thread [s] for a call, over as many calls as take about ``least_s``."""
+    timer = timeit.Timer(call, timer=time.thread_time)
+    number = max(1, int(least_s / timer.timeit(number=1)))
+    return timer.timeit(number=number) / number

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.measuring import Kind, Prepared, Row, prepared, tables
+from palpate.benchmark.measuring import Call, Kind, Prepared, Row, prepared, tables
 from palpate.benchmark.model import setting_text
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
 from palpate.benchmark.settings import instrument_name
-from palpate.benchmark.timing import Call
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
 from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, patch_of, touch_errors
 from palpate.errors import InputError, NotConverged

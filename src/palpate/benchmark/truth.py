@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from palpate.benchmark.accuracy import TruthErrors, truth_errors
+from palpate.benchmark.accuracy import OWN, Truth, TruthErrors, truth_errors, truth_levels
 from palpate.benchmark.presses import Sample
 from palpate.benchmark.richardson import RATIOS, limit_over, rejection
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.bodies.surface_quadrature import enclosed_volume
-from palpate.errors import InputError, NotConverged
+from palpate.errors import NotConverged
 from palpate.linalg.minimiser import Solution, minimise_by_newton
 from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.solvers.stability import FIRM
@@ -68,18 +68,6 @@ class Ascent:
     failure: str = ""
     seconds: float = 0.0
     start: np.ndarray | None = None
-
-
-def truth_levels(body: Body) -> range:
-    """Return the levels of ``body`` on which its truth is found: three or four, up to one beyond its finest.
-
-    Only levels of the shape of the finest are taken: where a level was moved to the dense surface of a file or a CT,
-    those before it have another shape. With a smooth surface by a formula all levels are taken: their facets converge
-    to it with the order of 2, which the limit includes.
-    """
-    fine = len(body.levels) - 1
-    first = max(0 if body.smooth is not None else body.shape_level, fine - 2)
-    return range(first, max(fine + 1, first + 2) + 1)
 
 
 def ascend(
@@ -171,63 +159,6 @@ SQUEEZED = 0.5
 """Determinants of the deformation gradient below this are counted, and are no reason to reject: at the edge of an
 anchor or a facet they fall with every halving, to 0.01 on the liver, whose ratios are 2.3 to 2.5 and limits agree to
 0.2 %."""
-OWN = TruthErrors._fields
-
-
-@dataclass(frozen=True, eq=False)
-class Truth:
-    """The truth of k samples on the n fine surface nodes of a body.
-
-    sample : (k,) sample numbers
-    displacement : (k, n, 3) [m], the limit, or the finest level where there is none; NaN where a level had no answer
-    levels : (k, n_levels, n, 3) [m], the answer of each level, coarse first; NaN where a sample was not solved on it
-    ratio : (k,) of the last two changes between levels
-    least_det : (k,) the least determinant of the deformation gradient at any point of integration of any level
-    volume_change : (k,) of the body on the finest level of each sample, over its volume at rest
-    iterations, products : (k,) iterations of L-BFGS and Newton's method, and multigrid cycles, of all levels together
-    own : (k, len(OWN)) the error that the limit may have itself, as ``TruthErrors``
-    rejected : (k,) why a sample's limit is not believed, or ""
-    seconds : (k,) time of its solutions [s]
-    radius_m : of the disc that is pressed [m]
-    level, elements, nodes : number and size of the finest level
-    """
-
-    sample: np.ndarray
-    displacement: np.ndarray
-    levels: np.ndarray
-    ratio: np.ndarray
-    least_det: np.ndarray
-    volume_change: np.ndarray
-    iterations: np.ndarray
-    products: np.ndarray
-    own: np.ndarray
-    rejected: np.ndarray
-    seconds: np.ndarray
-    radius_m: float
-    level: int
-    elements: int
-    nodes: int
-
-    @property
-    def believed(self) -> np.ndarray:
-        """Truth values (k,): which samples' limits are believed."""
-        return self.rejected == ""
-
-    def spread(self, count: int) -> np.ndarray:
-        """Return the numbers of ``count`` samples whose limit is believed, evenly over their order, or of all these."""
-        believed = self.sample[self.believed]
-        return believed[np.linspace(0, len(believed) - 1, min(count, len(believed))).round().astype(int)]
-
-    def rows(self, numbers: np.ndarray) -> np.ndarray:
-        """Return the rows of the samples ``numbers`` whose limit is believed; InputError for a sample that is not here.
-
-        If none is believed, return the rows with an answer on the finest level, by which distances can be measured.
-        """
-        if missing := sorted(set(numbers) - set(self.sample)):
-            raise InputError(f"truth.h5: sample {missing[0]} has no truth; delete the file and type make.")
-        rows = np.array([int(np.flatnonzero(self.sample == number)[0]) for number in numbers], dtype=int)
-        believed = rows[self.believed[rows]]
-        return believed if len(believed) else rows[np.isfinite(self.displacement[rows]).all(axis=(1, 2))]
 
 
 def truth_of(

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.comparable import followed
+from palpate.benchmark.database import FOLDS
 from palpate.benchmark.motion_truth import MotionTruth
 from palpate.benchmark.moving_scene import MovingScene
 from palpate.benchmark.presses import choose_presses, samples_in
 from palpate.benchmark.settings import Instrument as ToolSettings
 from palpate.benchmark.settings import instrument_name, pressed_bodies
-from palpate.benchmark.split import FOLDS
 from palpate.benchmark.touch import TOUCH_COLUMNS, choose_touches, touches_of
 from palpate.benchmark.touch_mesh import check_by_coarse_elements
 from palpate.benchmark.touch_truth import TouchTruth

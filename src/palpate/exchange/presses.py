@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import TruthErrors
-from palpate.benchmark.judge import read_judged
+from palpate.benchmark.accuracy import TruthErrors, read_judged
 from palpate.benchmark.load import loads_of
 from palpate.benchmark.press_measure import Presses
 from palpate.benchmark.presses import FORCES, Sample

@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.benchmark.judge import read_case
+from palpate.benchmark.accuracy import read_case
 from palpate.benchmark.model import Case, Model
 from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError

@@ -79,8 +79,7 @@ def simulate_fine(input, output, params, wildcards, say):
 
 
 def assemble_database(input, output, params, wildcards, say):
-    from palpate.benchmark.database import read, write
-    from palpate.benchmark.split import fold_table
+    from palpate.benchmark.database import fold_table, read, write
     from palpate.benchmark.static_responses import assemble, digest, load_responses, press
     from palpate.bodies.body_file import load
     from palpate.studies.enrichment.samples import sample_table

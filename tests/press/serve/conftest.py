@@ -5,9 +5,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from palpate.benchmark.database import write
+from palpate.benchmark.database import fold_table, write
 from palpate.benchmark.press_measure import ACCURACY_VS_TIME
-from palpate.benchmark.split import fold_table
 from palpate.bodies.body_file import save
 
 CONFIG = """\

@@ -7,8 +7,8 @@ import pytest
 from fixtures.known_deformations import *  # noqa: F403
 
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.database import split
 from palpate.benchmark.presses import LOAD_COLUMNS, samples_in
-from palpate.benchmark.split import split
 from palpate.benchmark.static_responses import press
 from palpate.errors import InputError
 from palpate.models.interpolation import Interpolation

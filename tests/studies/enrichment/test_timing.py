@@ -56,7 +56,7 @@ def test_all_in_is_a_coarse_simulation_and_then_ours(given, asked):
 
 
 def test_live_costs_include_the_coarse_simulation_except_for_linear_fem(given, monkeypatch):
-    monkeypatch.setattr(timing, "measure", lambda call, repeats: SimpleNamespace(median_s=1.0, p95_s=2.0))
+    monkeypatch.setattr(timing, "median_and_p95", lambda call, repeats: (1.0, 2.0))
     table = timing.cost_table(*given, [lambda: None], range(5), "bar", 1).set_index(["protocol", "method"])
     found = table[["online_median_s", "online_p95_s"]]
     assert found.loc[("paper", "detail_correction")].tolist() == [1.0, 2.0]

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.accuracy import patch_nodes, truth_errors
+from palpate.benchmark.accuracy import OWN, patch_nodes, truth_errors
 from palpate.benchmark.presses import samples_in
-from palpate.benchmark.truth import OWN, truth_of
+from palpate.benchmark.truth import truth_of
 from palpate.bodies.body import nest
 from palpate.bodies.contacts import sampled_contacts
 from palpate.bodies.material import Material, Tissue

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.timing import WARM_UP
+from palpate.benchmark.measuring import WARM_UP
 from palpate.press.page.page import press_models
 from palpate.studies.press.measure import CALLS, Known, measure
 

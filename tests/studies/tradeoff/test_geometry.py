@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from palpate.benchmark import truth as truth_of_presses
+from palpate.benchmark.accuracy import OWN, Truth, truth_levels
 from palpate.benchmark.load import Load
 from palpate.benchmark.presses import Sample
-from palpate.benchmark.truth import OWN, Truth, ascend, truth_levels
+from palpate.benchmark.truth import ascend
 from palpate.bodies.organs import SmoothSurface
 from palpate.bodies.refinement import finer
 from palpate.errors import NotConverged

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.timing import time_calls
+from palpate.benchmark.measuring import time_calls
 from palpate.bodies.ct.image import Image
 from palpate.table_declaration import Table
 

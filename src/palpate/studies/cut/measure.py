@@ -9,10 +9,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.cut_truth import CutTruth, Hook, Pulled, mouth, pull_errors, truth_of_cut
-from palpate.benchmark.measuring import CALLS, Kind, Prepared, Row, measure, prepared
+from palpate.benchmark.measuring import CALLS, Call, Kind, Prepared, Row, measure, online, prepared, said, time_calls
 from palpate.benchmark.model import Setting, held_mb, setting_text
 from palpate.benchmark.ranking import TRUTH
-from palpate.benchmark.timing import Call, online, said, time_calls
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.bodies.cutting.cut import Blade, Cut, make_cut

@@ -14,10 +14,9 @@ import pandas as pd
 from palpate.benchmark import measuring
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Answer
-from palpate.benchmark.measuring import Kind, Prepared, Row
+from palpate.benchmark.measuring import Call, Kind, Prepared, Row
 from palpate.benchmark.model import checked
 from palpate.benchmark.motion_truth import MotionRun, MotionTruth, force_errors
-from palpate.benchmark.timing import Call
 from palpate.bodies import body_file
 from palpate.errors import InputError, NotConverged
 from palpate.models.load_model import OwnSolver, own_settings

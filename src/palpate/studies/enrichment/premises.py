@@ -7,10 +7,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import Method
-from palpate.benchmark.database import Database, read
+from palpate.benchmark.database import Database, read, split
 from palpate.benchmark.ranking import RANGE, resampled
 from palpate.benchmark.settings import FitOptions, Regression
-from palpate.benchmark.split import split
 from palpate.bodies.settings import Body
 from palpate.models import interpolation
 from palpate.models.enrichment import paper_enrichment

@@ -8,9 +8,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import Errors, Method, errors
-from palpate.benchmark.database import Database
+from palpate.benchmark.database import Database, split
 from palpate.benchmark.presses import LOAD_COLUMNS
-from palpate.benchmark.split import split
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import pressed_contacts
 from palpate.effects.patch_load import nodal_load

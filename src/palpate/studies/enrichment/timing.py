@@ -15,9 +15,9 @@ from scipy import stats
 
 from palpate.benchmark.accuracy import Method
 from palpate.benchmark.database import Database, read
+from palpate.benchmark.measuring import Call, online, processor_seconds, time_calls
 from palpate.benchmark.presses import samples_in
 from palpate.benchmark.settings import FitOptions, Regression
-from palpate.benchmark.timing import Call, measure, processor_seconds, timing_rows
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.models.enrichment.features import nearest_first
@@ -183,12 +183,18 @@ def timing_table(
     They are fine FEM, the paper's two kinds of features, and detail correction without and with its coarse simulation.
     methods : by protocol and name; fine, coarse : calls that simulate a sample each; means : the paper's, by row [s]
     """
-    online = {name: queries(db, methods["paper"][method], "paper", samples) for name, method in PAPERS_TABLE.items()}
+    calls = {"fine_fem": fine}
+    calls |= {name: queries(db, methods["paper"][method], "paper", samples) for name, method in PAPERS_TABLE.items()}
     corrected = queries(db, methods["live"]["detail_correction"], "live", samples)
-    online["live_all_in"] = [partial(_in_turn, *pair) for pair in zip(coarse, corrected, strict=True)]
-    return pd.concat(
-        [timing_rows(body, {"fine_fem": fine}, FEM_REPEATS, means), timing_rows(body, online, repeats, means)]
-    )
+    calls["live_all_in"] = [partial(_in_turn, *pair) for pair in zip(coarse, corrected, strict=True)]
+    rows = []
+    for method, deformations in calls.items():
+        often = FEM_REPEATS if method == "fine_fem" else repeats
+        seconds = [median_and_p95([call], often)[0] for call in deformations]
+        row: dict[str, Any] = {"body": body, "method": method}
+        row |= {f"d{i}_s": value for i, value in enumerate(seconds, start=1)}
+        rows.append(row | {"mean_s": float(np.mean(seconds)), "paper_mean_s": means.get(method, np.nan)})
+    return pd.DataFrame(rows)
 
 
 ONLINE_COST = Table(
@@ -199,6 +205,15 @@ ONLINE_COST = Table(
     online_median_s online_p95_s: time of an answer [s]; live, with the coarse simulation
     """,
 )
+
+
+def median_and_p95(calls: Sequence[Call], repeats: int) -> tuple[float, float]:
+    """Time ``repeats`` calls of ``calls`` in turn; return median and 95th percentile [s], NotConverged if one fails."""
+    timed = time_calls(calls, repeats)
+    if failed := next(filter(None, timed.failures), None):
+        raise failed
+    found = online(timed.seconds)
+    return found["online_median_s"], found["online_p95_s"]
 
 
 def cost_table(
@@ -213,13 +228,13 @@ def cost_table(
 
     In the live protocol a query includes the median time of a coarse simulation, which linear FEM does not need.
     """
-    simulated = measure(coarse, repeats).median_s
+    simulated, _ = median_and_p95(coarse, repeats)
     rows = []
     for protocol, fitted in methods.items():
         for name, method in fitted.items():
-            query = measure(queries(db, method, protocol, samples), repeats)
+            median_s, p95_s = median_and_p95(queries(db, method, protocol, samples), repeats)
             before = simulated if protocol == "live" and name != "linear_fem" else 0.0
-            rows.append([body, name, protocol, before + query.median_s, before + query.p95_s])
+            rows.append([body, name, protocol, before + median_s, before + p95_s])
     return ONLINE_COST.frame(rows)
 
 

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import truth_errors
+from palpate.benchmark.accuracy import OWN as ERRORS
+from palpate.benchmark.accuracy import Truth, truth_errors, truth_levels
 from palpate.benchmark.presses import FORCES, Sample, choose_presses, samples_in
-from palpate.benchmark.truth import OWN as ERRORS
-from palpate.benchmark.truth import Truth, truth_levels, truth_of
+from palpate.benchmark.truth import truth_of
 from palpate.bodies import body_file
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_near_regions

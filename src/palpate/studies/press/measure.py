@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import errors
+from palpate.benchmark.accuracy import OWN, Truth, errors
+from palpate.benchmark.measuring import online, time_calls
 from palpate.benchmark.model import Case
 from palpate.benchmark.presses import samples_in
-from palpate.benchmark.timing import online, time_calls
-from palpate.benchmark.truth import OWN, Truth
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.bodies.contacts import kept_contacts, spread_over

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.timing import processor_seconds
+from palpate.benchmark.measuring import processor_seconds
 from palpate.effects.shape_matching import TERMS
 from palpate.linalg.polar import rotations
 from palpate.report.tables import where

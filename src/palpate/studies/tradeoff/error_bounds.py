@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.accuracy import TRAINING
 from palpate.benchmark.conformal import CONSTANT, OWN, Draws, bound_factor, finite
-from palpate.benchmark.judge import TRAINING
 from palpate.benchmark.press_measure import COARSER as APART
 from palpate.benchmark.press_measure import ESTIMATED
 from palpate.benchmark.ranking import BOUNDS, EXACT, KINDS, lasting, own_errors

@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.judge import Judge
+from palpate.benchmark.accuracy import Judge
 from palpate.benchmark.load import Load, loads_of
 from palpate.benchmark.model import Case
 from palpate.errors import NotConverged

@@ -7,15 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import TruthErrors, truth_errors
-from palpate.benchmark.judge import Judge
+from palpate.benchmark.accuracy import Judge, TruthErrors, truth_errors
 from palpate.benchmark.load import DEPTH, NEW, PREPARED, TWO, Answer, Load, Press, Refused, displacement_of
-from palpate.benchmark.measuring import DOUBTED, FAILED, REASON, REFUSED, Kind, Prepared, Row, measure
+from palpate.benchmark.measuring import DOUBTED, FAILED, REASON, REFUSED, Call, Kind, Prepared, Row, measure
 from palpate.benchmark.model import Case, Model, Solver, answered
 from palpate.benchmark.press_measure import labels_of, prepared_settings
 from palpate.benchmark.presses import Sample
 from palpate.benchmark.static_responses import StaticSolver
-from palpate.benchmark.timing import Call
 from palpate.bodies.contacts import places_between
 from palpate.bodies.refinement import quadratic_prolongation
 from palpate.effects.patch_load import patch_shares

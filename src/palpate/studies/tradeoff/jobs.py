@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.judge import read_judged
+from palpate.benchmark.accuracy import Truth, read_judged
 from palpate.benchmark.press_measure import ACCURACY_VS_TIME
 from palpate.benchmark.settings import FitOptions
-from palpate.benchmark.truth import Truth
 from palpate.bodies.body_file import load
 from palpate.bodies.settings import Smooth
 from palpate.models.families import Families
@@ -27,8 +26,8 @@ TRUTH_TOLERANCE = 1e-3
 
 def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool, check_samples: int):
     """Find the truth of the samples that models are asked for, and check some of them by linear elements."""
+    from palpate.benchmark.database import asked_samples, read_folds, training_presses
     from palpate.benchmark.presses import samples_in
-    from palpate.benchmark.split import asked_samples, read_folds, training_presses
     from palpate.benchmark.truth import truth_of
     from palpate.studies.tradeoff.truth_table import other_element, widened
 

@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import TruthErrors, truth_errors
+from palpate.benchmark.accuracy import OWN, Truth, TruthErrors, truth_errors, truth_levels
 from palpate.benchmark.presses import Sample, check_radius
 from palpate.benchmark.ranking import KINDS
 from palpate.benchmark.richardson import limit, ratio
-from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, over, reasons, truth_levels
+from palpate.benchmark.truth import FIRST, NEXT, SQUEEZED, ascend, over, reasons
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, kept_contacts, row_of
 from palpate.bodies.organs import SmoothSurface

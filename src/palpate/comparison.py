@@ -23,7 +23,7 @@ from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.static_responses import assemble, press
 from palpate.bodies.body import Body, Makes, as_body
 from palpate.errors import InputError, explained
-from palpate.models.load_model import as_model
+from palpate.models.own_model import as_model
 from palpate.setting_types import Block, Index, NotNegative, Number, Positive, Whole, check
 from palpate.solvers.compliance import compute_compliance
 

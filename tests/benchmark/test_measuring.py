@@ -22,7 +22,7 @@ from palpate.benchmark.measuring import (
     time_calls,
 )
 from palpate.errors import NotConverged
-from palpate.models.load_model import as_model
+from palpate.models.own_model import as_model
 from palpate.table_declaration import Table
 
 STRETCHES = Table(

@@ -16,8 +16,8 @@ from palpate.benchmark.press_measure import measure, warn_unanswered
 from palpate.benchmark.touch_measure import Touches
 from palpate.comparison import ComparedCase, Comparison
 from palpate.errors import InputError
-from palpate.models.load_model import load_own, own_settings
 from palpate.models.model_registry import model
+from palpate.models.own_model import load_own, own_settings
 from palpate.own_file import ANSWERS, answers
 from palpate.run.settings import defaults
 from palpate.setting_types import plain

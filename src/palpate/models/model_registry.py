@@ -92,7 +92,7 @@ MOTION_MODELS = ("fem_coarse", "fem_fine", "moving_modes", "path_modes", "region
 def model(name: str, own: Mapping[str, str | Path]) -> Model:
     """Return one of MODELS, or of the user's ``own`` by its file; InputError if ``name`` is neither."""
     if name in own:
-        from palpate.models.load_model import load_own
+        from palpate.models.own_model import load_own
 
         return load_own(name, Path(own[name]))
     if name not in MODELS:
@@ -104,7 +104,7 @@ def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, di
     """Group ``names`` by the module they live in, or that of the model in BESIDE whose preparation serves them.
 
     Each of the user's ``own`` is a family by itself. Within a family: by name, ``place`` and ``fields`` of
-    ``load_model``, which is all that a job needs to measure it.
+    ``tradeoff.jobs.load_model``, which is all that a job needs to measure it.
     """
     groups: dict[str, dict[str, dict[str, Any]]] = {}
     for name in names:

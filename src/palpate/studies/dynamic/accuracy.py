@@ -19,7 +19,7 @@ from palpate.benchmark.model import checked
 from palpate.benchmark.motion_truth import MotionRun, MotionTruth, force_errors
 from palpate.bodies import body_file
 from palpate.errors import InputError, NotConverged
-from palpate.models.load_model import OwnSolver, own_settings
+from palpate.models.own_model import OwnSolver, own_settings
 from palpate.models.reduced_body import ReducedBody
 from palpate.models.reduced_motion import ReducedMotion, move
 from palpate.own_file import MODEL_GUIDE

@@ -18,7 +18,7 @@ from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, truth_of_touc
 from palpate.benchmark.truth import over, reasons
 from palpate.bodies.body_file import load
 from palpate.effects.instrument import Instrument
-from palpate.models.load_model import own_settings
+from palpate.models.own_model import own_settings
 from palpate.run.job import free_mb, steps, write_table
 from palpate.stores import store, stored
 from palpate.studies.touch.settings import Families

@@ -2,6 +2,7 @@
 
 import subprocess
 import warnings
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import Truth, read_judged
+from palpate.benchmark.model import Model
 from palpate.benchmark.press_measure import ACCURACY_VS_TIME
 from palpate.benchmark.settings import FitOptions
 from palpate.bodies.body_file import load
@@ -51,7 +53,6 @@ def measure_models(
 ):  # fmt: skip
     """Measure all settings of the models of one family on the samples of a split."""
     from palpate.benchmark.press_measure import measure, warn_unanswered
-    from palpate.models.load_model import load_model
 
     of_case = wildcards.regime, int(wildcards.split), radius_m, options, tolerance
     case, judge = read_judged(input, *of_case, more=bool(more_of))
@@ -63,6 +64,21 @@ def measure_models(
         if input.get("own"):
             warn_unanswered(name, tables[-1][1])
     return dict(zip(("samples", "settings"), map(pd.concat, zip(*tables, strict=True)), strict=True))
+
+
+def load_model(name: str, place: str, fields: dict[str, Any]) -> Model:
+    """Load the model ``name``: a class such as "palpate.models.kinds:FEM", or a file whose name ends in ``.py``.
+
+    fields : those of the class that make it this model; a file's has none
+    No registry is read, so that whoever measures one model does not depend on the names of the others. InputError for
+    whatever is wrong with a file.
+    """
+    from palpate.models.own_model import load_own
+
+    if place.endswith(".py"):
+        return load_own(name, Path(place))
+    module, _, kind = place.partition(":")
+    return getattr(import_module(module), kind)(**fields)
 
 
 def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radius_m: float, more: bool):
@@ -168,7 +184,6 @@ def measure_other_loads(
     models: dict, samples: int, reference: float, repeats: int, budget_s: float,
 ):  # fmt: skip
     """Measure models on loads that they were not prepared for, or presses that they were not made for."""
-    from palpate.models.load_model import load_model
     from palpate.studies.tradeoff.general_loads import measure_any, measure_beyond, presses_beyond, questions
 
     place, beyond = f"{wildcards.body}, {wildcards.regime}", wildcards.kind == "beyond_design"

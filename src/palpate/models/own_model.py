@@ -1,8 +1,7 @@
-"""Load a model from where its class lives: ``kinds``, or a Python file of the user's, which errors name."""
+"""Load a model from a Python file of the user's, which errors name, and have it answer as palpate's own do."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
-from importlib import import_module
 from pathlib import Path
 from time import perf_counter
 from typing import Any, ClassVar
@@ -146,16 +145,3 @@ def _named(place: str, call: Callable, *arguments: Any) -> Any:
     except (Exception, SystemExit) as error:
         module = "" if place.endswith(".py") else getattr(call, "__module__", "")  # of a script's object
         raise InputError(f"{place}: does not work ({failure(error, module)}); correct it, {MODEL_GUIDE}.") from error
-
-
-def load_model(name: str, place: str, fields: Mapping[str, Any]) -> Model:
-    """Load the model ``name``: a class such as "palpate.models.kinds:FEM", or a file whose name ends in ``.py``.
-
-    fields : those of the class that make it this model; a file's has none
-    No registry is read, so that whoever measures one model does not depend on the names of the others. InputError for
-    whatever is wrong with a file.
-    """
-    if place.endswith(".py"):
-        return load_own(name, Path(place))
-    module, _, kind = place.partition(":")
-    return getattr(import_module(module), kind)(**fields)

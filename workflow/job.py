@@ -5,7 +5,102 @@ import os
 os.environ |= {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
 
-from palpate.run.job import call, kernel_cache
+from importlib import import_module
+from inspect import signature
+from pathlib import Path
+from typing import Any, get_args, get_origin, get_type_hints
+
+from palpate.run.job import job, kernel_cache, steps, write_table
 
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())
-call(snakemake)
+OF_SNAKEMAKE = ("input", "output", "params", "wildcards", "threads")
+"""Arguments that a function gets as snakemake has them."""
+
+
+def named(place: str) -> Any:
+    """Return what "module:name" names."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
+
+
+def arguments(function: Any, say: Any) -> dict[str, Any]:
+    """Return the arguments of a function that the rule has: those of OF_SNAKEMAKE, ``say``, ``progress``, and others.
+
+    These are, by their names, parameters of the rule, what its input files hold, or wildcards. They become what the
+    function's annotation says, such as an object of settings or a body.
+    """
+    from pydantic import TypeAdapter
+
+    kinds, found = get_type_hints(function, include_extras=True), {}
+    of_rule = snakemake.params, snakemake.input, snakemake.wildcards
+    params, files, wildcards = (dict(each.items()) for each in of_rule)
+    for name in signature(function).parameters:
+        kind = kinds.get(name, Any)
+        if name in OF_SNAKEMAKE:
+            found[name] = getattr(snakemake, name)
+        elif name == "say":
+            found[name] = say
+        elif name in params:
+            found[name] = TypeAdapter(kind).validate_python(params[name])
+        elif name in files:
+            found[name] = read(files[name], kind)
+        elif name in wildcards:
+            found[name] = TypeAdapter(kind).validate_python(wildcards[name])
+        elif name == "progress":
+            found[name] = steps(say, f"{snakemake.rule}, {', '.join(snakemake.wildcards)}:")
+    return found
+
+
+def read(file: Any, kind: Any) -> Any:
+    """Return what a file holds, of the kind that is annotated; of several files, annotated ``list[kind]``, a list."""
+    import pandas as pd
+
+    from palpate.bodies import body_file
+    from palpate.stores import stored
+
+    if get_origin(kind) is list:
+        return [read(each, get_args(kind)[0]) for each in file]
+    if kind is pd.DataFrame:
+        return pd.read_csv(file)
+    return body_file.load(file) if kind.__name__ == "Body" else stored(kind, file)
+
+
+def write(found: Any, file: str) -> None:
+    """Write what a function returned: a table, a database, or a record."""
+    kind = type(found).__name__
+    if kind == "DataFrame":
+        write_table(found, file)
+    elif kind == "Database":
+        named("palpate.benchmark.database:write")(found, file)
+    else:
+        named("palpate.stores:store")(found, file)
+
+
+def draw(figures: dict[str, dict[str, Any]]) -> None:
+    """Write results/figures/<name>.png and .svg of each figure from its tables.
+
+    figures : by name, the ``place`` of what draws it ("palpate.studies.NAME.figures:draw_NAME"), the names of the
+        ``tables`` that it gets, the ``scene`` if there is one for each, and the file ``published`` if it shows that
+    """
+    from palpate.files import read_yaml
+    from palpate.report import style, tables
+
+    for name, figure in figures.items():
+        scene = figure["scene"]
+        # of one scene there may be nothing to draw
+        shown = [tables.read(f"results/tables/{table}.csv", rows=not scene) for table in figure["tables"]]
+        options = {"scene": scene} if scene else {}
+        if figure["published"]:
+            options["published"] = read_yaml(figure["published"])
+        style.save(named(figure["place"])(*shown, **options), Path("results/figures") / name)
+
+
+with job(snakemake.log[0], snakemake.output.get("warned")) as say:
+    function = named(snakemake.params.call)
+    found = function(**arguments(function, say))
+    if found is not None:  # several things with the names of outputs, or one for the first output
+        several = found if isinstance(found, dict) else {0: found}
+        for key, each in several.items():
+            write(each, snakemake.output[key])
+    if figures := snakemake.params.get("figures"):
+        draw(figures)

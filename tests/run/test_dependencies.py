@@ -74,7 +74,7 @@ def test_classes_of_settings_that_count_for_no_digest_do_nothing():
 
 
 CALLS = [
-    ("palpate.studies.common_jobs", "simulate_fine"),
+    ("palpate.benchmark.static_responses", "press_batch"),
     ("palpate.studies.scenes.motion_pictures", "draw_motion"),
     ("palpate.studies.ct.node_mass", "tabulate_node_mass"),
 ]

@@ -71,9 +71,10 @@ rule choose_loads:
     wildcard_constraints:
         regime="|".join(POINTS) or "nothing",
     params:
-        **calls("palpate.studies.common_jobs:choose_loads"),
+        **calls("palpate.studies.enrichment.samples:choose_loads"),
         magnitudes=lambda wildcards: settings.bodies[wildcards.body].magnitudes,
         peak_of_size=lambda wildcards: config["enrichment"]["regimes"][wildcards.regime]["peak_of_size"],
+        radius_m=0.0,
         samples=lambda wildcards: count(wildcards.body, wildcards.regime),
         seed=config["seed"],
     script:
@@ -94,8 +95,8 @@ rule choose_presses:
         regime="|".join(REGIMES) or "nothing",
     priority: 1  # most of a run waits for it
     params:
-        **calls("palpate.studies.common_jobs:choose_presses"),
-        contacts=config.get("tradeoff", {}).get("contacts"),
+        **calls("palpate.benchmark.presses:choose_presses"),
+        contacts_count=config.get("tradeoff", {}).get("contacts"),
         presses=config.get("tradeoff", {}).get("presses"),
         regime=lambda wildcards: config["regimes"][wildcards.regime],
         radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
@@ -116,7 +117,7 @@ rule simulate_fine:
         "results/benchmarks/{body}/{regime}/simulate_fine_{batch}.tsv"
     priority: 1  # most of a run waits for it
     params:
-        **calls("palpate.studies.common_jobs:simulate_fine"),
+        **calls("palpate.benchmark.static_responses:press_batch"),
         samples_per_job=config["solver"]["samples_per_job"],
         order=lambda wildcards: order(wildcards.regime),
         tolerance=config["solver"]["reference_tolerance"],
@@ -136,7 +137,7 @@ rule assemble_database:
         "results/logs/{body}/{regime}/assemble_database.log",
     priority: 1  # most of a run waits for it
     params:
-        **calls("palpate.studies.common_jobs:assemble_database"),
+        **calls("palpate.benchmark.static_responses:assemble_database"),
         tolerance=config["solver"]["tolerance"],
         settings=lambda wildcards: {
             "seed": config["seed"],

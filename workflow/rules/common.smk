@@ -79,7 +79,7 @@ def calls(function, *lazily, draws=None):
         return {"call": function, "lazily": named, "code": lambda wildcards: digest(function, *named(wildcards))}
     if draws:
         places = {figure["place"].partition(":")[0] for figure in draws.values()}
-        lazily = [*lazily, "palpate.report.drawing", *sorted(places)]
+        lazily = [*lazily, "palpate.report.style", *sorted(places)]
     drawing = {"figures": draws} if draws else {}
     return {"call": function, "lazily": list(lazily), "code": digest(function, *lazily)} | drawing
 

@@ -33,7 +33,7 @@ rule check_claims:
     log:
         "results/logs/check_claims.log",
     params:
-        **calls("palpate.studies.common_jobs:check_claims", *sorted({place.split(":")[0] for place in JUDGES})),
+        **calls("palpate.report.claims:check_claims", *sorted({place.split(":")[0] for place in JUDGES})),
         places=JUDGES,
     script:
         "../job.py"
@@ -54,7 +54,7 @@ rule write_report:
     wildcard_constraints:
         of="|".join(["", *(f"_{study}" for study in ASKED)]),
     params:
-        **calls("palpate.studies.common_jobs:write_report", numbered),
+        **calls("palpate.report.page:write_report", numbered),
         told=told,
     script:
         "../job.py"

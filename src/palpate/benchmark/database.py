@@ -267,6 +267,24 @@ def _contacts_with(contact: np.ndarray, wanted_count: int, random: np.random.Gen
     return nodes[reached[wanted_count]]
 
 
+SPLITS = ("samples", "contacts")
+"""What a split of paper 1 holds out: random samples, which is the paper's, or whole contacts."""
+SAMPLE_COLUMNS = ["sample", "contact", "peak_m", *SPLITS]
+
+
+def sample_table(db: Database, train: int, test: int, seed: int) -> pd.DataFrame:
+    """Tabulate the samples of ``db``: contact, peak [m], and "train" or "test" for each kind of split in SPLITS.
+
+    train, test : numbers of samples; raises InputError if the samples cannot be divided so
+    """
+    table = pd.DataFrame({"sample": np.arange(len(db.contact)), "contact": db.contact, "peak_m": db.peaks})
+    for kind in SPLITS:
+        sides = np.full(len(table), "train", dtype=object)
+        sides[split(db.contact, train, test, kind, seed)[1]] = "test"
+        table[kind] = sides
+    return table[SAMPLE_COLUMNS]
+
+
 FOLDS = 5
 """The number of folds, and so of splits; a body with fewer contacts has as many as it has contacts."""
 FOLD_COLUMNS = ["sample", "contact", "peak_m", "fold"]

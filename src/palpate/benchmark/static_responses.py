@@ -3,14 +3,13 @@
 import hashlib
 import json
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.database import Database, database_of
+from palpate.benchmark.database import Database, database_of, fold_table, sample_table
 from palpate.benchmark.presses import FORCES, Sample, samples_in
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
@@ -27,7 +26,6 @@ from palpate.errors import InputError, NotConverged
 from palpate.linalg.minimiser import Solution
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.stability import FIRM
-from palpate.stores import stored
 
 NESTED = 1e-4
 """Relative residual of the solution on the level before, from which one of quadratic elements starts."""
@@ -159,10 +157,42 @@ def _warn_of_inverted(name: str, responses: Responses) -> None:
         )
 
 
-def load_responses(paths: Iterable[Path]) -> Responses:
-    """Read stored responses, and join them in the order of the paths."""
-    parts = [vars(stored(Responses, path)).values() for path in paths]
-    return Responses(*map(np.concatenate, zip(*parts, strict=True)))
+def press_batch(
+    body: Body,
+    loads: pd.DataFrame,
+    batch: int,
+    samples_per_job: int,
+    tolerance: float,
+    order: int,
+    progress: Callable = iter,
+) -> Responses:
+    """Solve for one of the batches of ``samples_per_job`` rows of ``loads`` on the finest level, as ``press``."""
+    rows = loads.iloc[batch * samples_per_job : (batch + 1) * samples_per_job]
+    return press(body, len(body.levels) - 1, rows, tolerance, progress, order)
+
+
+def assemble_database(
+    body: Body,
+    loads: pd.DataFrame,
+    fine: list[Responses],
+    tolerance: float,
+    settings: dict,
+    split: list[int],
+    seed: int,
+    progress: Callable = iter,
+) -> dict[str, Database | pd.DataFrame]:
+    """Simulate the coarse responses to ``loads``; return the ``database`` with the fine ones, and its ``samples``.
+
+    fine : in parts, in the order of ``loads``; settings : that all this follows from
+    split : numbers of samples that train and test paper 1's methods; none for presses, which are dealt into folds
+    """
+    joined = Responses(*map(np.concatenate, zip(*(vars(part).values() for part in fine), strict=True)))
+    live = press(body, 0, loads, tolerance, progress)
+    db = assemble(body, loads, joined, live, digest(settings))
+    if not split:
+        return {"database": db, "samples": fold_table(db, seed)}
+    train, test = split
+    return {"database": db, "samples": sample_table(db, train, test, seed)}
 
 
 def assemble(body: Body, loads: pd.DataFrame, fine: Responses, live: Responses, digest: str) -> Database:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -69,3 +70,8 @@ def gather(places: Mapping[str, Sequence[str]], tables: Mapping[str, pd.DataFram
         rows += [(*claim, study) for claim in judge_of(place)({name: tables[name] for name in wanted})]
     found = pd.DataFrame(rows, columns=[*Claim._fields, "study"])
     return found.sort_values("paper", kind="stable", ignore_index=True)
+
+
+def check_claims(input: Iterable[str], places: Mapping[str, Sequence[str]]) -> pd.DataFrame:
+    """Judge the claims by the files of tables, for the rule of this name."""
+    return gather(places, {Path(file).stem: pd.read_csv(file) for file in input})

@@ -5,11 +5,13 @@ import warnings
 from collections.abc import Collection, Mapping, Sequence
 from html import escape
 from pathlib import Path
+from typing import Any
 
 from palpate.files import write_whole
 from palpate.report import closing, declared, page_assets, template
 from palpate.report.report import Report
 from palpate.report.template import Part, Section
+from palpate.run.job import load_warnings
 
 MOST_MB = 20.0
 """A page of this size goes into a mail, and is opened within a second or two."""
@@ -150,3 +152,13 @@ def too_heavy(page: str, parts: Mapping[str, Sequence[Section]]) -> str | None:
 
 def _megabytes(text: str) -> float:
     return len(text.encode()) / 1e6
+
+
+def write_report(input: Any, output: Any, told: dict[str, Any]) -> None:
+    """Write the page of a run from what its studies have made, for the rule of this name."""
+    out = Path(output[0])
+    said = sorted(file for file in input.shown if file.endswith(".txt"))
+    taken = [file for file in said if file.endswith("/taken.txt")]
+    warned = load_warnings(file for file in said if file not in taken)
+    made = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
+    write(out.parent, out, warned=warned, taken=load_warnings(taken), more=made, **told)

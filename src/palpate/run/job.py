@@ -1,4 +1,4 @@
-"""The frame of every script: a log with its warnings, one sentence on failure, tables that are written whole."""
+"""The frame of every job: a log with its warnings, one sentence on failure, tables that are written whole."""
 
 import math
 import os
@@ -8,10 +8,8 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from importlib import import_module
-from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Any
 
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
@@ -63,42 +61,6 @@ def job(log: str | Path, warned: str | None = None) -> Iterator[Callable[[str], 
             raise SystemExit(1) from None
         else:
             print(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file=file)
-
-
-def call(snakemake: Any) -> None:
-    """Run the function that a rule names, with those of snakemake's input, output, wildcards, ... that it names.
-
-    Each other argument is the parameter of the rule with that name, which becomes what the function's annotation says,
-    such as an object of settings. Its tables are written, one to the first output, several to those with their names,
-    and the rule's figures drawn.
-    """
-    with job(snakemake.log[0], snakemake.output.get("warned")) as say:
-        module, _, name = snakemake.params.call.partition(":")
-        function = getattr(import_module(module), name)
-        wanted = signature(function).parameters
-        found = function(**{key: say if key == "say" else _given(snakemake, key, function) for key in wanted})
-        if found is not None:
-            tables = found if isinstance(found, dict) else {0: found}
-            for key, table in tables.items():
-                write_table(table, snakemake.output[key])
-        if figures := snakemake.params.get("figures"):
-            from palpate.report.drawing import draw
-
-            draw(figures)
-
-
-OF_SNAKEMAKE = ("input", "output", "params", "wildcards", "threads")
-"""Arguments that a function gets as snakemake has them."""
-
-
-def _given(snakemake: Any, key: str, function: Callable) -> Any:
-    """Return an argument of a job's function."""
-    if key in OF_SNAKEMAKE:
-        return getattr(snakemake, key)
-    from pydantic import TypeAdapter
-
-    wanted = get_type_hints(function, include_extras=True).get(key, Any)
-    return TypeAdapter(wanted).validate_python(snakemake.params[key])
 
 
 @contextmanager

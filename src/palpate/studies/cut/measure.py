@@ -202,7 +202,7 @@ FRONT_OF_WIDTH = 0.5
 
 
 def find_cut_truth(input: Any, output: Any, wildcards: Any, entry: Pull) -> dict[str, Any]:
-    """Find the truth of a cut, for the rule of that name (palpate.studies.common_jobs says how it is called)."""
+    """Find the truth of a cut, for the rule of that name (workflow/job.py says how it is called)."""
     case = asked(load(input.body), entry)
     cut = case.cuts[0]
     found = truth_of_cut(case.body, cut, case.hooks, cut.narrow_m, FRONT_OF_WIDTH * cut.narrow_m, case.places)

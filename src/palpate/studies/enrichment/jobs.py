@@ -56,7 +56,7 @@ def sweep_sigma(
 
 def tabulate_enrichment(input, output):
     """Put the tables of all bodies together, and draw their meshes, for the rule of this name."""
-    from palpate.benchmark.static_responses import load_responses
+    from palpate.benchmark.static_responses import Responses
     from palpate.files import merge
     from palpate.report import mesh_levels, style
 
@@ -66,7 +66,7 @@ def tabulate_enrichment(input, output):
     costs = []
     for path in map(Path, input.fine):
         body, regime = path.parts[-3:-1]
-        costs.append(load_responses([path]).costs().assign(body=body, regime=regime))
+        costs.append(stored(Responses, path).costs().assign(body=body, regime=regime))
     columns = ["body", "regime", "sample", "newton_iterations", "linear_solves", "residual", "seconds"]
     return {"sample_peaks": sample_peaks(tables), "splits": split_counts(tables), "fem_cost": pd.concat(costs)[columns]}
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import Errors, Method, errors
-from palpate.benchmark.database import Database, split
+from palpate.benchmark.database import SAMPLE_COLUMNS, SPLITS, Database
 from palpate.benchmark.presses import LOAD_COLUMNS
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import pressed_contacts
@@ -28,24 +28,24 @@ def choose_loads(
     magnitudes: list[float],
     peak_of_size: float,
     radius_m: float,
-    count: int,
+    samples: int,
     seed: int,
 ) -> pd.DataFrame:
-    """Choose ``count`` presses along the inward normal at random contacts, with each of ``magnitudes`` at each contact.
+    """Choose ``samples`` presses along the inward normal at random contacts, at each contact with all ``magnitudes``.
 
     The force of magnitude 1 is such that the largest displacement is ``peak_of_size`` times the body's size. It is
     searched with the nonlinear coarse body, and corrected by how much softer the fine one is under small loads.
     Contacts in an element with a held node are left out: there the anchor is pressed and not the body.
     Warns of searches that did not converge, whose last force is taken.
-    Raises InputError where ``count`` is no multiple of the magnitudes or asks for more contacts than there are.
+    Raises InputError where ``samples`` is no multiple of the magnitudes or asks for more contacts than there are.
     """
-    if count % len(magnitudes):
+    if samples % len(magnitudes):
         raise InputError(
-            f"bodies.{body.name}: train + test is {count}, which {len(magnitudes)} magnitudes do not divide; "
+            f"bodies.{body.name}: train + test is {samples}, which {len(magnitudes)} magnitudes do not divide; "
             "change train, test or magnitudes."
         )
     able = pressed_contacts(body, compliance.contacts)
-    n_contacts = count // len(magnitudes)
+    n_contacts = samples // len(magnitudes)
     if n_contacts > len(able):
         raise InputError(
             f"bodies.{body.name}: {n_contacts} contacts are asked for and {len(able)} can be pressed; "
@@ -98,24 +98,6 @@ def _warn_of_missed(name: str, reached: np.ndarray) -> None:
             f"asked for, but by {reach} of it; lower peak_of_size of the regime.",
             stacklevel=3,
         )
-
-
-SPLITS = ("samples", "contacts")
-"""What a split holds out: random samples, which is the paper's, or whole contacts."""
-SAMPLE_COLUMNS = ["sample", "contact", "peak_m", *SPLITS]
-
-
-def sample_table(db: Database, train: int, test: int, seed: int) -> pd.DataFrame:
-    """Tabulate the samples of ``db``: contact, peak [m], and "train" or "test" for each kind of split in SPLITS.
-
-    train, test : numbers of samples; raises InputError if the samples cannot be divided so
-    """
-    table = pd.DataFrame({"sample": np.arange(len(db.contact)), "contact": db.contact, "peak_m": db.peaks})
-    for kind in SPLITS:
-        sides = np.full(len(table), "train", dtype=object)
-        sides[split(db.contact, train, test, kind, seed)[1]] = "test"
-        table[kind] = sides
-    return table[SAMPLE_COLUMNS]
 
 
 def read_samples(path: Path | str) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""Functions that workflow/rules/touch.smk calls (palpate.studies.common_jobs says how), and the tables they write."""
+"""Functions that workflow/rules/touch.smk calls (workflow/job.py says how), and the tables they write."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple

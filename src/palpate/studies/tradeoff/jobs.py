@@ -1,4 +1,4 @@
-"""Functions that workflow/rules/tradeoff.smk calls; palpate.studies.common_jobs says how."""
+"""Functions that workflow/rules/tradeoff.smk calls; workflow/job.py says how."""
 
 import subprocess
 import warnings

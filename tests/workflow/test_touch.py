@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.models.model_registry import TOUCH_MODELS
+from palpate.studies.touch.settings import MODELS as TOUCH_MODELS
 
 pytestmark = pytest.mark.slow
 

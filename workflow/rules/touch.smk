@@ -2,7 +2,8 @@
 
 
 from palpate.benchmark.settings import instrument_name
-from palpate.models.model_registry import TOUCH_MODELS, TRIED_AS
+from palpate.studies.touch.settings import MODELS as TOUCH_MODELS
+from palpate.studies.touch.settings import TouchModel
 
 TOUCH = config["touch"]
 TOUCHED = pressed_bodies(settings, "touch")
@@ -10,7 +11,7 @@ TOUCHED = pressed_bodies(settings, "touch")
 TOOLS = {instrument_name(tool): plain(tool) for tool in settings.touch.instruments}
 TOUCHES = [(body, tool) for body in TOUCHED for tool in TOOLS]
 # modules of models, and which of their variants; files of the user's own
-TOUCH_PLACES = TOUCH_MODELS | {name: (path, {}) for name, path in own_that("touch").items()}
+TOUCH_PLACES = TOUCH_MODELS | {name: TouchModel(path, {}, name) for name, path in own_that("touch").items()}
 COMPARED_TOUCH = [*(settings.touch.models or TOUCH_MODELS), *own_that("touch")]
 TOUCHING = "results/data/{body}/touch/{tool}"
 
@@ -62,16 +63,14 @@ rule measure_touch_models:
         **calls(
             "palpate.studies.touch.jobs:measure_touch_models",
             # a user's own is an input instead
-            lambda wildcards: [TOUCH_MODELS[wildcards.model][0]] if wildcards.model in TOUCH_MODELS else [],
+            lambda wildcards: [TOUCH_MODELS[wildcards.model].place] if wildcards.model in TOUCH_MODELS else [],
         ),
         instrument=lambda wildcards: TOOLS[wildcards.tool],
         deepest_of_radius=TOUCH["depth_of_radius"][1],
-        place=lambda wildcards: TOUCH_PLACES[wildcards.model][0],
-        keywords=lambda wildcards: TOUCH_PLACES[wildcards.model][1],
+        place=lambda wildcards: TOUCH_PLACES[wildcards.model].place,
+        keywords=lambda wildcards: TOUCH_PLACES[wildcards.model].keywords,
         settings=lambda wildcards: {
-            key: tried
-            for key, tried in TOUCH["settings"].items()
-            if key == TRIED_AS.get(wildcards.model, wildcards.model)
+            key: tried for key, tried in TOUCH["settings"].items() if key == TOUCH_PLACES[wildcards.model].tried_as
         },
         repeats=config["timing"]["repeats"],
         seed=config["seed"],

@@ -206,7 +206,7 @@ class Model(Block):
         return self.model_copy(update=changes)
 
     def tried(self, case: Case, grid: Any) -> Sequence[Model]:
-        """Return what the trade-off tries, from cheap to expensive; ``grid``, a ``Families``, has the values."""
+        """Return what the trade-off tries, from cheap to expensive; ``grid`` has the values: ``tradeoff.settings``."""
         return [self]
 
     def prepare(self, case: Case) -> Solver:

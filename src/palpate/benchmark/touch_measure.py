@@ -14,8 +14,16 @@ from palpate.benchmark.measuring import Call, Kind, Prepared, Row, prepared, tab
 from palpate.benchmark.model import setting_text
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
 from palpate.benchmark.settings import instrument_name
-from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
-from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, patch_of, touch_errors
+from palpate.benchmark.touch import (
+    Touch,
+    TouchCase,
+    Touched,
+    TouchErrors,
+    TouchSolver,
+    TouchTruth,
+    patch_of,
+    touch_errors,
+)
 from palpate.errors import InputError, NotConverged
 from palpate.table_declaration import Table
 

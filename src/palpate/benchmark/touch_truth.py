@@ -7,16 +7,14 @@ evaluated against the truth, and never see it.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.richardson import CROSS, limit_over, rejection
 from palpate.benchmark.settings import TouchTruthSettings
-from palpate.benchmark.touch import Touch, Touched
+from palpate.benchmark.touch import Touch, Touched, TouchErrors, TouchTruth, patch_of, touch_errors
 from palpate.benchmark.touch_mesh import TOLERANCE, TouchedMeshes, answer_of
 from palpate.benchmark.truth import columns_of, warn_of_rejected
 from palpate.bodies.body import Body
@@ -26,85 +24,6 @@ MOST_OVERLAP = 2e-3
 """Mean overlap over the depth above which the finest answer is none of this instrument."""
 LEAST_DET = 0.1
 """Smallest det F at any point of integration of the finest elements; below, the law is no tissue's."""
-
-
-class TouchErrors(NamedTuple):
-    """Errors of one answer to a touch against the truth.
-
-    rmse_of_peak, patch_rms_of_peak, patch_max_of_peak, max_of_peak : as in ``TruthErrors``; the patch is the surface
-        within a radius of the instrument from where it first touches
-    force_error, contact_area_error, stiffness_error : relative, positive where the answer is too large, NaN where a
-        model does not give it; the stiffness is the slope of the force over the last part of the depth
-    """
-
-    rmse_of_peak: float
-    patch_rms_of_peak: float
-    patch_max_of_peak: float
-    max_of_peak: float
-    force_error: float
-    stiffness_error: float
-    contact_area_error: float
-
-
-def touch_errors(answer: Touched, truth: Touched, patch: np.ndarray, stiffness_error: float = np.nan) -> TouchErrors:
-    """Measure an answer against the truth; patch : (n_surface,) bool, the nodes that are pressed."""
-    moved = truth_errors(answer.displacement, truth.displacement, patch)
-    force, area = answer.force_n / truth.force_n - 1.0, answer.area_m2 / truth.area_m2 - 1.0
-    surface = moved.rmse_of_peak, moved.patch_rms_of_peak, moved.patch_max_of_peak, moved.max_of_peak
-    return TouchErrors(*surface, float(force), stiffness_error, float(area))
-
-
-def patch_of(body: Body, touch: Touch) -> np.ndarray:
-    """Mark the fine surface nodes within a radius of the instrument from where it first touches, (n_surface,) bool.
-
-    For a grasp they are those within two radii that it does not hold, as all models move what it holds alike.
-    """
-    if touch.grasps:
-        beside = patch_nodes(body.fine, touch.node, 2.0 * touch.instrument.radius_m)
-        return beside & ~np.isin(body.fine.surface, touch.patch(body).nodes_of(body.fine))
-    return patch_nodes(body.fine, touch.node, touch.instrument.radius_m)
-
-
-@dataclass(frozen=True, eq=False)
-class TouchTruth:
-    """The truth of k touches on the n fine surface nodes of a body.
-
-    sample : (k,); displacement : (k, n, 3) [m]; area : (k,) [m²]
-    force : (k, 2) [N], at the share BEFORE of the depth and at all of it
-    pressure : (k,) [Pa], the greatest, on the finest mesh
-    own : (k, len(TouchErrors)) the truth's own errors
-    order : (k,) observed order of convergence of the displacement, by halving at what is held
-    force_order : (k,) observed order of convergence of the force, by halving where it is touched
-    overlap : (k,) mean overlap over the depth, and least_det : (k,) least det F, on the mesh that is finest where it is
-        touched; edge_m : (k,) the length of its edges there [m]
-    nodes : (k,) of the largest mesh
-    rejected : (k,) why a touch judges no model, or ""
-    seconds : (k,) [s]
-    """
-
-    sample: np.ndarray
-    displacement: np.ndarray
-    force: np.ndarray
-    area: np.ndarray
-    pressure: np.ndarray
-    own: np.ndarray
-    order: np.ndarray
-    force_order: np.ndarray
-    overlap: np.ndarray
-    least_det: np.ndarray
-    nodes: np.ndarray
-    edge_m: np.ndarray
-    rejected: np.ndarray
-    seconds: np.ndarray
-
-    @property
-    def believed(self) -> np.ndarray:
-        """Truth values (k,): which touches judge models."""
-        return self.rejected == ""
-
-    def answer(self, row: int) -> Touched:
-        """Return the truth of one row."""
-        return Touched(self.displacement[row], float(self.force[row, 1]), float(self.area[row]))
 
 
 USUAL = TouchTruthSettings()

@@ -16,9 +16,8 @@ from palpate.benchmark.moving_scene import MovingScene
 from palpate.benchmark.presses import choose_presses, samples_in
 from palpate.benchmark.settings import Instrument as ToolSettings
 from palpate.benchmark.settings import instrument_name, pressed_bodies
-from palpate.benchmark.touch import TOUCH_COLUMNS, choose_touches, touches_of
+from palpate.benchmark.touch import TOUCH_COLUMNS, TouchTruth, choose_touches, touches_of
 from palpate.benchmark.touch_mesh import check_by_coarse_elements
-from palpate.benchmark.touch_truth import TouchTruth
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.bodies.contacts import contacts_by_area

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.settings import instrument_name
-from palpate.benchmark.touch import Touch, TouchCase, Touched
+from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchErrors, TouchTruth, patch_of, touch_errors
 from palpate.benchmark.touch_measure import Touches, penetration
-from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, patch_of, touch_errors, truth_of_touches
+from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.bodies.body import Body
 from palpate.effects.instrument import Instrument, Pose
 from palpate.errors import InputError

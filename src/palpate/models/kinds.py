@@ -4,7 +4,7 @@ What prepares one is imported by its name when it is asked to, so that the class
 """
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
@@ -14,9 +14,6 @@ from palpate.benchmark.settings import VertexBlockDescent as Descent
 from palpate.benchmark.settings import Xpbd
 from palpate.errors import InputError
 from palpate.setting_types import Count, Index, Inside, NotNegative, Positive, Switch, key
-
-if TYPE_CHECKING:
-    from palpate.models.families import Families
 
 CoarseAnswer = Annotated[str, Field(pattern="^(linear|1 iteration|([2-9]|[1-9][0-9]+) iterations|loose|converged)$")]
 FEATURES = Literal["unordered", "ordered", "framed"]
@@ -71,7 +68,7 @@ class FEM(Elements):
     def name(self) -> str:
         return f"fem_p{self.order}"
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return for each level, coarse first, the starts, and with each of them the caps on iterations and tolerances.
 
         Quadratic elements on the finest level, which have many more nodes than all others and take seconds, are solved
@@ -99,7 +96,7 @@ class FastFEM(Elements):
 
     place, reduces = "palpate.models.fast_fem", "p2"
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return for the two finest levels, coarse first, each start with its caps on iterations, and tolerances.
 
         The settings with most iterations, from rest and from the frame before, are also extrapolated to the limit of
@@ -132,7 +129,7 @@ class LocalFEM(Model):
     iterations: Count | None = key(ITERATIONS, None)
     tolerance: Positive | None = key(TOLERANCE, None)
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return the meshes from small to large; each is stopped early from the frame before."""
         finest, found = len(case.body.levels) - 1, []
         for depth in (1, 2):
@@ -160,7 +157,7 @@ class ContactModes(Model):
     )
     nodes: Count = key(NODES, 12000)
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return columns alone; snapshots with fewer rings, fewer cubature points, and more of both; pressed finer.
 
         Presses on the next level are only tried if the grid asks for them, as they take long to prepare, and if the
@@ -185,7 +182,7 @@ class PODGalerkin(Model):
     thinned: NotNegative = key(f"{THINNED}; 0: all are kept", 0.03, lt=1)
     nodes: Count = key(NODES, 12000)
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return numbers of modes, at most one a sample, with the last tolerance, and the most with the others."""
         asked = grid.pod_galerkin
         *fewer, most = sorted({min(count, case.n_training) for count in asked.modes})
@@ -200,7 +197,7 @@ class LinearFEM(Model):
     place, law, prepared, reduces = "palpate.models.linear_fem", "linear", True, "p2"
     target: Literal["limit"] | None = key(TARGET, None)
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return the responses of the fine mesh, and their limit."""
         return [self, self.having(target=LIMIT)]
 
@@ -212,7 +209,7 @@ class LinearResidual(Model):
     law, prepared, reduces = "linear", True, "p2"
     samples: Index | None = key(SAMPLES, None)
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return numbers of training samples that are learnt from."""
         return [self.having(samples=count) for count in training_counts(case, SHARES)]
 
@@ -225,7 +222,7 @@ class WarpedCompliance(Model):
     samples: Index | None = key(f"{SAMPLES}; with 0 it is the published method", 0)
     target: Literal["limit"] | None = key(TARGET, None)
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return numbers of training samples that are learnt from; with none the published method, and its limit."""
         counts = training_counts(case, (0, *SHARES[1:]))
         plain, *learnt = [self.having(samples=count) for count in counts]
@@ -242,7 +239,7 @@ class OfCoarse(Model):
         "converged",
     )
 
-    def with_each(self, case: Case, grid: "Families", fewer: Iterable[Self] = ()) -> list[Self]:
+    def with_each(self, case: Case, grid: Any, fewer: Iterable[Self] = ()) -> list[Self]:
         """Return this setting with each kind of coarse answer, cheapest first, and ``fewer`` with the best kind.
 
         A stored answer is left out of a case that has none.
@@ -261,7 +258,7 @@ class DetailCorrection(OfCoarse):
     turned: Switch = key("Whether detail turns with the body", True)
     target: Literal["limit"] | None = key(TARGET, None)
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return the coarse answers, and with the best of them the numbers of samples that are learnt from.
 
         Without samples neither scale nor residual is learnt, and in one setting nothing is turned. What is learnt from
@@ -278,7 +275,7 @@ class Interpolation(OfCoarse):
 
     place, sees = "palpate.models.interpolation", "deformation"
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return the coarse answers; simulated ones are those of linear elements on level 0."""
         return self.with_each(case, grid)
 
@@ -294,7 +291,7 @@ class Ridge(OfCoarse):
     def name(self) -> str:
         return "kernel_ridge_detail" if self.kernel else "ridge_upsampling"
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return the coarse answers with all training samples, and with the best of them how many are used."""
         fewer = [self.having(samples=count) for count in training_counts(case, SHARES)]
         return self.having(samples=case.n_training).with_each(case, grid, fewer)
@@ -306,7 +303,7 @@ class PODRBF(OfCoarse):
     place, sees, reduces = "palpate.models.enrichment.pod_rbf", "deformation", "p2"
     modes: Count | None = key("Modes kept; null: chosen by cross-validation", None)
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return the coarse answers with as many modes as possible, and with the best answer fewer modes."""
         most = case.n_training - 1
         fewer = [self.having(modes=count) for count in sorted({min(modes, most) for modes in grid.pod_rbf.modes})]
@@ -327,7 +324,7 @@ class PaperEnrichment(OfCoarse):
     def name(self) -> str:
         return f"{self.features}_{self.weights}"
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return the coarse answers; with the best of them fewer training samples, and other numbers of neighbours."""
         asked, usual = grid.paper_enrichment, self
         if self.features != "unordered":
@@ -352,7 +349,7 @@ class PODOfLoads(Model):
     def name(self) -> str:
         return f"pod_{self.learner}"
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return numbers of modes, at most as many as training samples, and of a network hidden units."""
         modes = sorted({min(count, case.n_training) for count in (4, 12, 36)})
         if self.learner == "gaussian":
@@ -375,7 +372,7 @@ class Springs(Model):
     def name(self) -> str:
         return f"springs{'_nodal' * self.nodal}{'_volume' * self.volume}"
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return iterations on the coarse level; of plain springs also on the middle one, where fits take long."""
         asked = grid.mass_spring
         found = [self.having(level=0, iterations=count) for count in (1, 2, 3, 5, 8, 12, 20)]
@@ -393,7 +390,7 @@ class ShapeMatching(Model):
     clusters: Literal["one", "tetrahedra", "cubes"] = key("How particles are grouped", "cubes")
     steps: Count = key("Steps from rest", 300)
 
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
+    def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return modes, clusters and steps, from cheap to expensive."""
         of_one = [self.having(mode="quadratic", clusters="one", steps=steps) for steps in (30, 100)]
         linear = [self.having(mode="linear", clusters="cubes", steps=steps) for steps in (100, 300)]
@@ -410,7 +407,7 @@ class Relaxing(Model):
         "rest",
     )
 
-    def tried(self, case: Case, grid: "Families") -> list[Model]:
+    def tried(self, case: Case, grid: Any) -> list[Model]:
         """Return those that the grid lists, on levels that the body has."""
         return [each for each in getattr(grid.relaxed, self.called) if each.level < len(case.body.levels)]
 

@@ -45,26 +45,6 @@ MODELS: dict[str, Model] = {
 }
 """The models by name, in the order of tables; what identifies one is set, and all else is its default."""
 
-TOUCH_MODELS: dict[str, tuple[str, dict]] = {
-    "fem": ("palpate.models.touch.fem", {}),
-    "modes": ("palpate.models.touch.modes", {}),
-    "linear": ("palpate.models.touch.linear", {}),
-    "xpbd": ("palpate.models.relaxed", {"method": "xpbd"}),
-    "vertex_block_descent": ("palpate.models.relaxed", {"method": "vertex_block_descent"}),
-    "projective_dynamics": ("palpate.models.relaxed", {"method": "projective_dynamics"}),
-    "springs": ("palpate.models.springs.mass_spring", {"volume": False}),
-    "springs_volume": ("palpate.models.springs.mass_spring", {"volume": True}),
-    "shape_matching": ("palpate.models.shape_matching", {}),
-}
-"""Models of touches: modules with ``settings(case)`` and ``online(case, **setting)``, as ``TouchSolver`` says."""
-TRIED_AS = {
-    "xpbd": "relaxed",
-    "vertex_block_descent": "relaxed",
-    "projective_dynamics": "relaxed",
-    "springs_volume": "springs",
-}
-"""The key of ``touch.settings`` that such models are tried with; of others it is their name."""
-
 BESIDE = dict.fromkeys(("linear_residual", "warped_compliance", "detail_correction"), "linear_fem") | dict.fromkeys(
     ("ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "pod_gaussian", "pod_network"), "interpolation"
 )
@@ -116,7 +96,7 @@ def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, di
 
 def unknown(names: list[str], own: Mapping[str, object]) -> str:
     """Describe what is wrong with the ``names`` of models, or nothing; ``own`` are those that the user brings along."""
-    taken = {*MODELS, *map(family_of, MODELS), *TOUCH_MODELS, *MOTION_MODELS, *RESERVED}
+    taken = {*MODELS, *map(family_of, MODELS), *MOTION_MODELS, *RESERVED}
     for name in own:
         if name in taken:
             return f"{name}, which palpate uses itself; call your own model something else"

@@ -51,7 +51,7 @@ def folder(study: str) -> Path:
 
 def figures(study: str) -> dict[str, Declared]:
     """Return the figures of a study by name, in the order of its files."""
-    return {found.name: found for found in _decorated(study, "figures", "figure")}
+    return {found.name: found for place in ("figures", "report") for found in _decorated(study, place, "figure")}
 
 
 def claims(study: str) -> dict[str, tuple[str, ...]]:

@@ -15,7 +15,7 @@ PACKAGE = Path(__file__).parents[1]
 WRAPPERS = frozenset(
     PACKAGE / name
     for name in ("run/job.py", "run/dependencies.py", "files.py", "errors.py", "__init__.py", "pictures.py")
-) | frozenset((PACKAGE / "models/families.py", *PACKAGE.glob("studies/*/settings.py")))
+) | frozenset(PACKAGE.glob("studies/*/settings.py"))
 """Modules around the work; no result depends on them. The settings of studies are parameters of jobs."""
 KEPT = PACKAGE / "__pycache__" / f"digests-{sha256(Path(__file__).read_bytes()).hexdigest()[:12]}"
 """Facts of files by the digest of their text, as this version of this module finds them."""

@@ -7,7 +7,7 @@ import pytest
 from fixtures.known_deformations import *  # noqa: F403
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.database import split
+from palpate.benchmark.database import sample_table, split
 from palpate.benchmark.presses import LOAD_COLUMNS, samples_in
 from palpate.benchmark.static_responses import press
 from palpate.errors import InputError
@@ -21,7 +21,6 @@ from palpate.studies.enrichment.samples import (
     choose_loads,
     read_samples,
     sample_errors,
-    sample_table,
     sides,
 )
 

@@ -6,8 +6,8 @@ import pytest
 
 from palpate.benchmark.conformal import FEWEST
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
+from palpate.benchmark.touch import TouchErrors, TouchTruth
 from palpate.benchmark.touch_measure import TOUCH, Touches
-from palpate.benchmark.touch_truth import TouchErrors, TouchTruth
 from palpate.studies.touch.jobs import (
     BOUNDED,
     TOUCH_FORCES,

@@ -11,10 +11,10 @@ from palpate.benchmark.measuring import measure, tables
 from palpate.benchmark.ranking import TRUTH
 from palpate.benchmark.settings import Given, TouchTruthSettings
 from palpate.benchmark.settings import Instrument as ToolSettings
-from palpate.benchmark.touch import TouchCase, choose_touches, given_touches, touches_of
+from palpate.benchmark.touch import TouchCase, TouchErrors, TouchTruth, choose_touches, given_touches, touches_of
 from palpate.benchmark.touch_measure import SIGNED, TOUCH, Touches, load_model, touch_settings, truth_rows
 from palpate.benchmark.touch_mesh import check_by_coarse_elements
-from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, truth_of_touches
+from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.benchmark.truth import over, reasons
 from palpate.bodies.body_file import load
 from palpate.effects.instrument import Instrument

@@ -1,7 +1,7 @@
 """Settings of the study of touches."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -19,7 +19,6 @@ from palpate.benchmark.settings import (
     pressed_bodies,
 )
 from palpate.errors import InputError, describe_unknown
-from palpate.models.model_registry import TOUCH_MODELS
 from palpate.setting_types import (
     Block,
     Count,
@@ -32,6 +31,31 @@ from palpate.setting_types import (
     key,
     rows,
 )
+
+
+class TouchModel(NamedTuple):
+    """A model of touches.
+
+    place : the module with ``settings(case)`` and ``online(case, **setting)``, as ``TouchSolver`` says
+    keywords : further arguments of both; tried_as : the key of ``touch.settings`` that it is tried with
+    """
+
+    place: str
+    keywords: dict[str, Any]
+    tried_as: str
+
+
+MODELS = {name: TouchModel(f"palpate.models.touch.{name}", {}, name) for name in ("fem", "modes", "linear")}
+MODELS |= {
+    name: TouchModel("palpate.models.relaxed", {"method": name}, "relaxed")
+    for name in ("xpbd", "vertex_block_descent", "projective_dynamics")
+}
+MODELS |= {
+    "springs": TouchModel("palpate.models.springs.mass_spring", {"volume": False}, "springs"),
+    "springs_volume": TouchModel("palpate.models.springs.mass_spring", {"volume": True}, "springs"),
+    "shape_matching": TouchModel("palpate.models.shape_matching", {}, "shape_matching"),
+}
+"""Models of touches by name, in the order of tables."""
 
 
 class LevelMesh(Block):
@@ -146,8 +170,12 @@ class Settings(Block):
 def check(config: Any, file: Path) -> None:
     """Raise InputError for models and bodies that there are not, and for instruments and depths that are none."""
     place, asked = f"{file}: touch", config.touch
-    if wrong := describe_unknown(asked.models or [], list(TOUCH_MODELS)):
+    if wrong := describe_unknown(asked.models or [], list(MODELS)):
         raise InputError(f"{place}.models names {wrong}")
+    if taken := [name for name in config.own_models if name in MODELS]:
+        raise InputError(
+            f"{file}: own_models names {taken[0]}, which is a model of palpate's; call your own otherwise."
+        )
     bodies = pressed_bodies(config, "touch")
     check_refined(f"{place}.bodies", bodies, config.bodies)
     if not bodies:

@@ -16,11 +16,10 @@ from palpate.benchmark.press_measure import ACCURACY_VS_TIME
 from palpate.benchmark.settings import FitOptions
 from palpate.bodies.body_file import load
 from palpate.bodies.settings import Smooth
-from palpate.models.families import Families
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
 from palpate.stores import store, stored
-from palpate.studies.tradeoff.settings import Advice
+from palpate.studies.tradeoff.settings import Advice, Families
 
 TRUTH_TOLERANCE = 1e-3
 """Relative residual on the finest level."""

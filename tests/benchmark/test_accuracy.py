@@ -8,7 +8,6 @@ import pytest
 
 from palpate.benchmark.accuracy import (
     OWN,
-    TRAINING,
     Truth,
     errors,
     judge,
@@ -19,6 +18,7 @@ from palpate.benchmark.accuracy import (
 )
 from palpate.benchmark.database import fold_sides, fold_table, write
 from palpate.benchmark.presses import FORCES
+from palpate.benchmark.ranking import TRAINING
 from palpate.bodies.body_file import save
 from palpate.errors import InputError
 from palpate.run.job import write_table

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from fixtures.stub import Stub, made_up
 
-from palpate.benchmark.accuracy import TRAINING, truth_errors
+from palpate.benchmark.accuracy import truth_errors
 from palpate.benchmark.load import Answer, Doubted, Refused
 from palpate.benchmark.measuring import WARM_UP, ask
 from palpate.benchmark.model import Solver
@@ -21,7 +21,7 @@ from palpate.benchmark.press_measure import (
     bounds,
     measure,
 )
-from palpate.benchmark.ranking import averaged
+from palpate.benchmark.ranking import TRAINING, averaged
 from palpate.errors import InputError, NotConverged
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.studies.tradeoff.jobs import accuracy_vs_time, commit

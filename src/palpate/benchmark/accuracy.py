@@ -9,6 +9,7 @@ import pandas as pd
 
 from palpate.benchmark.database import Database, fold_sides, read, read_folds, training_presses
 from palpate.benchmark.model import Case
+from palpate.benchmark.ranking import SIDES, TRAINING
 from palpate.benchmark.settings import FitOptions
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
@@ -166,12 +167,6 @@ class Truth:
         rows = np.array([int(np.flatnonzero(self.sample == number)[0]) for number in numbers], dtype=int)
         believed = rows[self.believed[rows]]
         return believed if len(believed) else rows[np.isfinite(self.displacement[rows]).all(axis=(1, 2))]
-
-
-SIDES = ("validation", "test")
-"""The names of the sides: settings are chosen on the first, and their errors reported on the second."""
-TRAINING = "training"
-"""The name of the side of the samples that models may learn from; those that do not are asked for some of them."""
 
 
 @dataclass(frozen=True, eq=False)

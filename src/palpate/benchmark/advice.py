@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import SIDES, TRAINING
 from palpate.benchmark.choosing import BOUND, NONE, SETTING, TIED, Candidates, HeldOut, Limit
 from palpate.benchmark.conformal import CONSTANT, FEWEST, bound_factor, finite
 from palpate.benchmark.ranking import (
@@ -14,6 +13,8 @@ from palpate.benchmark.ranking import (
     EXACT,
     KINDS,
     RANGE,
+    SIDES,
+    TRAINING,
     TRUTH,
     averaged,
     fields_of,

@@ -24,17 +24,28 @@ def bound_factor(scores: np.ndarray, contact: np.ndarray) -> float:
     scores : (n,) errors over estimates; contact : (n,) the contact of each
     Each contact weighs the same, and the new one counts as one of any score: infinite below FEWEST contacts.
     """
-    _, unit, count = np.unique(contact, return_inverse=True, return_counts=True)
-    if not len(count):
-        return np.inf
-    weights = 1.0 / (count[unit] * (len(count) + 1))
-    return float(quantiles(scores, weights[None])[0])
+    return float(_factors(scores[None], contact)[0])
 
 
 def bounds(errors: np.ndarray, contact: np.ndarray) -> np.ndarray:
     """Return the bound (m,) of each row of ``errors`` (m, n): ``bound_factor`` of its samples that are not NaN."""
-    known = np.isfinite(errors)
-    return np.array([bound_factor(row[there], contact[there]) for row, there in zip(errors, known, strict=True)])
+    known, found = np.isfinite(errors), np.empty(len(errors))
+    for there in {row.tobytes(): row for row in known}.values():
+        same = (known == there).all(axis=1)
+        found[same] = _factors(errors[same][:, there], contact[there])
+    return found
+
+
+def _factors(scores: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """Return the ``bound_factor`` (m,) of each row of ``scores`` (m, n)."""
+    _, unit, count = np.unique(contact, return_inverse=True, return_counts=True)
+    if not len(count):
+        return np.full(len(scores), np.inf)
+    order = np.argsort(scores, axis=1, kind="stable")
+    weights = 1.0 / (count[unit] * (len(count) + 1))
+    reached = np.cumsum(weights[order], axis=1) >= LEVEL - _ROUNDING
+    first = np.take_along_axis(order, reached.argmax(axis=1)[:, None], axis=1)
+    return np.where(reached.any(axis=1), np.take_along_axis(scores, first, axis=1)[:, 0], np.inf)
 
 
 def finite(factor: float) -> float:

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark import measuring
-from palpate.benchmark.accuracy import SIDES, Judge, TruthErrors
+from palpate.benchmark.accuracy import Judge, TruthErrors
 from palpate.benchmark.load import Answer, Load, displacement_of, loads_of
 from palpate.benchmark.measuring import Call, Kind, Prepared, Row, about_of, ask, prepared_settings, spent, tables
 from palpate.benchmark.model import Case, Model, Solver, checked
-from palpate.benchmark.ranking import OWN_ERROR, TRUTH, ZERO
+from palpate.benchmark.ranking import OWN_ERROR, SIDES, TRUTH, ZERO
 from palpate.errors import NotConverged
 from palpate.table_declaration import Table
 

@@ -33,12 +33,12 @@ def pick(rows: pd.DataFrame, order: Iterable[tuple[str, float]], floor: float = 
 
     Errors below ``floor`` are tied with it, and an empty cell is the largest. Where several rows are left, the first.
     """
+    left = np.arange(len(rows))
     for name, factor in order:
-        values = rows[name].astype(float).fillna(np.inf)
-        if name in ERRORS:
-            values = values.clip(lower=floor)
-        rows = rows[values <= factor * values.min()]
-    return rows.iloc[0]
+        values = rows[name].to_numpy(float)[left]
+        values = np.where(np.isnan(values), np.inf, np.maximum(values, floor) if name in ERRORS else values)
+        left = left[values <= factor * values.min()]
+    return rows.iloc[left[0]]
 
 
 def lasting(seconds: np.ndarray, error: np.ndarray, floor: float = EXACT) -> np.ndarray:
@@ -80,6 +80,10 @@ ZERO = "zero"
 """The model whose answer is no displacement at all."""
 BOUNDS = (TRUTH, ZERO)
 """Rows of the tables that are no models to choose from."""
+SIDES = ("validation", "test")
+"""The names of the sides: settings are chosen on the first, and their errors reported on the second."""
+TRAINING = "training"
+"""The name of the side of the samples that models may learn from; those that do not are asked for some of them."""
 
 
 UNKNOWN = "the truth is not known here: what stands for an error is the distance from the finest elements"

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.accuracy import TRAINING
 from palpate.benchmark.conformal import CONSTANT, OWN
+from palpate.benchmark.ranking import TRAINING
 from palpate.studies.tradeoff.error_bounds import ERROR_BOUNDS, SAMPLES, Scene, error_bounds
 from palpate.studies.tradeoff.error_estimates import COARSER, EVERY, RESIDUAL
 

@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import TRAINING
 from palpate.benchmark.conformal import CONSTANT, OWN, Draws, bound_factor, finite
 from palpate.benchmark.press_measure import COARSER as APART
 from palpate.benchmark.press_measure import ESTIMATED
-from palpate.benchmark.ranking import BOUNDS, EXACT, KINDS, lasting, own_errors
+from palpate.benchmark.ranking import BOUNDS, EXACT, KINDS, TRAINING, lasting, own_errors
 from palpate.table_declaration import Table
 
 ERROR_BOUNDS = Table(

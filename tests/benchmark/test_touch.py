@@ -88,7 +88,7 @@ def test_what_a_body_does_not_bear_is_lowered_or_left(pad):
 def test_measured_rows_have_errors_times_and_failures(touch_case, touches, touch_truth):
     case = replace(touch_case, grid=Families(fem={"levels": [{"order": 1, "level": 1}], "local": []}))
     kind = Touches(case, touches, touch_truth)
-    samples, settings = tables(kind, *measure(kind, touch_settings(case, "fem", fem), 2, 1.0))
+    samples, settings = tables(kind, *measure(kind, touch_settings(case, "fem", fem.__name__), 2, 1.0))
     assert list(settings) == TOUCH.columns and len(samples) == 2
     row = settings.iloc[0]
     assert row["failures"] == 0 and row["online_median_s"] > 0.0

@@ -9,7 +9,7 @@ from fixtures.touched_pad import *  # noqa: F403
 from palpate.benchmark.measuring import measure, tables
 from palpate.benchmark.settings import TouchTruthSettings
 from palpate.benchmark.touch import TouchTruth
-from palpate.benchmark.touch_measure import Touches, load_model, touch_settings
+from palpate.benchmark.touch_measure import Touches, touch_settings
 from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.effects.instrument import Instrument, Pose
 from palpate.errors import InputError
@@ -18,6 +18,7 @@ from palpate.exchange.asked_body import pictures
 from palpate.exchange.folder import read, write
 from palpate.exchange.judging import score_answers
 from palpate.exchange.readme import readme
+from palpate.models.touch import fem
 
 pytestmark = pytest.mark.slow
 
@@ -49,14 +50,13 @@ def asked(touch_case, touches, touch_truth, tmp_path_factory):
 @pytest.fixture(scope="module")
 def inside(touch_case, touches):
     """Answers of finite elements inside, at the whole depth and before it, as a file has them."""
-    model = load_model("palpate.models.touch.fem", {})
     found = {
         "engine": np.array("elements"), "version": np.array("1"), "hardware": np.array("here"),
         "law": np.array("corotational"), "settings": np.array([f"order {r['order']} level {r['level']}" for r in RUNS]),
         "converged": np.ones(3, dtype=bool),
     }  # fmt: skip
     for i, run in enumerate(RUNS):
-        solver = model.online(touch_case, **run)
+        solver = fem.online(touch_case, **run)
         whole = [solver.respond(touch) for touch in touches]
         before = [solver.respond(touch.before) for touch in touches]
         found |= {
@@ -75,12 +75,13 @@ def scored(asked, answers, path):
     return score_answers(path, asked, asked.truth)
 
 
-def test_a_file_is_scored_as_the_same_model_inside(touch_case, touches, touch_truth, asked, inside, tmp_path):
+def test_a_file_is_scored_as_the_same_model_inside(
+    touch_case, touches, touch_truth, asked, inside, tmp_path, monkeypatch
+):
     """Errors of surface, dent, force, stiffness and area, and overlap, agree to rounding."""
-    model = load_model("palpate.models.touch.fem", {})
-    model.settings = lambda case: RUNS
+    monkeypatch.setattr(fem, "settings", lambda case: RUNS)
     kind = Touches(touch_case, touches, touch_truth)
-    _, known = tables(kind, *measure(kind, touch_settings(touch_case, "fem", model), 1, 0.0))
+    _, known = tables(kind, *measure(kind, touch_settings(touch_case, "fem", fem.__name__), 1, 0.0))
     found = scored(asked, inside, tmp_path / "a.npz").settings
     columns = [
         "rmse_of_peak",

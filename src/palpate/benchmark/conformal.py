@@ -117,3 +117,18 @@ class Draws:
         draw, sample = np.nonzero(samples)
         marked[draw, self._unit[sample]] = True
         return marked
+
+
+def bound_row(errors: np.ndarray, estimate: np.ndarray, contact: np.ndarray) -> dict[str, float]:
+    """Return how well an ``estimate`` (n,) of ``errors`` (n,) orders them, and what a bound by it is worth.
+
+    These are columns of error_bounds.csv: rank_correlation, bound_factor, and those of ``Coverage``.
+    """
+    from scipy.stats import spearmanr  # importing it takes most of a second
+
+    vary = np.ptp(estimate) > 0 and np.unique(errors).size > 1
+    row = {"rank_correlation": float(spearmanr(errors, estimate).statistic) if vary else np.nan}
+    row |= {"bound_factor": finite(bound_factor(errors / estimate, contact))}
+    with np.errstate(invalid="ignore"):  # how sharp an infinite bound of a failure is
+        tried = Draws(contact).coverage(errors, estimate)
+    return row | tried._asdict()

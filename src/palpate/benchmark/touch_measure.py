@@ -1,10 +1,9 @@
 """Measure models on touches: what is asked, the errors of an answer, and the rows of both tables."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from importlib import import_module
 from numbers import Real
-from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -58,16 +57,6 @@ TOUCH = Table(
     threads failure: threads, and the first reason of a failure
     """,
 )
-
-
-def load_model(place: str, keywords: Mapping[str, Any]) -> SimpleNamespace:
-    """Load a model of touches from the module ``place``: its ``settings(case)``, ``online(case, **setting)`` and LAW.
-
-    keywords : further arguments of both functions, which choose one of the module's variants
-    """
-    module = import_module(place)
-    functions = {name: partial(getattr(module, name), **keywords) for name in ("settings", "online")}
-    return SimpleNamespace(**functions, LAW=getattr(module, "LAW", ""))
 
 
 class Touches(Kind):
@@ -129,15 +118,18 @@ class Touches(Kind):
 
 
 def touch_settings(
-    case: TouchCase, name: str, model: ModuleType | SimpleNamespace, progress: Callable = iter
+    case: TouchCase, name: str, place: str, progress: Callable = iter, **keywords: Any
 ) -> Iterator[Prepared]:
-    """Prepare all settings of a model of palpate's, as ``load_model`` returns it, in turn.
+    """Prepare all settings of a model of palpate's in turn.
 
     name : of the model in tables; progress : wraps the settings, as ``tqdm`` does
+    place : its module, with ``settings(case)``, ``online(case, **setting)`` and perhaps LAW
+    keywords : further arguments of both functions, which choose one of the module's variants
     """
-    for setting in progress(model.settings(case)):
-        about = {"model": name, "setting": setting_text(setting), "sees": "load", "law": getattr(model, "LAW", "")}
-        one = prepared(about, partial(model.online, case, **setting))
+    module = import_module(place)
+    for setting in progress(module.settings(case, **keywords)):
+        about = {"model": name, "setting": setting_text(setting), "sees": "load", "law": getattr(module, "LAW", "")}
+        one = prepared(about, partial(module.online, case, **keywords, **setting))
         prepares = isinstance(one.solver, TouchSolver) and type(one.solver).prepare is not TouchSolver.prepare
         yield one._replace(about=about | {"prepared": prepares})
 

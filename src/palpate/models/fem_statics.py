@@ -3,7 +3,7 @@
 Presses may be anywhere on the fine surface, several at once, by forces or to a depth.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from copy import copy
 from typing import Self
 
@@ -102,11 +102,6 @@ class Simulation:
     def correction(self, load: Load, moved: np.ndarray) -> np.ndarray:
         """Return the displacement (n_nodes, 3) [m] that one multigrid cycle adds to ``moved``, from its residual."""
         return self._equilibrium.correction(self._rest + moved, self.nodal(load))
-
-    def linear_responses(self, loads: Sequence[Load], tolerance: float) -> Iterator[np.ndarray]:
-        """Yield the linear response (n_nodes, 3) [m] to each of ``loads``, to a relative residual of ``tolerance``."""
-        respond = self._equilibrium.linear_solver(tolerance)
-        return (respond(self.nodal(load)) for load in loads)
 
     def linear_columns(self, contacts: np.ndarray) -> np.ndarray:
         """Return linear responses to unit forces at ``contacts``, (n_contacts, 3, n_nodes, 3) [m/N]."""

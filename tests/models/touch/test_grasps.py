@@ -65,7 +65,7 @@ def test_the_truth_of_a_grasp_judges_linear_elements(case, pull):
     assert truth.believed.all() and truth.own[0, 0] < 0.01
     assert truth.force_order[0] == pytest.approx(1.0, abs=0.3)  # of the singular rim
     kind = Touches(case, [pull], truth)
-    _, table = tables(kind, *measure(kind, touch_settings(case, "linear", linear), 1, 0.0))
+    _, table = tables(kind, *measure(kind, touch_settings(case, "linear", linear.__name__), 1, 0.0))
     (row,) = table.to_dict("records")
     assert row["failures"] == 0 and row["rmse_of_peak"] < 0.02 and abs(row["force_error"]) < 0.1
     assert np.isnan(row["penetration_of_depth"]) and np.isnan(penetration(case, pull, truth.answer(0)))

@@ -11,8 +11,7 @@ from palpate.benchmark.touch_measure import TOUCH, Touches
 from palpate.studies.touch.jobs import (
     BOUNDED,
     TOUCH_FORCES,
-    Known,
-    touch_forces_table,
+    touch_force_rows,
     touch_table,
     touch_truth_row,
 )
@@ -21,12 +20,11 @@ OWN = np.array([0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.007])
 LABELS = {"scene": "liver_sphere_8mm", "body": "liver", "instrument": "sphere", "radius_m": 0.008}
 
 
-def truth(why=("", "", "no answer on a mesh (why)")) -> TouchTruth:
+def truth() -> TouchTruth:
     """Three touches, the own errors of the second twice those of the first, the third rejected."""
-    count = len(why)
-    arrays = {name: np.arange(1.0, count + 1.0) for name in TouchTruth.__dataclass_fields__}
+    arrays = {name: np.arange(1.0, 4.0) for name in TouchTruth.__dataclass_fields__}
     arrays |= {"own": np.outer([1, 2, np.nan], OWN), "force": np.array([[0.5, 1], [1, 2], [np.nan, np.nan]])}
-    return TouchTruth(**arrays | {"rejected": np.array(why, dtype=object)})
+    return TouchTruth(**arrays | {"rejected": np.array(["", "", "no answer on a mesh (why)"], dtype=object)})
 
 
 def touches() -> pd.DataFrame:
@@ -34,19 +32,15 @@ def touches() -> pd.DataFrame:
     return pd.DataFrame(table | {"depth_m": [0.002, 0.003, 0.004], "asked_m": [0.002, 0.003 / 0.7, 0.004]})
 
 
-def known(labels, **told) -> Known:
-    return Known(labels, touches(), truth(**told), np.arange(9.0).reshape(3, 3))
-
-
 def test_each_touch_has_its_force_and_place():
-    rows = touch_forces_table([known(LABELS)])
+    rows = TOUCH_FORCES.frame(touch_force_rows(LABELS, touches(), truth(), np.arange(9.0).reshape(3, 3)))
     assert list(rows) == TOUCH_FORCES.columns and list(rows["x_m"]) == [0.0, 3.0, 6.0]
     assert list(rows["force_n"][:2]) == [1.0, 2.0] and list(rows["force_before_n"][:2]) == [0.5, 1.0]
     assert rows["force_error"][1] == pytest.approx(2 * OWN[TouchErrors._fields.index("force_error")])
 
 
 def test_own_errors_are_those_of_touches_that_are_believed():
-    row = touch_truth_row(known(LABELS | {"edge_m": 0.0, "length_m": 0.0}))
+    row = touch_truth_row(LABELS | {"edge_m": 0.0, "length_m": 0.0}, touches(), truth())
     assert (row["samples"], row["rejected"], row["lowered"]) == (2, 1, 1)
     assert row["why_rejected"] == "1 no answer on a mesh"
     for name in ("rmse_of_peak", "patch_rms_of_peak", "force_error", "stiffness_error"):

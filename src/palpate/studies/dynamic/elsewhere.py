@@ -13,7 +13,7 @@ import pandas as pd
 
 from palpate.benchmark import measuring
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.conformal import CONSTANT, OWN, Draws, bound_factor, finite
+from palpate.benchmark.conformal import CONSTANT, OWN, bound_row
 from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.presses import oblique
 from palpate.benchmark.ranking import EXACT
@@ -76,8 +76,6 @@ def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
 
 def _of_scene(table: pd.DataFrame) -> list[dict]:
     """Return the rows of motion_bounds.csv of one scene from those of MOTION_PLACES."""
-    from scipy.stats import spearmanr  # importing it takes most of a second
-
     known = table.dropna(subset="model")
     unresolved = table["contact"].nunique() - known["contact"].nunique()
     found = []
@@ -90,21 +88,14 @@ def _of_scene(table: pd.DataFrame) -> list[dict]:
         errors = rows["rmse_of_peak"] + rows["reference_error"].fillna(0.0)
         errors = errors.where(rows["failures"] == 0, np.inf).to_numpy()
         place = rows["contact"].to_numpy()
-        draws = Draws(place)
         estimates = {CONSTANT: (np.ones(len(rows)), 0.0)}
         own = rows["estimate_of_peak"].to_numpy()
         if np.isfinite(own[np.isfinite(errors)]).all() and np.isfinite(own).any():
             estimates[OWN] = np.maximum(np.nan_to_num(own, nan=1.0), EXACT), float(rows["estimate_s"].median())
         for name, (estimate, seconds) in estimates.items():
-            factor = finite(bound_factor(errors / estimate, place))
-            row = {"estimate": name, "rank_correlation": np.nan, "error_of_peak": np.median(errors)}
-            if np.ptp(estimate) > 0 and np.unique(errors).size > 1:
-                row["rank_correlation"] = float(spearmanr(errors, estimate).statistic)
-            row |= {"bound_factor": factor, "bound_of_peak": factor * np.median(estimate), "estimate_s": seconds}
-            with np.errstate(invalid="ignore"):  # how sharp an infinite bound of a failure is
-                tried = draws.coverage(errors, estimate)
-            row |= {key: getattr(tried, key) for key in ("sharpness", "coverage", "coverage_low")}
-            found.append(labels | row)
+            row = {"estimate": name, "error_of_peak": np.median(errors), "estimate_s": seconds}
+            row |= bound_row(errors, estimate, place)
+            found.append(labels | row | {"bound_of_peak": row["bound_factor"] * np.median(estimate)})
     return found
 
 

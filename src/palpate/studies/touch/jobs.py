@@ -1,7 +1,6 @@
 """Functions that workflow/rules/touch.smk calls (workflow/job.py says how), and the tables they write."""
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,7 +11,7 @@ from palpate.benchmark.ranking import TRUTH
 from palpate.benchmark.settings import Given, TouchTruthSettings
 from palpate.benchmark.settings import Instrument as ToolSettings
 from palpate.benchmark.touch import TouchCase, TouchErrors, TouchTruth, choose_touches, given_touches, touches_of
-from palpate.benchmark.touch_measure import SIGNED, TOUCH, Touches, load_model, touch_settings, truth_rows
+from palpate.benchmark.touch_measure import SIGNED, TOUCH, Touches, touch_settings, truth_rows
 from palpate.benchmark.touch_mesh import check_by_coarse_elements
 from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.benchmark.truth import over, reasons
@@ -59,7 +58,7 @@ def measure_touch_models(
     if place.endswith(".py"):
         tried = own_settings(name, place, "touch", case.body, tool.name, tool.radius_m, seed, progress)
     else:
-        tried = touch_settings(case, name, load_model(place, keywords), progress)
+        tried = touch_settings(case, name, place, progress, **keywords)
     kind = Touches(case, touches, stored(TouchTruth, input.truth), place)
     found = tables(kind, *measure(kind, tried, repeats, BUDGET_S))
     return dict(zip(("samples", "settings"), found, strict=True))
@@ -67,7 +66,7 @@ def measure_touch_models(
 
 def tabulate_touch(input, instruments: list[ToolSettings]):
     """Tabulate how exactly truths are known, the force of each touch, and all settings with their bounds."""
-    known, samples, settings = [], [], []
+    truths, forces, samples, settings = [], [], [], []
     files = zip(input.bodies, input.touches, input.truths, instruments, strict=True)
     for body, chosen, solved, tool in files:
         instrument, touches, truth = Instrument(**dict(tool)), pd.read_csv(chosen), stored(TouchTruth, solved)
@@ -75,13 +74,15 @@ def tabulate_touch(input, instruments: list[ToolSettings]):
         places = case.body.fine.nodes[touches["node"]]
         own, row = truth_rows(case, touches_of(instrument, touches), truth)
         labels = row[["scene", "body", "instrument"]].iloc[0].to_dict() | dict(tool)
-        known.append(Known({name: labels[name] for name in labels if name != "kind"}, touches, truth, places))
+        labels = {name: labels[name] for name in labels if name != "kind"}
+        truths.append(touch_truth_row(labels, touches, truth))
+        forces += touch_force_rows(labels, touches, truth, places)
         samples.append(own)
         settings.append(row)
     samples += map(pd.read_csv, input.samples)
     settings += map(pd.read_csv, input.settings)
-    truths = {"truth": TOUCH_TRUTH.frame(map(touch_truth_row, known)), "forces": touch_forces_table(known)}
-    return truths | {"touch": touch_table(_joined(settings), _joined(samples))}
+    touch = touch_table(_joined(settings), _joined(samples))
+    return {"truth": TOUCH_TRUTH.frame(truths), "forces": TOUCH_FORCES.frame(forces), "touch": touch}
 
 
 def _joined(parts: list[pd.DataFrame]) -> pd.DataFrame:
@@ -136,25 +137,15 @@ BOUNDED = ("rmse_of_peak", "patch_rms_of_peak", "force_error")
 """Errors that have a bound."""
 
 
-class Known(NamedTuple):
-    """The touches of an instrument on a body, and their truth.
+def touch_truth_row(labels: dict[str, Any], touches: pd.DataFrame, truth: TouchTruth) -> dict[str, Any]:
+    """Return the row of TOUCH_TRUTH of one scene; its means and extremes are over touches whose truth is believed.
 
     labels : scene, body, instrument and its lengths; touches : k rows with TOUCH_COLUMNS
-    places : (k, 3) [m] of the nodes that are touched
     """
-
-    labels: dict[str, Any]
-    touches: pd.DataFrame
-    truth: TouchTruth
-    places: np.ndarray
-
-
-def touch_truth_row(known: Known) -> dict[str, Any]:
-    """Return the row of TOUCH_TRUTH of one scene; its means and extremes are over touches whose truth is believed."""
-    truth, kept = known.truth, known.truth.believed
-    row = known.labels | {"samples": int(kept.sum()), "rejected": int((~kept).sum())}
-    depth = known.touches["depth_m"].to_numpy()
-    row |= {"lowered": int((depth < (1.0 - 1e-9) * known.touches["asked_m"].to_numpy()).sum())}
+    kept = truth.believed
+    row = labels | {"samples": int(kept.sum()), "rejected": int((~kept).sum())}
+    depth = touches["depth_m"].to_numpy()
+    row |= {"lowered": int((depth < (1.0 - 1e-9) * touches["asked_m"].to_numpy()).sum())}
     for name, column in _OWN.items():
         own = truth.own[kept, TouchErrors._fields.index(name)]
         row |= {column: over(np.mean, own), f"{column}_max": over(np.max, own)}
@@ -171,21 +162,20 @@ def touch_truth_row(known: Known) -> dict[str, Any]:
     return row | {"why_rejected": "; ".join(f"{count} {why}" for why, count in reasons(truth.rejected).items())}
 
 
-def touch_forces_table(scenes: Sequence[Known]) -> pd.DataFrame:
-    """Tabulate TOUCH_FORCES, a row a touch."""
-    return TOUCH_FORCES.frame(row for known in scenes for row in _force_rows(known))
+def touch_force_rows(
+    labels: dict[str, Any], touches: pd.DataFrame, truth: TouchTruth, places: np.ndarray
+) -> list[dict[str, Any]]:
+    """Return the rows of TOUCH_FORCES of one scene, a row a touch.
 
-
-def _force_rows(known: Known) -> list[dict[str, Any]]:
-    """Return the rows of TOUCH_FORCES of one scene."""
-    truth = known.truth
+    labels, touches : as of ``touch_truth_row``; places : (k, 3) [m] of the nodes that are touched
+    """
     told = {"force_n": truth.force[:, 1], "force_before_n": truth.force[:, 0], "area_m2": truth.area}
     told |= {name: getattr(truth, name) for name in ("order", "force_order", "rejected")}
-    told |= {"pressure_pa": truth.pressure} | dict(zip(("x_m", "y_m", "z_m"), known.places.T, strict=True))
+    told |= {"pressure_pa": truth.pressure} | dict(zip(("x_m", "y_m", "z_m"), places.T, strict=True))
     for name in ("force_error", "contact_area_error", "rmse_of_peak"):
         told[_OWN[name]] = truth.own[:, TouchErrors._fields.index(name)]
-    table = known.touches.drop(columns="asked_m").assign(**told)
-    return [known.labels | row for row in table.to_dict("records")]
+    table = touches.drop(columns="asked_m").assign(**told)
+    return [labels | row for row in table.to_dict("records")]
 
 
 def touch_table(settings: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.conformal import CONSTANT, OWN, Draws, bound_factor, finite
+from palpate.benchmark.conformal import CONSTANT, OWN, bound_factor, bound_row
 from palpate.benchmark.press_measure import COARSER as APART
 from palpate.benchmark.press_measure import ESTIMATED
 from palpate.benchmark.ranking import BOUNDS, EXACT, KINDS, TRAINING, lasting, own_errors
@@ -125,22 +125,11 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
 
 def _row(scored: _SceneErrors, key: tuple[str, str], estimate: np.ndarray) -> dict:
     """Return how well an estimate (n,) of the errors of a setting orders them, and the bound that it gives."""
-    from scipy.stats import spearmanr  # it takes most of a second
-
     errors, contact = scored.errors[key].to_numpy(), scored.contact(key)
     own = scored.own(scored.errors[key].index.get_level_values("sample").to_numpy())
-    factor = finite(bound_factor(errors / estimate, contact))
-    vary = np.ptp(estimate) > 0 and np.ptp(errors) > 0
-    row = {
-        "contacts": len(np.unique(contact)),
-        "samples": len(errors),
-        "rank_correlation": spearmanr(errors, estimate).statistic if vary else np.nan,
-        "error_of_peak": np.median(errors - np.nan_to_num(own)),
-        "own_of_peak": np.median(own),
-        "bound_factor": factor,
-        "bound_of_peak": np.median(factor * estimate),
-    }
-    return row | Draws(contact).coverage(errors, estimate)._asdict()
+    row = {"contacts": len(np.unique(contact)), "samples": len(errors), "own_of_peak": np.median(own)}
+    row |= {"error_of_peak": np.median(errors - np.nan_to_num(own))} | bound_row(errors, estimate, contact)
+    return row | {"bound_of_peak": np.median(row["bound_factor"] * estimate)}
 
 
 def _elsewhere(here: _SceneErrors, others: list[_SceneErrors], key: tuple[str, str], estimate: str) -> float:

@@ -26,25 +26,23 @@ from palpate.studies.tradeoff.error_bounds import COARSER, EVERY, RESIDUAL
 CHEAP = ("linear", "turned", "distance")
 COLUMNS = ["split", "sample", "contact", "model", "setting", "estimate", "rms", "patch", "seconds"]
 """``rms`` and ``patch``: the estimate of the error over the surface and at the patch, up to a factor."""
-SOLVED = ("fem_p1", "fem_p2", "linear_fem")
-"""The models whose residual is looked at: of others only the surface is known."""
-_LOOSE = 1e-4
-"""Tolerance of the linear response inside the body."""
+SOLVED = ("fem_p1", "fem_p2")
+"""The models on the coarse level whose residual is looked at: of others only the surface is known."""
 _ENOUGH, _TIMED = 1e-3, 5
 """Residual over the load at which a second answer is exact enough, and how many of these answers are timed."""
 
 
-def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.DataFrame:
+def estimates(case: Case, judge: Judge) -> pd.DataFrame:
     """Tabulate estimates of the errors of answers to all samples of ``judge``, at training contacts too: COLUMNS.
 
     linear : largest displacement of the linear response, over the size of the body
     turned : RMS change of the linear response when it is turned with its own rotations, over its largest displacement
     distance : of the contact from the nearest other one that is learnt from, over the size of the body
     residual : RMS of the displacement that one cycle of multigrid makes of the fine residual, over the answer's largest
-        one; of the linear response and of elements on the coarse level, if they are among ``models``
+        one, of SOLVED
     coarser : the time of a second answer, without a value, as that differs from model to model
     """
-    whole = [_of_samples(case, part, models) for part in (judge, judge.training) if part]
+    whole = [_of_samples(case, part) for part in (judge, judge.training) if part]
     return pd.concat(whole, ignore_index=True)
 
 
@@ -53,11 +51,9 @@ def read_estimates(path: str | Path) -> pd.DataFrame:
     return pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(("rms", "patch"), ""))
 
 
-def _of_samples(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
+def _of_samples(case: Case, judge: Judge) -> pd.DataFrame:
     loads = loads_of(judge.samples.contact, judge.samples.force)
-    rows = [*_of_stored_response(case, loads), *_second(case, loads)]
-    if asked := [model for model in models if model in SOLVED]:
-        rows += _residuals(case, judge, loads, asked)
+    rows = [*_of_stored_response(case, loads), *_second(case, loads), *_residuals(case, judge, loads)]
     table = pd.DataFrame(rows, columns=["i", "model", "setting", "estimate", "rms", "patch", "seconds"])
     number = table.pop("i").to_numpy(dtype=int)
     asked_of = {"split": judge.split, "sample": judge.numbers[number], "contact": judge.samples.contact[number]}
@@ -103,18 +99,13 @@ def _second(case: Case, loads: list[Load]) -> Iterator[tuple]:
             yield i, EVERY, "", COARSER, np.nan, np.nan, perf_counter() - begin
 
 
-def _residuals(case: Case, judge: Judge, loads: list[Load], models: list[str]) -> Iterator[tuple]:
-    """Yield a row of the residual estimate for each load and each of ``models``, elements on the coarse level."""
+def _residuals(case: Case, judge: Judge, loads: list[Load]) -> Iterator[tuple]:
+    """Yield a row of the residual estimate for each load and each of SOLVED, elements on the coarse level."""
     last = len(case.body.levels) - 1
     fine, surface = Simulation(case, last, case.tolerance, order=2), case.body.fine.surface
-    for model in models:
-        setting = "default"
-        if model == "linear_fem":
-            answers = fine.linear_responses(loads, _LOOSE)
-        else:
-            answers = _coarse(case, loads, int(model[-1]))
-            setting = FEM(level=0, tolerance=case.tolerance).text
-        for i, (load, moved) in enumerate(zip(loads, answers, strict=True)):
+    setting = FEM(level=0, tolerance=case.tolerance).text
+    for model in SOLVED:
+        for i, (load, moved) in enumerate(zip(loads, _coarse(case, loads, int(model[-1])), strict=True)):
             begin = perf_counter()
             lengths = np.linalg.norm(fine.correction(load, moved)[surface], axis=1)
             peak = float(np.linalg.norm(moved[surface], axis=1).max())

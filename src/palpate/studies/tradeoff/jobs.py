@@ -88,7 +88,7 @@ def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radi
     of_case = wildcards.regime, int(wildcards.split), radius_m, options, tolerance
     case, judge = read_judged(input, *of_case, more=more)
     samples, settings = bounds(case, judge)
-    return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, ("fem_p1", "fem_p2"))}
+    return {"samples": samples, "settings": settings, "estimates": estimates(case, judge)}
 
 
 def measure_facets(input, wildcards, say, samples: int, entry: Smooth):

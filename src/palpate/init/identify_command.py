@@ -102,7 +102,7 @@ def identify_file(
     answer = list(compared(comparisons))
     parts, options = consistent_parts(records, comparisons), Options(offset_m=asked.offset_m)
     ways: Sequence[str] = (PLACE, DEPTH, SESSION)
-    fits = [(_name(part, len(parts)), part, options, ways) for part in parts]
+    fits = [(*part, options, ways) for part in parts]
     if len({press.specimen for press in records.presses}) > 1:
         fits.append(("all", records, replace(options, resamples=0), (SPECIMEN,)))
     rows, predictions, found = [], [], []
@@ -190,15 +190,6 @@ def write_results(
         file = "identified.png" if len(found) == 1 else f"identified_{plain}.png"
         with write_whole(folder / file) as part:
             draw_identified(one).savefig(part)
-
-
-def _name(part: PressRecords, parts: int) -> str:
-    """Return what tables call a part: its specimen and session, or all."""
-    if parts == 1:
-        return "all"
-    press = part.presses[0]
-    sessions = {one.session for one in part.presses}
-    return " ".join(word for word in (press.specimen, press.session if len(sessions) == 1 else "") if word) or "all"
 
 
 def _slab(records: PressRecords, asked: Asked) -> Iterator[str]:

@@ -3,14 +3,12 @@
 from copy import deepcopy
 from pathlib import Path
 
-import numpy as np
 import pytest
 from fixtures.bodies import made
 
-from palpate.effects.patch_load import nearest_on_surface
 from palpate.errors import InputError
 from palpate.run.settings import complete, read_settings
-from palpate.studies.measured.experiment import check_places, off_box
+from palpate.studies.measured.check_places import check_places
 
 ROOT = Path(__file__).parents[3]
 
@@ -103,16 +101,9 @@ def test_gravity_that_points_upwards_is_refused_unless_a_force_may_lift(settings
     complete(settings, ROOT / "config.yaml")
 
 
-def test_the_distance_from_a_box_is_that_from_its_mesh(settings):
-    body = made("beam", settings["bodies"]["beam"] | {"refinements": 0})
-    sizes = body.fine.nodes.max(axis=0)
-    points = sizes * np.random.default_rng(1).uniform(-0.5, 1.5, (40, 3))
-    np.testing.assert_allclose(off_box(sizes, points), nearest_on_surface(body.fine, points)[2], atol=1e-15)
-
-
 def test_a_body_that_is_no_box_is_looked_at_when_it_is_made(settings):
     full = complete(settings, ROOT / "config.yaml").measured.experiments["beam"]
     full.markers["m1"].at_m[2] += 0.02
     body = made("beam", settings["bodies"]["beam"])
     with pytest.raises(InputError, match=r"m1\.at_m is 0\.026 m off"):
-        check_places("beam", full, body, lambda points: nearest_on_surface(body.fine, points)[2])
+        check_places("beam", full, body)

@@ -11,10 +11,9 @@ import pandas as pd
 
 from palpate.bodies import body_file
 from palpate.bodies.body import Body
-from palpate.effects.patch_load import nearest_on_surface
 from palpate.run.job import steps
-from palpate.studies.measured.experiment import GIVEN, check_places
-from palpate.studies.measured.predict import ALL, Predictor, Row, creep_rows, damping_rows
+from palpate.studies.measured.check_places import check_places
+from palpate.studies.measured.predict import ALL, GIVEN, Predictor, Row, creep_rows, damping_rows
 from palpate.studies.measured.records import Observed, observe_all
 from palpate.studies.measured.release import release_rows
 from palpate.studies.measured.settings import ExperimentSettings, Models
@@ -93,7 +92,7 @@ def measure(
     does not converge has rows with a message and without predictions. Warns of forces on a point, markers that fit
     badly, and predictions so large that the settings may be wrong.
     """
-    check_places(name, experiment, body, lambda points: nearest_on_surface(body.fine, points)[2])
+    check_places(name, experiment, body)
     rows: list[Row] = []
     observed = observe_all(experiment)
     for candidate in progress(list(candidates(body, settings))):
@@ -150,7 +149,7 @@ def _rows(candidate: Candidate, experiment: ExperimentSettings, observed: dict[s
         yield about | {"setting": f"{candidate.setting} creep"} | row
     known = found[0] | {"marker": None}
     frequencies = {str(row["case"]): row["predicted"] for row in found if row["quantity"] == "frequency_hz"}
-    for kind, row in damping_rows(experiment, observed, frequencies, fitted):
+    for kind, row in damping_rows(predictor, frequencies, fitted):
         yield known | {"setting": f"{candidate.setting} damping={kind}"} | row
 
 

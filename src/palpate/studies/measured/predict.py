@@ -10,13 +10,12 @@ from scipy import sparse
 
 from palpate.errors import NotConverged
 from palpate.linalg.multigrid import conjugate_gradients
-from palpate.studies.measured.experiment import GIVEN
 from palpate.studies.measured.records import Observed
 from palpate.studies.measured.settings import ExperimentSettings
 from palpate.studies.measured.specimen import Bench, Specimen
 
-ALL = "all"
-"""The name of the mean over markers."""
+ALL, GIVEN = "all", "no"
+"""The name of the mean over markers; the value of ``calibrated`` where Young's modulus is that of the settings."""
 Row = dict[str, Any]
 
 
@@ -219,23 +218,20 @@ def creep_rows(predictor: Predictor, fitted: str) -> Iterator[Row]:
 
 
 def damping_rows(
-    experiment: ExperimentSettings,
-    observed: Mapping[str, Observed],
-    frequencies: Mapping[str, float | None],
-    fitted: str,
+    predictor: Predictor, frequencies: Mapping[str, float | None], fitted: str
 ) -> Iterator[tuple[str, Row]]:
     """Yield the kind of Rayleigh damping and a row for each prediction of a damping ratio.
 
     frequencies : predicted ones [Hz] by case; fitted : name of the case whose mean damping ratio α or β is fitted to
     A mode of frequency ω is damped by the ratio α/2ω with the damping matrix α M, and by β ω/2 with β K.
     """
-    swings, own = observed[fitted].swings, frequencies.get(fitted)
+    swings, own = predictor.observed[fitted].swings, frequencies.get(fitted)
     if not swings or own is None:
         return
     ratio = sum(swing.damping_ratio for swing in swings) / len(swings)
     for kind, power in {"mass": -1.0, "stiffness": 1.0}.items():
-        for case in experiment.swinging:
+        for case in predictor.experiment.swinging:
             hz = frequencies.get(case)
             predicted = None if hz is None else ratio * (hz / own) ** power
-            for row in compare_swing(observed[case], {"damping_ratio": predicted}):
+            for row in compare_swing(predictor.observed[case], {"damping_ratio": predicted}):
                 yield kind, {"case": case, "calibrated": fitted} | row | {"fitted": case == fitted}

@@ -95,8 +95,7 @@ def _elastic(
     predicted, curves = [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         progress = Progress(lambda what, sequence: steps(say, f"{name}: {what}")(sequence), pool.map)
-        for consistent in consistent_parts(records, compare_sessions(records)):
-            part = _words(consistent)
+        for part, consistent in consistent_parts(records, compare_sessions(records)):
             given = asked, Options(seed=seed), entry.held_out, folder / "curves", progress
             found, errors = identify_and_predict(consistent, *given)
             rows += [[name, *row] for row in table_rows(found, part)]
@@ -111,12 +110,6 @@ def _elastic(
 
 NINE_TENTHS = 1.645
 """Half width of an interval that holds 90 % of a normal distribution, in standard deviations."""
-
-
-def _words(records: PressRecords) -> str:
-    """Return the specimens and sessions of a part."""
-    names = dict.fromkeys(word for press in records.presses for word in (press.specimen, press.session) if word)
-    return " ".join(names) or "all"
 
 
 def _curves(found: Identified) -> pd.DataFrame:

@@ -115,17 +115,13 @@ class Oscillation:
     """y = rest + creep e^(−t/τ) + A e^(−ζωt) cos(ω √(1 − ζ²) t + φ).
 
     frequency_hz : ω / 2π, of the same body without damping [Hz]; damping_ratio : ζ
-    amplitude_m : A at the first time [m]
     creep_m : creep [m] from the release, half a period before the first time, to rest; creep_s : its time constant τ
-    misfit : RMS of the residual over the amplitude
     """
 
     frequency_hz: float
     damping_ratio: float
-    amplitude_m: float
     creep_m: float
     creep_s: float
-    misfit: float
 
 
 def swing_of(times: np.ndarray, along: np.ndarray, place: str, creeps: bool = True) -> Oscillation:
@@ -159,13 +155,12 @@ def fit_oscillation(times: np.ndarray, y: np.ndarray, place: str, creeps: bool =
     found = least_squares(residual, start, bounds=(low, high), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12)
     basis = _basis(t, found.x, creeps)
     amounts = np.linalg.lstsq(basis, y, rcond=None)[0]
-    amplitude = float(np.hypot(*amounts[1:3]))
-    misfit = float(np.sqrt(np.mean(found.fun**2))) / max(amplitude, 1e-300)
-    if not misfit < 0.5:
+    misfit, amplitude = np.sqrt(np.mean(found.fun**2)), np.hypot(*amounts[1:3])
+    if not misfit < 0.5 * amplitude:
         raise InputError(f"{place} shows no damped oscillation after the release; set swings: false for it.")
     frequency, ratio, constant = map(float, found.x)
     crept = -float(amounts[3] * np.exp(0.5 / (frequency * constant))) if creeps else 0.0
-    return Oscillation(frequency, ratio, amplitude, crept, constant, misfit)
+    return Oscillation(frequency, ratio, crept, constant)
 
 
 def _basis(t: np.ndarray, unknowns: np.ndarray, creeps: bool) -> np.ndarray:

@@ -16,8 +16,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.scenes.effect_registry import effect, of_law
 from palpate.solvers.backward_euler import make
 from palpate.solvers.system import System
-from palpate.studies.measured.experiment import GIVEN
-from palpate.studies.measured.predict import Predictor, Row, compare_swing
+from palpate.studies.measured.predict import GIVEN, Predictor, Row, compare_swing
 from palpate.studies.measured.records import Observed, Oscillation, swing_of
 from palpate.studies.measured.settings import ExperimentSettings, Load, Releases
 from palpate.studies.measured.specimen import GRAVITY_M_S2, Bench, FemSpecimen, hung_masses, nodal_loads
@@ -126,27 +125,26 @@ def release_rows(
     about |= {"softness": softness}
     for step_s in steps:
         release = Release(body, level, predictor.bench, softness, step_s, settings.duration_s)
-        yield from _rows(release, experiment, observed, about | {"setting": f"level={level} step_s={step_s:g}"})
+        yield from _rows(release, predictor, about | {"setting": f"level={level} step_s={step_s:g}"})
     if seen and creep:
         prony = _fitted_branch(seen, own.poisson)
         release = Release(body, level, predictor.bench, softness, CREEP_STEP_S, creep.duration_s, prony)
         about |= {"setting": f"level={level} prony step_s={CREEP_STEP_S:g}"}
-        yield from _rows(release, experiment, observed, about)
+        yield from _rows(release, predictor, about)
 
 
-def _rows(
-    release: Release, experiment: ExperimentSettings, observed: Mapping[str, Observed], about: Row
-) -> Iterator[Row]:
+def _rows(release: Release, predictor: Predictor, about: Row) -> Iterator[Row]:
     """Yield the rows of one release: frequency and damping, or with the Prony effect creep, of each case."""
     names = ("frequency_hz", "damping_ratio") if release.prony is None else ("creep_m", "creep_s")
+    experiment = predictor.experiment
     for case in experiment.swinging:
-        predicted, message = dict.fromkeys(names), ""
+        predicted, message, seen = dict.fromkeys(names), "", predictor.observed[case]
         try:
-            swing = release.swing(experiment.cases[case].loads, GRAVITY_M_S2 * observed[case].down)
+            swing = release.swing(experiment.cases[case].loads, GRAVITY_M_S2 * seen.down)
             predicted = {name: getattr(swing, name) for name in names}
         except (NotConverged, InputError) as failure:
             message = str(failure)
-        for row in compare_swing(observed[case], predicted):
+        for row in compare_swing(seen, predicted):
             fitted = release.prony is not None and case == experiment.calibrate_on
             yield about | {"case": case, "message": message, "fitted": fitted} | row
 

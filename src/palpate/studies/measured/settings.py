@@ -2,11 +2,9 @@
 
 import warnings
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-import numpy as np
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
@@ -34,7 +32,7 @@ from palpate.setting_types import (
     key,
     optional,
 )  # fmt: skip
-from palpate.studies.measured.experiment import check_places, off_box
+from palpate.studies.measured.check_places import check_places
 from palpate.studies.measured.records import follow
 
 
@@ -226,7 +224,7 @@ def check(config: Any, file: Path) -> None:
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore")  # the job that makes the body warns
                     made = make_body(entry.body, body.but(refinements=0))
-                check_places(name, entry, made, partial(off_box, np.array(body.sizes_m, dtype=float)))
+                check_places(name, entry, made)
         except InputError as error:
             raise InputError(f"{file}: {error}") from error
         for name, case in entry.cases.items():

@@ -50,10 +50,10 @@ def test_the_thickness_of_a_file_counts_for_each_press_unless_another_is_asked_f
     ball, records = Instrument("sphere", 0.004), PressRecords(Instrument("sphere", 0.004), presses, "presses.csv")
     thickness, each = thickness_of(records, Asked(ball))
     assert thickness == (0.006, 0.008) and each.tolist() == [0.008, 0.006]
-    assert thickness_of(records, Asked(ball, thickness_m=0.01)) == (0.01, None)
-    known = {"poisson": 0.45, "sticking": 0.0}
+    assert thickness_of(records, Asked(ball, thickness_m=(0.01, 0.01))) == ((0.01, 0.01), None)
+    known = {"poisson": (0.45, 0.45)}
     both = SlabForward(0.004, 0.001, thickness_m=thickness, each_m=each, **known)
-    one = SlabForward(0.004, 0.001, thickness_m=0.006, **known)
+    one = SlabForward(0.004, 0.001, thickness_m=(0.006, 0.006), **known)
     assert both.parameters == ()
     assert both.forces(1, depth, {}) == pytest.approx(one.forces(0, depth, {}), rel=0.01)
     assert (both.forces(0, depth[1:], {}) < 0.95 * both.forces(1, depth[1:], {})).all()

@@ -35,8 +35,8 @@ def test_a_family_meets_curves_between_its_nodes_and_is_kept(tmp_path, monkeypat
 
 
 def test_a_slab_scales_with_its_ball():
-    kept = {"law": "neo_hookean", "poisson": 0.45, "sticking": (0.0, 1.0)}
-    small = SlabForward(0.004, 0.001, thickness_m=0.01, **kept)
+    kept = {"law": "neo_hookean", "poisson": (0.45, 0.45), "sticking": (0.0, 1.0)}
+    small = SlabForward(0.004, 0.001, thickness_m=(0.01, 0.01), **kept)
     assert small.parameters == (Parameter("sticking", 0.0, 1.0),)
     depth = np.array([0.0002, 0.001])
     slips, between, sticks = (small.forces(0, depth, {"sticking": each}) for each in (0.0, 0.5, 1.0))

@@ -191,7 +191,7 @@ def test_a_noisy_row_at_first_touch_leaves_e_in_its_interval_and_no_start_finds_
 def test_a_line_of_the_sensor_or_a_pull_is_doubted_where_no_rows_are_before_contact(sensor):
     found = identify(touched(1, **sensor), {"hertz": Layer(0.004, (), 0.003)}, QUICK)
     line = line_of(found)
-    ends = abs(found.offset_m.best - found.models["hertz"].offset_at(-1.0)) < 2e-5
+    ends = abs(found.intervals["offset_m"].best - found.models["hertz"].offset_at(-1.0)) < 2e-5
     assert line is not None or ends or found.young_pa.low < 4000.0 < found.young_pa.high
     if line is not None:
         assert line.young_pa == pytest.approx(4000.0, rel=0.1)

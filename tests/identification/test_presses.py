@@ -93,11 +93,6 @@ def test_columns_that_look_like_others_are_refused(column, tmp_path):
         read(table().drop(columns=["x_m", "y_m", "z_m"]).assign(**{column: 1.0}), tmp_path)
 
 
-def test_a_ball_in_another_unit_is_refused(tmp_path):
-    with pytest.raises(InputError, match="the ball with its unit, such as sphere:4mm"):
-        read(table(), tmp_path, instrument=Instrument(SPHERE, 4.0))
-
-
 @pytest.mark.parametrize(("zero", "slope", "pull"), [(0.0, 0.0, 0.0), (0.015, -5.0, 0.0), (-0.02, 5.0, 0.004)])
 def test_the_line_before_contact_is_subtracted(zero, slope, pull, tmp_path):
     """Of Hertz presses of 4 kPa, whose pull by adhesion of 5 % begins with contact."""
@@ -128,7 +123,6 @@ def cell(column, row, value):
     ("change", "message"),
     [
         (lambda rows: rows.drop(columns="force_n"), r"presses\.csv lacks the column force_n"),
-        (lambda rows: rows.rename(columns={"depth_m": "depth_mm"}), "has depth_mm and lacks depth_m; convert it"),
         (lambda rows: rows.drop(columns="z_m"), "has x_m and not all of x_m, y_m, z_m"),
         (cell("force_n", 3, None), "row 5: force_n is empty, which is no number"),
         (cell("x_m", slice(6, 12), None), r"row 8: x_m is empty, and other rows have it; .* \(1 of 2 lack some\)"),

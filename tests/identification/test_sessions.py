@@ -26,12 +26,12 @@ def test_sessions_whose_forces_differ_at_matched_places_contradict(named):
     (found,) = compare_sessions(records)
     assert found.places == 20 and found.contradicts
     assert found.ratio == pytest.approx(2.7, rel=0.1)
-    parts = consistent_parts(records, [found])
-    assert [{press.session for press in part.presses} for part in parts] == [{"early"}, {"late"}]
+    for name, part in consistent_parts(records, [found]):
+        assert {press.session for press in part.presses} == {name} and name in ("early", "late")
 
 
 def test_sessions_that_agree_are_fitted_together():
     records = both(1.0)
     (found,) = compare_sessions(records)
     assert not found.contradicts
-    assert [len(part.presses) for part in consistent_parts(records, [found])] == [40]
+    assert [(name, len(part.presses)) for name, part in consistent_parts(records, [found])] == [("all", 40)]

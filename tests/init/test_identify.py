@@ -6,7 +6,7 @@ import pytest
 from fixtures.pressed_layer import Layer, draw_presses
 
 from palpate.cli import main
-from palpate.init import identify_command
+from palpate.identification import asked
 
 
 def write(path, *drawn, **change):
@@ -25,7 +25,7 @@ def write(path, *drawn, **change):
 def layer(monkeypatch):
     """A layer in closed form instead of curves that take minutes."""
     found = Layer(0.004)
-    monkeypatch.setattr(identify_command, "forwards_for", lambda *asked: {"neo_hookean": found})
+    monkeypatch.setattr(asked, "forwards_for", lambda *given: {"neo_hookean": found})
     return found
 
 

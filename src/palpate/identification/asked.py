@@ -1,4 +1,4 @@
-"""What a user knows of measured presses, the forward models of laws for it, and the table of what presses determine."""
+"""What a user knows of measured presses, the forward models of laws for it, and the rows of what presses determine."""
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -7,17 +7,18 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.bodies.material import EXPONENTIAL
 from palpate.effects.instrument import Instrument
 from palpate.errors import NotConverged
-from palpate.identification.fit import OFFSETS
+from palpate.identification.fit import OFFSETS, Options
 from palpate.identification.forward import Forward, Range, SlabForward
-from palpate.identification.identify import Identified
+from palpate.identification.identify import Identified, identify
+from palpate.identification.prediction import predict
 from palpate.identification.presses import PressRecords
-from palpate.identification.progress import Follow, unfollowed
-from palpate.table_declaration import Table
+from palpate.identification.progress import UNFOLLOWED, Progress
 
 LAWS = ("neo_hookean", "exponential")
 """The laws that are compared unless others are asked for; the second stiffens by a parameter, without which it is the
@@ -27,24 +28,11 @@ STIFFENING, NARROWER, MOST_ERROR = (0.0, 20.0), 3, 0.03
 forces between its curves have an error above the last, as a share."""
 POISSON, STICKING = (0.3, 0.49), (0.0, 1.0)
 """Ranges of ν and of friction that are never fixed silently."""
-IDENTIFIED = Table(
-    "identified",
-    "What presses determine, with intervals of 90 %.",
-    """
-    part: the specimen and session that were fitted, or all
-    law reported: the law, and whether it is the one that fits best
-    quantity unit: a parameter, E, a scatter or the exponent of depth that the law lacks
-    low best high: the interval, by profile likelihood
-    known: whether the presses say more than the range did
-    open_low open_high: whether an end is that of the range
-    resampled_low resampled_high: the interval by drawing places with replacement
-    """,
-)
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What the user has given besides presses: values, or ranges (low, high).
+    """What the user has given besides presses, among it ranges (low, high).
 
     body : the organ, or None; thickness_m : of a slab, or None; without both the tissue is a half-space
     laws : that are compared; offset_m : range of the mean offset of first touch [m]
@@ -72,7 +60,7 @@ def thickness_of(records: PressRecords, asked: Asked) -> tuple[Range | None, np.
 
 
 def forwards_for(
-    records: PressRecords, asked: Asked, folder: Path | None = None, follow: Follow = unfollowed
+    records: PressRecords, asked: Asked, folder: Path | None = None, progress: Progress = UNFOLLOWED
 ) -> dict[str, Forward]:
     """Return the forward model of each law that is asked for.
 
@@ -86,7 +74,7 @@ def forwards_for(
     thickness, each = thickness_of(records, asked)
     forward_of = partial(
         SlabForward, asked.instrument.radius_m, deepest, thickness_m=thickness, poisson=asked.poisson,
-        sticking=asked.sticking, folder=folder, follow=follow, each_m=each,
+        sticking=asked.sticking, folder=folder, progress=progress, each_m=each,
     )  # fmt: skip
     # the exponential law first: without stiffening its curves are the neo-Hookean ones
     for law in sorted(asked.laws, key=lambda law: law != EXPONENTIAL):
@@ -133,14 +121,19 @@ def _with_least_narrowing(forward_of: Callable[..., SlabForward], law: str) -> S
     return found
 
 
+def identify_and_predict(
+    records: PressRecords, asked: Asked, options: Options, by: Sequence[str], folder: Path,
+    progress: Progress = UNFOLLOWED,
+) -> tuple[Identified, pd.DataFrame]:  # fmt: skip
+    """Fit the laws that are asked for to presses, and predict presses left out; the arguments are those of both."""
+    found = identify(records, forwards_for(records, asked, folder, progress), options, progress)
+    return found, predict(found.models, found.best, options, by, progress)
+
+
 def table_rows(found: Identified, part: str) -> list[tuple]:
-    """Return the rows of IDENTIFIED for one ``part`` of the presses, a specimen and session."""
-    intervals = {"young_pa": found.young_pa, "modulus_pa": found.modulus_pa}
-    intervals |= {**found.parameters, "offset_m": found.offset_m}
+    """Return rows for one ``part`` of the presses, with the columns of the study's table ``presses`` but the first."""
     units, rows = {"offset_scatter_m": "m", "noise_n": "N", "young_pa": "Pa", "modulus_pa": "Pa"}, []
-    for name, interval in intervals.items():
-        if interval is None:
-            continue
+    for name, interval in found.intervals.items():
         unit = units.get(name, "m" * name.endswith("_m"))
         resampled = found.resampled.get(name)
         ends = (resampled.low, resampled.high) if resampled else (None, None)

@@ -24,7 +24,7 @@ from palpate.effects import law as effects_law
 from palpate.errors import InputError, NotConverged
 from palpate.identification import axisymmetric_elements, axisymmetric_indentation, slab_section
 from palpate.identification.axisymmetric_indentation import BallOnSlab, hertz
-from palpate.identification.progress import Follow, unfollowed
+from palpate.identification.progress import UNFOLLOWED, Progress
 from palpate.stores import store, stored
 
 ALONG = 12
@@ -210,7 +210,7 @@ def _simulated(asked: tuple[str, float, float, float, float, bool]) -> np.ndarra
     return np.log(curve.at(roots**2) / (hertz(poisson) * roots**3))
 
 
-def family_of(law: str, ranges: Ranges, folder: Path | None = None, follow: Follow = unfollowed) -> CurveFamily:
+def family_of(law: str, ranges: Ranges, folder: Path | None = None, progress: Progress = UNFOLLOWED) -> CurveFamily:
     """Return the curves of ``law`` for ``ranges``: read from ``folder``, or computed and stored there.
 
     law : of which ``exponential`` alone has a stiffening; folder : None stores nothing
@@ -222,13 +222,13 @@ def family_of(law: str, ranges: Ranges, folder: Path | None = None, follow: Foll
     path = Path(folder) / f"curves-{_digest(law, ranges)}.h5" if folder is not None else None
     if path is not None and path.is_file():
         return CurveFamily(**vars(stored(Curves, path)), ranges=ranges)
-    curves = _computed(law, ranges, follow)
+    curves = _computed(law, ranges, progress)
     if path is not None:
         store(curves, path, compressed=True)
     return CurveFamily(**vars(curves), ranges=ranges)
 
 
-def _computed(law: str, ranges: Ranges, follow: Follow) -> Curves:
+def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
     """Compute curves on ever finer grids until those at places between are interpolated well, or no grid is left.
 
     What sticking changes is a few per cent, except far into soft slabs, and is interpolated on a coarser grid.
@@ -245,7 +245,7 @@ def _computed(law: str, ranges: Ranges, follow: Follow) -> Curves:
             new = [place for place in map(tuple, places) if (place, sticks) not in curves]
             asked: list = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
             answers = map(_simulated, asked) if len(asked) < 3 else pool.map(_simulated, asked)
-            for place, answer in zip(follow(f"{law}: curves", new), answers, strict=True):
+            for place, answer in zip(progress.follow(f"{law}: curves", new), answers, strict=True):
                 if isinstance(answer, str):
                     raise NotConverged(f"{answer}; leave out the deepest points, or narrow the ranges", [float("nan")])
                 curves[place, sticks] = answer

@@ -4,7 +4,7 @@ The optimisers are those of scipy. The modulus is fitted as E/(1 − ν²) where
 determined when E and ν are not.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -172,7 +172,7 @@ class MixedModel:
             )
         deepest = min(forward.deepest_m, data.largest_m - 1.5 * min(low, 0.0))
         table = tabulate(forward, data.order.tolist(), deepest)
-        return cls(Data(**{**vars(data), "layout": data.layout._replace(table=table.table)}), table, (low, high))
+        return cls(replace(data, layout=data.layout._replace(table=table.table)), table, (low, high))
 
     @property
     def parameters(self) -> list[str]:
@@ -383,37 +383,43 @@ def fitted(
         return found
 
     for _ in range(RESTARTS):  # a quasi-Newton method may stop early in a narrow valley; a new one from there goes on
-        if scaling is None:
-            found = minimize(minus2, at, method="SLSQP", bounds=Bounds(low, high), options=SEARCH)
-            reached = found.x
-        else:
-            base, sides = at, np.concatenate([scaling, -scaling])
-            found = minimize(
-                lambda z, base=base, scaling=scaling: minus2(np.clip(base + scaling @ z, low, high)),
-                np.zeros(len(at)), method="SLSQP", options=SCALED_SEARCH,
-                constraints={
-                    "type": "ineq", "jac": lambda z, sides=sides: sides,
-                    "fun": lambda z, base=base, scaling=scaling: np.concatenate(
-                        [base + scaling @ z - low, high - base - scaling @ z]
-                    ),
-                },
-            )  # fmt: skip
-            reached = np.clip(base + scaling @ found.x, low, high)
-        if scaling is not None and not np.isfinite([value, found.fun]).any():
+        reached, end, iterations = _search(minus2, at, low, high, scaling)
+        if scaling is not None and not np.isfinite([value, end]).any():
             scaling = None  # too far from where it was made
             continue
-        end = float(found.fun)
         if not end <= lowest[0] + CONVERGED:  # a line search may end above what it has seen
             end, reached = lowest
         if not np.isfinite(end) or end > value:
             break
         gained, value, at = value - end, end, reached
-        if gained < CONVERGED or (scaling is not None and found.nit < SCALED_SEARCH["maxiter"]):
+        if gained < CONVERGED or (scaling is not None and iterations < SCALED_SEARCH["maxiter"]):
             break
         scaling = free.scaling(free.whole(at), effects)
     if not np.isfinite(value):
         raise NotConverged("the likelihood of the presses has no finite value", [])
     return free.whole(at), value
+
+
+def _search(
+    minus2: Callable[[np.ndarray], float], start: np.ndarray, low: np.ndarray, high: np.ndarray, scaling: Scaling
+) -> tuple[np.ndarray, float, int]:
+    """Minimise ``minus2`` between bounds once, in scaled coordinates if there are some; return place, value and steps.
+
+    start, low, high : (n,) free unknowns
+    """
+    if scaling is None:
+        found = minimize(minus2, start, method="SLSQP", bounds=Bounds(low, high), options=SEARCH)
+        return found.x, float(found.fun), found.nit
+    sides = np.concatenate([scaling, -scaling])
+    within = {
+        "type": "ineq", "jac": lambda z: sides,
+        "fun": lambda z: np.concatenate([start + scaling @ z - low, high - start - scaling @ z]),
+    }  # fmt: skip
+    found = minimize(
+        lambda z: minus2(np.clip(start + scaling @ z, low, high)),
+        np.zeros(len(start)), method="SLSQP", options=SCALED_SEARCH, constraints=within,
+    )  # fmt: skip
+    return np.clip(start + scaling @ found.x, low, high), float(found.fun), found.nit
 
 
 def scaling_near(

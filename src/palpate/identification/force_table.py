@@ -64,11 +64,12 @@ class ForceTable:
     @cached_property
     def free(self) -> tuple["Parameter", ...]:
         """The parameters that have a range."""
-        return _free(self.forward)
+        return tuple(parameter for parameter in self.forward.parameters if parameter.high > parameter.low)
 
-    def values(self, place: np.ndarray) -> dict[str, float]:
+    def values(self, place: Sequence[float] | np.ndarray) -> dict[str, float]:
         """Return the values of all parameters by name, those that are free at ``place`` (p,) in −1 … 1."""
-        return _values(self.forward, self.free, place)
+        known = {parameter.name: parameter.low for parameter in self.forward.parameters}
+        return known | {p.name: natural(p, x) for p, x in zip(self.free, place, strict=True)}
 
     def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Interpolate log force (tables, depths), and its slope over log depth, at ``place`` (p,) in −1 … 1."""
@@ -93,11 +94,15 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
     order : the model's number of each press
     Raises NotConverged if the model gives a force that is not positive.
     """
-    free = _free(forward)
     log_depths = np.linspace(np.log(LEAST_DEPTH * largest_m), np.log(largest_m), DEPTHS)
+    slopes_of = CubicSpline(log_depths, np.eye(DEPTHS), axis=0)(log_depths, 1).T
+    start, step = log_depths[0], log_depths[1] - log_depths[0]
+    table = np.empty(len(order), dtype=np.int64)
+    found = ForceTable(forward, np.empty(0), np.empty(0), table, start, step, slopes_of, np.inf)
+    free = len(found.free)
 
     def log_forces(press: int, place: tuple[float, ...]) -> np.ndarray:
-        values = _values(forward, free, place)
+        values = found.values(place)
         forces = forward.forces(order[press], np.exp(log_depths), values)
         if not (np.isfinite(forces) & (forces > 0.0)).all():
             named = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
@@ -105,9 +110,9 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
         return np.log(forces)
 
     # presses with the same forces at three places share a table, which is that of the first of them
-    between = [tuple(place) for place in np.random.default_rng(0).uniform(-1, 1, (CHECKS, len(free)))]
+    between = [tuple(place) for place in np.random.default_rng(0).uniform(-1, 1, (CHECKS, free))]
     samples: list[np.ndarray] = []
-    table, firsts = np.empty(len(order), dtype=np.int64), []
+    firsts = []
     for press in range(len(order)):
         sample = np.concatenate([log_forces(press, place) for place in between[:3]])
         same = [k for k, other in enumerate(samples) if np.abs(sample - other).max() < SAME]
@@ -115,14 +120,11 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
             samples.append(sample)
             firsts.append(press)
         table[press] = same[0] if same else len(samples) - 1
-    slopes_of = CubicSpline(log_depths, np.eye(DEPTHS), axis=0)(log_depths, 1).T
-    start, step = log_depths[0], log_depths[1] - log_depths[0]
     checked = range(0, len(firsts), max(1, len(firsts) // 5))
-    for count in _node_counts(len(free)):
+    for count in _node_counts(free):
         nodes = np.cos(np.pi * np.arange(count) / max(count - 1, 1))
-        places = list(product(nodes, repeat=len(free)))
-        values = np.array([[log_forces(press, place) for press in firsts] for place in places])
-        found = ForceTable(forward, nodes, values, table, start, step, slopes_of, 0.0)
+        values = [[log_forces(press, place) for press in firsts] for place in product(nodes, repeat=free)]
+        found = replace(found, nodes=nodes, log_forces=np.array(values))
         off = [
             np.abs(found.at(np.array(place))[0][k] - log_forces(firsts[k], place)).max()
             for place in between
@@ -132,15 +134,6 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
         if found.error <= TOLERANCE:
             break
     return found
-
-
-def _free(forward: "Forward") -> tuple["Parameter", ...]:
-    return tuple(p for p in forward.parameters if p.high > p.low)
-
-
-def _values(forward: "Forward", free: Sequence["Parameter"], place: Sequence[float] | np.ndarray) -> dict[str, float]:
-    known = {p.name: p.low for p in forward.parameters}
-    return known | {p.name: natural(p, x) for p, x in zip(free, place, strict=True)}
 
 
 def _node_counts(free: int) -> list[int]:

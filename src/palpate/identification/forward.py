@@ -12,13 +12,13 @@ import numpy as np
 
 from palpate.errors import InputError
 from palpate.identification.curves import THINNEST, CurveFamily, Ranges, family_of
-from palpate.identification.progress import Follow, unfollowed
+from palpate.identification.progress import UNFOLLOWED, Progress
 
 MEASURED_ERROR = 0.003
 """Of the force off quadratic elements in three dimensions: 0.3, 0 and 0 % at depths of 0.25, 0.5 and 0.75 radii with
 elements of 0.18 radii, 0.1 to 0.2 % off their limit, measured on one slab."""
-Range = float | tuple[float, float]
-"""A value that is known, or the least and greatest that one may have."""
+Range = tuple[float, float]
+"""The least and the greatest that a value may have, which are the same where it is known."""
 
 
 class Parameter(NamedTuple):
@@ -63,9 +63,9 @@ class SlabForward:
     """Forward model of a ball on a slab that is bonded to a rigid base, or on a half-space.
 
     radius_m : of the ball [m]; deepest_m : the greatest depth of the presses [m]
-    thickness_m : of the slab [m], a value or a range, or None for a half-space
+    thickness_m : of the slab [m], or None for a half-space
     each_m : (presses,) thickness at each press [m], within that range; or None, where it is a parameter
-    poisson, stiffening, sticking : values, or ranges, which make them ``parameters``; ``exponential`` has a stiffening
+    poisson, stiffening, sticking : ``parameters`` unless their ends are the same; ``exponential`` has a stiffening
     folder : where computed curves are stored for the next time, or None
     InputError for impossible lengths and ranges, NotConverged where the law has no equilibrium at ``deepest_m``.
     """
@@ -77,26 +77,26 @@ class SlabForward:
         law: str = "neo_hookean",
         thickness_m: Range | None = None,
         poisson: Range = (0.3, 0.49),
-        stiffening: Range = 0.0,
-        sticking: Range = 0.0,
+        stiffening: Range = (0.0, 0.0),
+        sticking: Range = (0.0, 0.0),
         folder: Path | None = None,
-        follow: Follow = unfollowed,
+        progress: Progress = UNFOLLOWED,
         each_m: np.ndarray | None = None,
     ):
         self._radius, self._each = radius_m, each_m
-        self._thickness = None if thickness_m is None else ends(thickness_m)
-        if self._thickness is not None and not 0.0 < self._thickness[0] <= self._thickness[1] < np.inf:
-            raise InputError(f"thickness_m is {thickness_m}; give a positive length [m], a range, or none.")
-        low, high = self._thickness or (np.inf, np.inf)
+        self._thickness = thickness_m
+        if thickness_m is not None and not 0.0 < thickness_m[0] <= thickness_m[1] < np.inf:
+            raise InputError(f"thickness_m is {thickness_m}; give a range of positive lengths [m], or none.")
+        low, high = thickness_m or (np.inf, np.inf)
         thinness = (radius_m / high, radius_m / low)
         if thinness[1] > THINNEST:
             raise InputError(
                 f"the ball's radius of {radius_m:g} m is {thinness[1]:.3g} times the slab's thickness of {low:g} m; "
                 f"forces are known up to {THINNEST:g} times: give a smaller ball or a greater least thickness."
             )
-        self._ranges = {"poisson": ends(poisson), "stiffening": ends(stiffening), "sticking": ends(sticking)}
+        self._ranges = {"poisson": poisson, "stiffening": stiffening, "sticking": sticking}
         ranges = Ranges(deepest_m / radius_m, thinness=thinness, **self._ranges)
-        self._family: CurveFamily = family_of(law, ranges, folder, follow)
+        self._family: CurveFamily = family_of(law, ranges, folder, progress)
         self.deepest_m, self.relative_error = deepest_m, float(np.hypot(MEASURED_ERROR, self._family.error))
 
     @property
@@ -130,9 +130,3 @@ class SlabForward:
             thickness = float(self._each[press]) if self._each is not None else values.get("thickness_m", low)
             given["thinness"] = self._radius / thickness
         return self._family.forces(np.asarray(depth_m) / self._radius, **given) * self._radius**2
-
-
-def ends(given: Range) -> tuple[float, float]:
-    """Return the least and the greatest of a range or a value."""
-    low, high = given if isinstance(given, tuple) else (given, given)
-    return float(low), float(high)

@@ -1,9 +1,9 @@
 """Identify tissue from presses: the law that fits best, and its modulus and parameters with intervals."""
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,14 +13,14 @@ from palpate.identification.fit import BOUNDS, Data, MixedModel, Options, best_f
 from palpate.identification.forward import Forward
 from palpate.identification.intervals import Interval, Profile, Profiler, bootstrap
 from palpate.identification.presses import PressRecords
-from palpate.identification.progress import Follow, unfollowed
+from palpate.identification.progress import UNFOLLOWED, Progress
 
-YOUNG, MODULUS, OFFSET, EXCESS = "young_pa", "modulus_pa", "offset_m", "excess"
+YOUNG, MODULUS, OFFSET = "young_pa", "modulus_pa", "offset_m"
 TOUCH_OF_DEPTH, ZEROS = 0.05, (0.0, 0.1, -0.05)
 """Share of the largest depth where first touch decides; zeros over the typical force that a search begins with."""
 BETTER = 9.21
 """Gain in −2 log likelihood by two terms that one of a hundred presses without them has (χ²)."""
-UNFOLLOWED = BOUNDS["log_noise"][1] - 1e-3
+UNEXPLAINED = BOUNDS["log_noise"][1] - 1e-3
 """Log of the noise, as a share of force, of presses that a law does not describe: a search ends there, or is lost."""
 
 
@@ -54,40 +54,63 @@ class Curve(NamedTuple):
 class Identified:
     """What presses determine, of one session or of several that agree.
 
-    law : the reported one, of the smallest ``LawScore.above``; laws : all, the best first
-    young_pa : of the median place; modulus_pa : E/(1 − ν²) where ν is free, else None
-    parameters : of the law's forward model; profiles : of these, and of young_pa, modulus_pa and offset_m
+    laws : all, the best first, which is reported: that of the smallest ``LawScore.above``
+    intervals : by name: young_pa of the median place; modulus_pa, E/(1 − ν²), where ν is free; the ``parameters``; and
+        offset_m, the mean of first touch over the presses, unless it is known
+    profiles : of all of these
     resampled : intervals by the bootstrap over places, without the forward model's own error
-    offset_m : mean of first touch over the presses; None where it is known
     scatter : standard deviations by name. offset_scatter_m is over presses; place_scatter of log force, and
         shape_scatter of the exponent of depth, over places; repeat_scatter of log force over presses of a place, NaN
         without repeats; noise_share and noise_n of forces about the curves, at large and at small ones; relative_error
         is the forward model's own, table_error that of its interpolation
-    fitted : values of the greatest likelihood, of the parameters, young_pa and offset_m
     rise : by how much −2 log likelihood rises at the ends of an interval
-    curves : of the presses in the order of ``records``; models, best : by law, the statistical model and its unknowns
+    models, best : by law, the statistical model and its unknowns
     """
 
     records: PressRecords
-    law: str
     laws: tuple[LawScore, ...]
-    young_pa: Interval
-    modulus_pa: Interval | None
-    parameters: dict[str, Interval]
+    intervals: dict[str, Interval]
     profiles: dict[str, Profile]
     resampled: dict[str, Interval]
-    offset_m: Interval | None
     scatter: dict[str, float]
-    fitted: dict[str, float]
     rise: float
-    curves: tuple[Curve, ...]
     models: dict[str, MixedModel]
     best: dict[str, dict[str, float]]
 
     @property
-    def places(self) -> int:
-        """The number of places."""
-        return self.models[self.law].data.places
+    def law(self) -> str:
+        """The law that is reported."""
+        return self.laws[0].law
+
+    @property
+    def model(self) -> MixedModel:
+        """The statistical model with that law."""
+        return self.models[self.law]
+
+    @property
+    def young_pa(self) -> Interval:
+        """Young's modulus of the median place."""
+        return self.intervals[YOUNG]
+
+    @property
+    def parameters(self) -> dict[str, Interval]:
+        """The free parameters of the law's forward model."""
+        return {name: self.intervals[name] for name in self.model.parameters}
+
+    @property
+    def fitted(self) -> dict[str, float]:
+        """Values of the greatest likelihood, of the parameters, young_pa and offset_m."""
+        return self.model.values(self.best[self.law])
+
+    @cached_property
+    def curves(self) -> tuple[Curve, ...]:
+        """Measured and predicted forces of each press, in the order of ``records``."""
+        data, layout, predicted = self.model.data, self.model.data.layout, self.model.forces(self.best[self.law])
+        curves = []
+        for press, k in zip(data.records.presses, np.argsort(data.order), strict=True):
+            points = layout.points(k)
+            curves.append(Curve(press.name, layout.depth_m[points], layout.force_n[points], predicted[points]))
+        return tuple(curves)
 
     @property
     def same_law(self) -> list[str]:
@@ -96,23 +119,20 @@ class Identified:
 
 
 def identify(
-    records: PressRecords, forwards: Mapping[str, Forward], options: Options | None = None,
-    spread_out: Callable[..., Iterable] = map, follow: Follow = unfollowed,
-) -> Identified:  # fmt: skip
+    records: PressRecords, forwards: Mapping[str, Forward], options: Options, progress: Progress = UNFOLLOWED
+) -> Identified:
     """Fit every forward model, named by its law, to presses of sessions that agree; report the law that fits best.
 
-    spread_out : map, or that of a pool of threads
     Warns of a law whose fit fails or leaves the presses unexplained, and leaves it out. Raises InputError for presses
     that cannot be fitted, NotConverged for a likelihood without a value, and where no law is left.
     """
-    options = options or Options()
     data, models, fits = Data.of(records), {}, {}
-    for law in follow("forces of laws", list(forwards)):
+    for law in progress.follow("forces of laws", list(forwards)):
         models[law] = MixedModel.of(data, forwards[law], options)
-    for law in follow("fit of laws", list(models)):
+    for law in progress.follow("fit of laws", list(models)):
         try:
             fits[law] = best_fit(models[law], sure=True)
-            if fits[law][0]["log_noise"] > UNFOLLOWED:
+            if fits[law][0]["log_noise"] > UNEXPLAINED:
                 raise NotConverged("it leaves as much of these presses as they have", [])
         except NotConverged as failure:
             if len(models) == 1:
@@ -124,16 +144,17 @@ def identify(
     order = sorted(criterion, key=lambda law: criterion[law])
     model, (best, least) = models[order[0]], fits[order[0]]
     profiler = Profiler(model, best, least)
-    jobs: dict[str, Callable[[], Any]] = {name: partial(profiler.parameter, name) for name in model.parameters}
-    jobs |= {YOUNG: profiler.young_pa}
+    jobs: dict[str, Callable[[], Any]] = {YOUNG: profiler.young_pa}
     if "poisson" in model.parameters:
         jobs[MODULUS] = profiler.modulus_pa
+    jobs |= {name: partial(profiler.parameter, name) for name in model.parameters}
     if "offset" in model.names:
         jobs[OFFSET] = profiler.offset_m
-    jobs |= {f"{EXCESS} {law}": partial(_excess, models[law], fits[law][0]) for law in order}
-    names = follow("what the presses leave open", list(jobs))
-    done = dict(zip(names, spread_out(lambda job: job(), jobs.values()), strict=True))
-    resampled = bootstrap(model, best, options, spread_out, follow) if data.places > 1 else {}
+    jobs |= {law: partial(_excess, models[law], fits[law][0]) for law in order}
+    done = dict(
+        zip(jobs, progress.each("what the presses leave open", lambda job: job(), list(jobs.values())), strict=True)
+    )
+    found = {name: answer for name, answer in done.items() if name not in models}
     scatter = {
         "offset_scatter_m": 0.5 * (model.offset_m[1] - model.offset_m[0]) * best.get("offset_scatter", 0.0),
         "place_scatter": best["place"], "shape_scatter": best["shape"], "repeat_scatter": best.get("repeat", np.nan),
@@ -143,20 +164,14 @@ def identify(
     }  # fmt: skip
     return Identified(
         records,
-        order[0],
-        tuple(LawScore(law, criterion[law] - criterion[order[0]], done[f"{EXCESS} {law}"]) for law in order),
-        done[YOUNG][0],
-        done[MODULUS][0] if MODULUS in done else None,
-        {name: done[name][0] for name in model.parameters},
-        {name: answer[1] for name, answer in done.items() if not name.startswith(EXCESS)},
-        resampled,
-        done[OFFSET][0] if OFFSET in done else None,
+        tuple(LawScore(law, criterion[law] - criterion[order[0]], done[law]) for law in order),
+        {name: interval for name, (interval, _) in found.items()},
+        {name: profile for name, (_, profile) in found.items()},
+        bootstrap(model, best, options, progress) if data.places > 1 else {},
         scatter,
-        model.values(best),
         profiler.rise,
-        _curves(model, best),
         models,
-        {law: fit[0] for law, fit in fits.items()},
+        {law: unknown for law, (unknown, _) in fits.items()},
     )
 
 
@@ -179,7 +194,7 @@ def line_of(found: Identified) -> Line | None:
     are rows before contact. Adhesion pulls by a nearly constant force from first touch on (Derjaguin, Muller and
     Toporov 1975). E stays where the fit is not better by BETTER, or E is within its interval.
     """
-    model = found.models[found.law]
+    model = found.model
     deep = replace(model, data=model.data.masked(model.data.layout.depth_m > TOUCH_OF_DEPTH * model.data.largest_m))
     _, before = fitted(deep, found.best[found.law])
     lined = replace(deep, lined=True)
@@ -198,13 +213,3 @@ def _excess(model: MixedModel, best: dict[str, float]) -> Interval:
     free = replace(model, free_excess=True)
     unknown, least = fitted(free, {"excess": 0.0} | best)
     return Profiler(free, unknown, least).excess()
-
-
-def _curves(model: MixedModel, best: dict[str, float]) -> tuple[Curve, ...]:
-    """Return measured and predicted forces of each press, in the order of the records."""
-    data, layout, predicted = model.data, model.data.layout, model.forces(best)
-    curves = []
-    for press, k in zip(data.records.presses, np.argsort(data.order), strict=True):
-        points = slice(layout.press_start[k], layout.press_start[k + 1])
-        curves.append(Curve(press.name, layout.depth_m[points], layout.force_n[points], predicted[points]))
-    return tuple(curves)

@@ -5,7 +5,7 @@ A profile holds one unknown at a value and fits all others, so that its interval
 interval is open there: the presses do not determine that end, the range does.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ from scipy.stats import t as student
 
 from palpate.identification.fit import MixedModel, Options, fitted, scaling_near
 from palpate.identification.force_table import natural
-from palpate.identification.progress import Follow, unfollowed
+from palpate.identification.progress import UNFOLLOWED, Progress
 
 LEVEL = 0.9
 """Of all intervals."""
@@ -212,13 +212,11 @@ class Profiler:
 
 
 def bootstrap(
-    model: MixedModel, best: Unknown, options: Options, spread_out: Callable[..., Iterable] = map,
-    follow: Follow = unfollowed,
-) -> dict[str, Interval]:  # fmt: skip
+    model: MixedModel, best: Unknown, options: Options, progress: Progress = UNFOLLOWED
+) -> dict[str, Interval]:
     """Return percentile intervals of moduli and free parameters over places drawn with replacement (Efron 1979).
 
     They are without the forward model's own error, which is the same for all places.
-    spread_out : map, or that of a pool
     """
     rng, places = np.random.default_rng(options.seed), model.data.places
     counts = [np.bincount(rng.integers(places, size=places), minlength=places) for _ in range(options.resamples)]
@@ -231,8 +229,7 @@ def bootstrap(
     def refit(drawn: np.ndarray) -> dict[str, float]:
         return quantities(fitted(replace(model, weights=drawn.astype(float)), best, scaling=scaling)[0])
 
-    numbers = follow("places drawn with replacement", range(len(counts)))
-    samples = [sample for _, sample in zip(numbers, spread_out(refit, counts), strict=True)]
+    samples = progress.each("places drawn with replacement", refit, counts)
     ends = [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]
     intervals = {}
     for name, at in quantities(best).items() if samples else ():

@@ -36,6 +36,10 @@ class Layout(NamedTuple):
     place_start: np.ndarray
     table: np.ndarray
 
+    def points(self, press: int) -> slice:
+        """Return which points are of press number ``press``."""
+        return slice(self.press_start[press], self.press_start[press + 1])
+
 
 class Spread(NamedTuple):
     """Noise, and standard deviations of the effects.

@@ -5,7 +5,7 @@ place of the forward model. Two more are fitted to the shallow half of each pres
 a press by a repeat of it, or by the press at the nearest other place.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +15,7 @@ from scipy.optimize import least_squares
 from palpate.errors import NotConverged
 from palpate.identification.fit import Data, MixedModel, Options, Scaling, best_fit, fitted, scaling_near
 from palpate.identification.forward import Parameter
-from palpate.identification.progress import Follow, unfollowed
-from palpate.table_declaration import Table
+from palpate.identification.progress import UNFOLLOWED, Progress
 
 PLACE, DEPTH, SESSION, SPECIMEN = "place", "depth", "session", "specimen"
 FOLDS = 5
@@ -28,17 +27,8 @@ REPEAT, NEIGHBOUR = "repeat", "neighbour"
 LINE, POWER_LAW = "line", "power_law"
 OF_PLACE = "_of_place"
 
-PREDICTIONS = Table(
-    "predictions",
-    "Error of forces of presses that a model did not see, by what was left out.",
-    """
-    by: what is left out: place, depth (beyond half of the largest), session or specimen
-    model: a law; line and power_law, fitted alike to all or to one press (_of_place); repeat, neighbour: the floor
-    press: its name
-    error_share: root of the mean square error of its forces that were left out, over that of the forces
-    bias_share: mean error over the mean force; positive where the prediction is too large
-    """,
-)
+COLUMNS = ("by", "model", "press", "error_share", "bias_share")
+"""Of predictions, as the study's table ``press_predictions`` describes them."""
 
 
 class PowerLaw:
@@ -61,14 +51,12 @@ EXPONENTS = (0.5, 5.0)
 
 def predict(
     models: Mapping[str, MixedModel], best: Mapping[str, Mapping[str, float]], options: Options,
-    by: Sequence[str] = (PLACE, DEPTH, SESSION, SPECIMEN), spread_out: Callable[..., Iterable] = map,
-    follow: Follow = unfollowed,
+    by: Sequence[str] = (PLACE, DEPTH, SESSION, SPECIMEN), progress: Progress = UNFOLLOWED,
 ) -> pd.DataFrame:  # fmt: skip
-    """Return PREDICTIONS: relative errors of forces at points that were left out, by laws and baselines.
+    """Return a table of COLUMNS: relative errors of forces at points that were left out, by laws and baselines.
 
     models : by law, of the same data; best : unknowns of each, from which fits start
     by : what points are left out by; one that divides nothing, such as a single session, gives no rows
-    spread_out : map, or that of a pool; follow : shows progress
     """
     data = next(iter(models.values())).data
     forwards = {LINE: PowerLaw(1.0, 1.0, data.middle_m), POWER_LAW: PowerLaw(*EXPONENTS, data.middle_m)}
@@ -85,16 +73,15 @@ def predict(
         _, name, seen = job
         return _refit(everything[name], starts[name], seen, scalings[name])
 
-    rows = []
-    steps = zip(follow("predictions of presses left out", jobs), spread_out(refit, jobs), strict=True)
-    for (each, name, seen), force in steps:
+    rows, forces = [], progress.each("predictions of presses left out", refit, jobs)
+    for (each, name, seen), force in zip(jobs, forces, strict=True):
         rows += _rows(data, each, name, seen, force)
     for each, seen in parts:
         rows += _floor_rows(data, each, seen)
         if each == DEPTH:
             rows += _rows(data, each, LINE + OF_PLACE, seen, _fit_each_press(data, seen, 1.0))
             rows += _rows(data, each, POWER_LAW + OF_PLACE, seen, _fit_each_press(data, seen, None))
-    return PREDICTIONS.frame(rows)
+    return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def fitted_points(data: Data, by: str, seed: int) -> list[np.ndarray]:
@@ -139,13 +126,13 @@ def _refit(model: MixedModel, start: Mapping[str, float], used: np.ndarray, scal
 
 
 def _rows(data: Data, by: str, name: str, used: np.ndarray, force: np.ndarray) -> list[tuple]:
-    """Return the rows of PREDICTIONS of one model: errors of each press that has points to predict.
+    """Return the rows of predictions of one model: errors of each press that has points to predict.
 
     used : (n,) which points were fitted; force : (n,) [N] predicted, NaN where it is not known
     """
     rows = []
     for k, number in enumerate(data.order):
-        points = slice(data.layout.press_start[k], data.layout.press_start[k + 1])
+        points = data.layout.points(k)
         judged = ~used[points] & np.isfinite(force[points])
         if judged.sum() < LEAST_POINTS or (by == DEPTH and used[points].sum() < LEAST_POINTS):
             continue
@@ -163,23 +150,27 @@ def _floor_rows(data: Data, by: str, used: np.ndarray) -> list[tuple]:
     Where deeper points are predicted, the other press is scaled by the factor that fits the shallow ones.
     """
     layout, rows = data.layout, []
-    presses = [data.records.presses[k] for k in data.order]
-    places, number = data.place_of_press, np.arange(len(presses))
-    is_fitted = used[layout.press_start[:-1]]
-    for name in (REPEAT, NEIGHBOUR) if by in (PLACE, DEPTH) else (NEIGHBOUR,):
+    presses, places = [data.records.presses[k] for k in data.order], data.place_of_press.tolist()
+    is_fitted = used[layout.press_start[:-1]].tolist()
+
+    def repeats(k: int) -> list[int]:
+        return [other for other, place in enumerate(places) if place == places[k] and other != k]
+
+    def neighbours(k: int) -> list[int]:
+        """Return presses of other places, or other sessions or specimens, the nearest first."""
+        if (at := presses[k].at_m) is None:
+            return []
+        others = [c for c in range(len(presses)) if (places[c] != places[k] if by in (PLACE, DEPTH) else is_fitted[c])]
+        away = {c: float(np.linalg.norm(there - at)) for c in others if (there := presses[c].at_m) is not None}
+        return sorted(away, key=lambda c: away[c])
+
+    floors = {REPEAT: repeats, NEIGHBOUR: neighbours} if by in (PLACE, DEPTH) else {NEIGHBOUR: neighbours}
+    for name, candidates in floors.items():
         force = np.full(len(used), np.nan)
-        for k in number if by == DEPTH else np.flatnonzero(~is_fitted):
-            if name == REPEAT:
-                candidates = number[(places == places[k]) & (number != k)]
-            elif presses[k].at_m is None:
+        for k in range(len(presses)):
+            if (is_fitted[k] and by != DEPTH) or not (alike := candidates(k)):
                 continue
-            else:
-                elsewhere = number[places != places[k] if by in (PLACE, DEPTH) else is_fitted]
-                placed = [c for c in elsewhere if presses[c].at_m is not None]
-                candidates = sorted(placed, key=lambda c: float(np.linalg.norm(presses[c].at_m - presses[k].at_m)))
-            if not len(candidates):
-                continue
-            own, its = (slice(layout.press_start[p], layout.press_start[p + 1]) for p in (k, candidates[0]))
+            own, its = layout.points(k), layout.points(alike[0])
             guess = np.interp(layout.depth_m[own], layout.depth_m[its], layout.force_n[its], right=np.nan)
             if by == DEPTH:
                 shallow = used[own] & np.isfinite(guess)

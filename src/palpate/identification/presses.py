@@ -15,7 +15,7 @@ import pandas as pd
 from palpate.effects.instrument import SPHERE, Instrument
 from palpate.errors import InputError
 from palpate.identification.baseline import line_before
-from palpate.identification.press_table import AT, COLUMNS, NAMES, VECTORS, read_table
+from palpate.identification.press_table import AT, NAMES, VECTORS, read_table
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def read_presses(
     table, separated = read_table(path, columns or {}, leave_out)
     if names:
         table = _named(table, names, path)
-    presses = tuple(_press(*run, path) for run in list(_runs(table, path)))
+    presses = tuple(_press(rows, path) for rows in list(_runs(table, path)))
     found = () if separated == "commas" else (f"{path}: cells are separated by {separated}",)
     records = _level(PressRecords(instrument, _places(presses), path, found))
     check_units(records, size_m)
@@ -219,35 +219,35 @@ def _named(table: pd.DataFrame, names: str, path: str) -> pd.DataFrame:
     return table.assign(**{key: [match.groupdict("")[key].upper() for match in found] for key in pattern.groupindex})
 
 
-def _runs(table: pd.DataFrame, path: str) -> Iterator[tuple[str, pd.Index, dict[str, np.ndarray]]]:
-    """Yield name, lines of the file and cells by column of each press; InputError for a name in two places."""
-    cells = {column: table[column].to_numpy() for column in COLUMNS if column in table}
-    starts = np.flatnonzero(table["press"].ne(table["press"].shift()))
+def _runs(table: pd.DataFrame, path: str) -> Iterator[pd.DataFrame]:
+    """Yield the rows of each press, with the lines of the file as index; InputError for a name in two places."""
+    run = table["press"].ne(table["press"].shift()).cumsum()
     seen: set[str] = set()
-    for begin, end in zip(starts, [*starts[1:], len(table)], strict=True):
-        name, rows = str(cells["press"][begin]), table.index[begin:end]
+    for _, rows in table.groupby(run, sort=False):
+        name = rows["press"].iloc[0]
         if name in seen:
             raise InputError(
-                f"{path}, row {rows[0]}: the press {name} stands above already, with others between; give each press a "
-                "name of its own, and its rows one after another."
+                f"{path}, row {rows.index[0]}: the press {name} stands above already, with others between; give each "
+                "press a name of its own, and its rows one after another."
             )
         seen.add(name)
-        yield name, rows, {column: values[begin:end] for column, values in cells.items()}
+        yield rows
 
 
-def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], path: str) -> Press:
-    """Return the press of ``rows`` of a file, with ``cells`` by column; InputError for what no single press has."""
-    place = f"{path}: the press {name}"
+def _press(rows: pd.DataFrame, path: str) -> Press:
+    """Return the press of ``rows`` of a file; InputError for what no single press has."""
+    lines, first = rows.index, rows.iloc[0]
+    name, place = first["press"], f"{path}: the press {first['press']}"
     if len(rows) < LEAST_POINTS:
         raise InputError(f"{place} has {len(rows)} points, fewer than {LEAST_POINTS}; measure more, or leave it out.")
     for column in ("thickness_m", *AT, *VECTORS["direction"], *VECTORS["normal"], *NAMES):
-        if column in cells and len(other := rows[cells[column] != cells[column][0]]):
+        if column in rows and len(other := lines[rows[column] != first[column]]):
             raise InputError(
                 f"{path}, row {other[0]}: {column} of the press {name} differs from that in the row above; give two "
                 "presses two names."
             )
-    depth, force = np.array(cells["depth_m"], dtype=float), np.array(cells["force_n"], dtype=float)
-    time = np.array(cells["time_s"], dtype=float) if "time_s" in cells else None
+    depth, force = rows["depth_m"].to_numpy(), rows["force_n"].to_numpy()
+    time = rows["time_s"].to_numpy() if "time_s" in rows else None
     if not depth.max() > 0.0:
         raise InputError(
             f"{place} is nowhere deeper than {depth.max() + 0.0:g} m; give depth_m as the way into the tissue since "
@@ -256,33 +256,28 @@ def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], path: str
     back = np.flatnonzero(np.diff(depth) < -UNEVEN * depth.max())
     if time is None and len(back):
         raise InputError(
-            f"{path}, row {rows[back[0] + 1]}: depth_m falls from {depth[back[0]]:g} to {depth[back[0] + 1]:g} m in "
+            f"{path}, row {lines[back[0] + 1]}: depth_m falls from {depth[back[0]]:g} to {depth[back[0] + 1]:g} m in "
             f"the press {name}; keep the way down only, give time_s, or give two presses two names."
         )
     if time is not None and len(still := np.flatnonzero(np.diff(time) <= 0.0)):
         raise InputError(
-            f"{path}, row {rows[still[0] + 1]}: time_s of the press {name} goes from {time[still[0]]:g} to "
+            f"{path}, row {lines[still[0] + 1]}: time_s of the press {name} goes from {time[still[0]]:g} to "
             f"{time[still[0] + 1]:g} s; sort its rows by time, or give two presses two names."
         )
-    at = np.array([cells[column][0] for column in AT], dtype=float) if AT[0] in cells else None
-    thickness = float(cells["thickness_m"][0]) if "thickness_m" in cells else None
-    words = {column: str(cells[column][0]).strip() if column in cells else "" for column in NAMES}
-    return Press(
-        name, at_m=at, direction=_direction(cells, place), time_s=time, depth_m=depth, force_n=force,
-        thickness_m=thickness, **words,
-    )  # fmt: skip
-
-
-def _direction(cells: Mapping[str, np.ndarray], place: str) -> np.ndarray | None:
-    """Return the unit vector (3,) of a press, from its direction or against its normal; None where it has neither."""
-    for group, sign in ((VECTORS["direction"], 1.0), (VECTORS["normal"], -1.0)):
-        if group[0] in cells:
-            vector = sign * np.array([cells[column][0] for column in group], dtype=float)
+    at = first[list(AT)].to_numpy(dtype=float) if AT[0] in rows else None
+    direction = None
+    for group, sign in (("direction", 1.0), ("normal", -1.0)):
+        if VECTORS[group][0] in rows:
+            vector = sign * first[list(VECTORS[group])].to_numpy(dtype=float)
             length = float(np.linalg.norm(vector))
             if not length > 0.0:
                 raise InputError(f"{place} has the direction 0 0 0; give the way of the instrument.")
-            return vector / length
-    return None
+            direction = vector / length
+    return Press(
+        name, at_m=at, direction=direction, time_s=time, depth_m=depth, force_n=force,
+        thickness_m=float(first["thickness_m"]) if "thickness_m" in rows else None,
+        **{column: first.get(column, "").strip() for column in NAMES},
+    )  # fmt: skip
 
 
 def _places(presses: Sequence[Press]) -> tuple[Press, ...]:

@@ -61,14 +61,19 @@ def compare_sessions(records: PressRecords) -> list[Comparison]:
     return found
 
 
-def consistent_parts(records: PressRecords, comparisons: list[Comparison]) -> list[PressRecords]:
-    """Divide records by specimen, and by session for those specimens whose sessions contradict each other."""
+def consistent_parts(records: PressRecords, comparisons: list[Comparison]) -> list[tuple[str, PressRecords]]:
+    """Divide records by specimen, and by session for those specimens whose sessions contradict each other.
+
+    Each part has a name, that of its specimen and session; a single one is called all.
+    """
     apart = {one.specimen for one in comparisons if one.contradicts}
     keys = [(press.specimen, press.session if press.specimen in apart else "") for press in records.presses]
-    return [
-        replace(records, presses=tuple(p for p, own in zip(records.presses, keys, strict=True) if own == key))
-        for key in dict.fromkeys(keys)
-    ]
+    parts = []
+    for key in dict.fromkeys(keys):
+        presses = tuple(press for press, own in zip(records.presses, keys, strict=True) if own == key)
+        words = [word for word in key if word and len(presses) < len(keys)]
+        parts.append((" ".join(words) or "all", replace(records, presses=presses)))
+    return parts
 
 
 def _pairs(one: list[Press], other: list[Press], records: PressRecords) -> Iterator[tuple[Press, Press]]:

@@ -3,7 +3,7 @@
 import os
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -16,23 +16,24 @@ from palpate.bodies.material import EXPONENTIAL, LAWS, kind_of
 from palpate.effects.instrument import SPHERE
 from palpate.errors import InputError, NotConverged, describe_unknown, suggest
 from palpate.files import write_whole
-from palpate.identification.asked import IDENTIFIED, Asked, forwards_for, table_rows, thickness_of
+from palpate.identification.asked import Asked, identify_and_predict, table_rows, thickness_of
 from palpate.identification.fit import Options
-from palpate.identification.forward import ends
 from palpate.identification.hereditary import shear_series
-from palpate.identification.identify import Identified, identify, line_of
-from palpate.identification.prediction import DEPTH, PLACE, PREDICTIONS, SESSION, SPECIMEN, predict, summary
+from palpate.identification.identify import Identified, line_of
+from palpate.identification.prediction import COLUMNS, DEPTH, PLACE, SESSION, SPECIMEN, summary
 from palpate.identification.presses import DEEPEST_M, PressRecords, check_units, doubts, read_presses
+from palpate.identification.progress import Progress
 from palpate.identification.relaxation import Relaxation, relaxation_of, without_time
 from palpate.identification.sessions import compare_sessions, consistent_parts
 from palpate.init.choose import choose
 from palpate.init.command import ticking
 from palpate.init.recognise import HOLDS, recognise
 from palpate.report.identified_picture import draw_identified
-from palpate.report.identified_words import assumed, compared, relaxes, sentences, uncertain
+from palpate.report.identified_words import assumed, compared, predicted, relaxes, sentences, uncertain
 from palpate.report.words import listed, percent
 from palpate.run.job import steps
 from palpate.run.settings import complete, read_settings
+from palpate.studies.measured.pressed import PRESSES
 
 DEEP = 40.0
 """Thickness of a slab in radii of the ball, above which it acts as a half-space."""
@@ -79,7 +80,7 @@ def identify_file(
         raise InputError(f"--law {describe_unknown(unknown, [*LAWS, EXPONENTIAL])}")
     folder = folder or presses.with_name(f"{presses.stem}_identified")
     _refuse(folder)
-    ball, size = asked.instrument.radius_m, None if asked.thickness_m is None else ends(asked.thickness_m)[1]
+    ball, size = asked.instrument.radius_m, None if asked.thickness_m is None else asked.thickness_m[1]
     if size is not None and size > DEEPEST_M:
         raise InputError(f"--thickness is {size:g} m, more than of any organ; give metres or a unit (--thickness 8mm).")
     records = read_presses(presses, asked.instrument, asked.columns or None, size_m=size)
@@ -88,7 +89,7 @@ def identify_file(
         check_units(records, asked.body.coarse.size)
     for line in (*records.found, *_slab(records, asked)):
         print("found   ", line, flush=True)
-    if asked.thickness_m is not None and (thin := ends(asked.thickness_m)[0]) > DEEP * ball:
+    if asked.thickness_m is not None and (thin := asked.thickness_m[0]) > DEEP * ball:
         print(f"warning: --thickness of {thin:g} m is {thin / ball:.3g} radii of the ball, as deep tissue", flush=True)
     for doubt in doubts(records):
         print("warning:", doubt, flush=True)
@@ -101,23 +102,19 @@ def identify_file(
     answer = list(compared(comparisons))
     parts, options = consistent_parts(records, comparisons), Options(offset_m=asked.offset_m)
     ways: Sequence[str] = (PLACE, DEPTH, SESSION)
-    fits = [(_name(part, len(parts)), part, options, ways) for part in parts]
+    fits = [(*part, options, ways) for part in parts]
     if len({press.specimen for press in records.presses}) > 1:
         fits.append(("all", records, replace(options, resamples=0), (SPECIMEN,)))
     rows, predictions, found = [], [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool, ticking("the presses") as say, warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of scipy's line search, which tries what overflows
-
-        def follow(what: str, sequence: Sequence) -> Iterable:
-            return steps(say, what)(sequence)
-
+        progress = Progress(lambda what, sequence: steps(say, what)(sequence), pool.map)
         try:
             for name, part, how, ways in fits:
-                one = identify(part, forwards_for(part, asked, folder / CURVES, follow), how, pool.map, follow)
-                told = predict(one.models, one.best, how, ways, pool.map, follow)
+                one, told = identify_and_predict(part, asked, how, ways, folder / CURVES, progress)
                 predictions.append(told.assign(part=name))
                 if ways == (SPECIMEN,):
-                    answer += [line for line in sentences(one, told) if "specimen" in line]
+                    answer += predicted(told, one.law)
                     continue
                 answer += [f"{name}:"] if len(parts) > 1 else []
                 answer += [*uncertain(one, line_of(one)), *sentences(one, told)]
@@ -137,7 +134,7 @@ def identify_file(
         answer.append(
             "What the organ lies on is assumed to be as stiff as the organ: tissue of its modulus, in proportion."
         )
-    write_results(folder, IDENTIFIED.frame(rows), pd.concat(predictions), found)
+    write_results(folder, pd.DataFrame(rows, columns=PRESSES.columns[1:]), pd.concat(predictions), found)
     if asked.body is not None and len(found) == 1:
         with ticking("the numbers for engines"):
             answer += _exported(found[0][1], asked, relaxation, folder / ENGINES)
@@ -156,7 +153,7 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
     law = f"{found.law}({values['stiffening']:.3g})" if "stiffening" in values else found.law
     series = shear_series(relaxation.kernel.series, poisson) if relaxation else None
     loading = relaxation.loading_s if relaxation else 0.0
-    density, model = body.material.density_kg_m3, found.models[found.law]
+    density, model = body.material.density_kg_m3, found.model
     young = found.young_pa.best * (float(series.modulus(loading)) if series else 1.0)
     numbers = Numbers(body.name, young, poisson, density, law, series, loading)
     presses = [found.records.presses[k] for k in model.data.order]
@@ -184,7 +181,7 @@ def write_results(
 ) -> None:
     """Write the tables and a picture of each part into ``folder``, each whole or not at all."""
     judged = pd.concat(summary(rows).assign(part=name) for name, rows in predictions.groupby("part", sort=False))
-    tables = {"identified": identified, "predictions": predictions[["part", *PREDICTIONS.columns]]}
+    tables = {"identified": identified, "predictions": predictions[["part", *COLUMNS]]}
     for name, table in (tables | {"prediction_summary": judged}).items():
         with write_whole(folder / f"{name}.csv") as part:
             table.to_csv(part, index=False)
@@ -193,15 +190,6 @@ def write_results(
         file = "identified.png" if len(found) == 1 else f"identified_{plain}.png"
         with write_whole(folder / file) as part:
             draw_identified(one).savefig(part)
-
-
-def _name(part: PressRecords, parts: int) -> str:
-    """Return what tables call a part: its specimen and session, or all."""
-    if parts == 1:
-        return "all"
-    press = part.presses[0]
-    sessions = {one.session for one in part.presses}
-    return " ".join(word for word in (press.specimen, press.session if len(sessions) == 1 else "") if word) or "all"
 
 
 def _slab(records: PressRecords, asked: Asked) -> Iterator[str]:
@@ -214,8 +202,10 @@ def _slab(records: PressRecords, asked: Asked) -> Iterator[str]:
         yield f"{has}; it is not used, as --body says how thick the tissue is"
     elif asked.thickness_m is None:
         yield f"{has}, of slabs that lie on something rigid; --thickness takes another"
-    elif not (least := ends(asked.thickness_m))[0] <= min(each) <= max(each) <= least[1]:
-        raise InputError(f"{has}, and --thickness {least[0]:g} to {least[1]:g} m; correct or leave out one of them.")
+    else:
+        low, high = asked.thickness_m
+        if not low <= min(each) <= max(each) <= high:
+            raise InputError(f"{has}, and --thickness {low:g} to {high:g} m; correct or leave out one of them.")
 
 
 def _refuse(folder: Path) -> None:

@@ -7,7 +7,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from palpate.identification.identify import MODULUS, OFFSET, YOUNG, Identified
-from palpate.identification.intervals import Interval
 from palpate.report import style
 from palpate.report.turnable import evenly
 from palpate.report.words import spaced
@@ -63,20 +62,13 @@ def _agreement(axis: Axes, found: Identified) -> None:
     axis.legend(loc="upper right")
 
 
-def _intervals(found: Identified) -> dict[str, Interval]:
-    """Return the intervals that are told, which have the model's own error in them, by the names of the profiles."""
-    moduli = {YOUNG: found.young_pa, MODULUS: found.modulus_pa, OFFSET: found.offset_m}
-    return found.parameters | {name: interval for name, interval in moduli.items() if interval is not None}
-
-
 def _profile(axis: Axes, found: Identified, name: str) -> None:
     label, factor = AXES[name]
     profile = found.profiles[name]
     axis.plot(factor * profile.values, profile.minus2, "o-", ms=3, color=style.INK)
     axis.axhline(found.rise, color=PREDICTED, lw=1.0)
-    interval = _intervals(found)[name]
+    interval = found.intervals[name]
     axis.axvspan(factor * interval.low, factor * interval.high, color=PREDICTED, alpha=0.12, lw=0)
     axis.set(xlabel=label, ylabel="−2 log likelihood", ylim=(-0.05 * found.rise, HIGHEST * found.rise))
-    unknown = name in found.parameters and not found.parameters[name].known
-    if unknown:
+    if name in found.parameters and not interval.known:
         axis.set_title("not determined")

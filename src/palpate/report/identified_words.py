@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import pandas as pd
 
-from palpate.identification.identify import MODULUS, YOUNG, Identified, Line
+from palpate.identification.identify import MODULUS, OFFSET, YOUNG, Identified, Line
 from palpate.identification.intervals import Interval
 from palpate.identification.prediction import LINE, NEIGHBOUR, OF_PLACE, POWER_LAW, REPEAT, summary
 from palpate.identification.relaxation import Relaxation
@@ -38,7 +38,7 @@ def sentences(found: Identified, predictions: pd.DataFrame | None = None) -> lis
     """
     lines = [*_modulus(found), *_parameters(found), *_law(found), *_scatter(found), *_resampled(found)]
     if predictions is not None:
-        lines += _predictions(predictions, found.law)
+        lines += predicted(predictions, found.law)
     return lines
 
 
@@ -78,12 +78,12 @@ def relaxes(relaxation: Relaxation | None) -> list[str]:
 
 def uncertain(found: Identified, line: Line | None) -> Iterator[str]:
     """Yield warnings of what the intervals leave out; line : what ``identify.line_of`` says."""
-    if found.offset_m is not None:
-        low, high = found.models[found.law].offset_m
+    if (offset := found.intervals.get(OFFSET)) is not None:
+        low, high = found.model.offset_m
         end = 0.02 * (high - low)
-        if found.offset_m.known and not low + end < found.offset_m.best < high - end:
+        if offset.known and not low + end < offset.best < high - end:
             yield (
-                f"warning: first touch is at the end of its range, {two_digits(1e3 * found.offset_m.best)} mm: it may "
+                f"warning: first touch is at the end of its range, {two_digits(1e3 * offset.best)} mm: it may "
                 "be beyond, or forces have a zero that is not subtracted; give rows before contact, or --offset."
             )
     if not found.laws[0].follows:
@@ -116,9 +116,9 @@ def assumed(ball_m: float, deep: bool) -> str:
 
 def _modulus(found: Identified) -> Iterator[str]:
     young = found.young_pa
-    where = f"in the median of {found.places} places" if found.places > 1 else "at the one place"
+    where = f"in the median of {found.model.data.places} places" if found.model.data.places > 1 else "at the one place"
     yield f"E is {_range(young, _finer(young))}, 90 % by profile likelihood, {where}."
-    modulus = found.modulus_pa
+    modulus = found.intervals.get(MODULUS)
     if modulus is not None and modulus.high / modulus.low < young.high / young.low:
         yield f"E/(1 − ν²), which these presses determine better, is {_range(modulus, _finer(modulus))}."
 
@@ -176,27 +176,27 @@ def _law(found: Identified) -> Iterator[str]:
 
 def _scatter(found: Identified) -> Iterator[str]:
     scatter = found.scatter
-    if found.places > 1:
+    if found.model.data.places > 1:
         exponent = f"{scatter['shape_scatter']:.2f} in exponent"
         line = f"Places differ by {percent(scatter['place_scatter'])} in force and {exponent}"
         if np.isfinite(scatter["repeat_scatter"]):
             line += f", presses of one place by {percent(scatter['repeat_scatter'])}"
         noise = f"{percent(scatter['noise_share'])} and {two_digits(1e3 * scatter['noise_n'])} mN"
         yield f"{line}; noise is {noise} (deviations)."
-    if found.offset_m is not None:
-        low, best, high = (two_digits(1e3 * value) for value in found.offset_m[:3])
+    if (offset := found.intervals.get(OFFSET)) is not None:
+        low, best, high = (two_digits(1e3 * value) for value in offset[:3])
         apart = two_digits(1e3 * scatter["offset_scatter_m"])
         line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {apart} mm between presses"
-        yield f"{line}{'; that cannot be told from these presses' if not found.offset_m.known else ''}."
+        yield f"{line}{'; that cannot be told from these presses' if not offset.known else ''}."
     if scatter["relative_error"] > 0.0:
         yield f"The model's own error of {percent(scatter['relative_error'])} in force is part of these intervals."
 
 
 def _resampled(found: Identified) -> Iterator[str]:
-    name = MODULUS if found.modulus_pa is not None else YOUNG
+    name = MODULUS if MODULUS in found.intervals else YOUNG
     if name not in found.resampled:
         return
-    own, drawn = found.modulus_pa or found.young_pa, found.resampled[name]
+    own, drawn = found.intervals[name], found.resampled[name]
     what = "E/(1 − ν²)" if name == MODULUS else "E"
     line = f"Places drawn with replacement give {what} from {pascals(drawn.low)} to {pascals(drawn.high)}"
     if np.log(drawn.high / drawn.low) > RESAMPLED_WIDER * np.log(own.high / own.low):
@@ -205,7 +205,8 @@ def _resampled(found: Identified) -> Iterator[str]:
         yield f"{line}; that varies places alone, so the profile, which also moves what is unknown, is reported."
 
 
-def _predictions(predictions: pd.DataFrame, law: str) -> Iterator[str]:
+def predicted(predictions: pd.DataFrame, law: str) -> Iterator[str]:
+    """Yield a sentence on how well a law predicts what was left out, for each kind of that."""
     table = summary(predictions)
     for way in dict.fromkeys(predictions["by"]):
         errors = table[table["by"] == way].set_index("model")["median"]

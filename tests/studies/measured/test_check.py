@@ -3,14 +3,12 @@
 from copy import deepcopy
 from pathlib import Path
 
-import numpy as np
 import pytest
 from fixtures.bodies import made
 
 from palpate.errors import InputError
 from palpate.run.settings import complete, read_settings
-from palpate.studies.measured.experiment import check_places, experiment_of, off_box
-from palpate.studies.measured.specimen import off_surface
+from palpate.studies.measured.check_places import check_places
 
 ROOT = Path(__file__).parents[3]
 
@@ -76,7 +74,7 @@ LOADS = {
     "through the body": ({"line_m": [[0.05, 0.015, 0], [0.05, 0.015, 0.03]]}, "line_m is 0.015 m off the surface"),
     "a line of no length": ({"line_m": [EDGE[0], EDGE[0]]}, "line_m is as short as a point"),
     "a wide disc": ({"at_m": EDGE[0], "radius_m": 10}, "radius_m is 10 m, more than half of beam, which reaches"),
-    "a radius of a line": ({"line_m": EDGE, "radius_m": 0.01}, "has radius_m, which belongs to at_m"),
+    "a radius of a line": ({"line_m": EDGE, "radius_m": 0.01}, "leave out radius_m, which belongs to at_m"),
 }
 
 
@@ -97,17 +95,10 @@ def test_gravity_that_points_upwards_is_refused_unless_a_force_may_lift(settings
     entry = settings["measured"]["experiments"]["beam"]
     entry["down"] = [0, 0, 1]
     said = refusal(settings)
-    assert "gravity_a.csv: the markers rise by 0.00638 m against down, [0.0, 0.0, 1.0]" in said
+    assert "gravity_a.csv: the markers rise by 0.00638 m against down, [0, 0, 1]" in said
     for case in entry["cases"].values():
         case["loads"] = [{"force_n": [0, 0, 1.0], "line_m": EDGE}]
     complete(settings, ROOT / "config.yaml")
-
-
-def test_the_distance_from_a_box_is_that_from_its_mesh(settings):
-    body = made("beam", settings["bodies"]["beam"] | {"refinements": 0})
-    sizes = body.fine.nodes.max(axis=0)
-    points = sizes * np.random.default_rng(1).uniform(-0.5, 1.5, (40, 3))
-    np.testing.assert_allclose(off_box(sizes, points), off_surface(body.fine, points), atol=1e-15)
 
 
 def test_a_body_that_is_no_box_is_looked_at_when_it_is_made(settings):
@@ -115,4 +106,4 @@ def test_a_body_that_is_no_box_is_looked_at_when_it_is_made(settings):
     full.markers["m1"].at_m[2] += 0.02
     body = made("beam", settings["bodies"]["beam"])
     with pytest.raises(InputError, match=r"m1\.at_m is 0\.026 m off"):
-        check_places(experiment_of("beam", full), body, lambda points: off_surface(body.fine, points))
+        check_places("beam", full, body)

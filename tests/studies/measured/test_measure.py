@@ -8,7 +8,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InputError
-from palpate.studies.measured.experiment import experiment_of
 from palpate.studies.measured.measure import MEASURED, measure, uncertainties
 from palpate.studies.measured.predict import Predictor, natural_frequency
 from palpate.studies.measured.records import follow, observe_all
@@ -37,43 +36,38 @@ def entry(**more):
     return known | {"calibrate_on": None, "held_s": 0.4, "settled_s": 1.0} | more
 
 
-def made_of(name, given):
-    return experiment_of(name, ExperimentSettings.model_validate(given))
-
-
 @pytest.fixture(scope="module")
 def files(bar, tmp_path_factory):
     """A file for each case, seen askew, of a bar so stiff that it sinks by a twentieth of its length."""
-    experiment, folder = made_of("bar", entry(down=[0, 0, -1])), tmp_path_factory.mktemp("records")
+    experiment, folder = ExperimentSettings(**entry(down=[0, 0, -1])), tmp_path_factory.mktemp("records")
     stiff = replace(bar, material=replace(bar.material, young_pa=2.5e6))
-    bench = Bench(FemSpecimen(stiff, 0, 2), experiment.compared)
+    bench = Bench(FemSpecimen(stiff, 0, 2), list(experiment.compared.values()))
     rest = np.array(list(MARKERS.values()))
     t, found = np.arange(0.0, 8.0, 0.01), {}
-    for case in experiment.cases:
-        x = bench.specimen.settle(bench.load(case.weights, np.array([0.0, 0.0, -1.0])), None)
-        hz, _ = natural_frequency(bench.specimen, x, bench.masses(case.weights))
+    for name, case in experiment.cases.items():
+        x = bench.specimen.settle(bench.load(case.loads, np.array([0.0, 0.0, -1.0])), None)
+        hz, _ = natural_frequency(bench.specimen, x, bench.masses(case.loads))
         moves, since = np.zeros((4, 3)), np.clip(t - 0.5, 0.0, None)
         moves[:2] = bench.moves(x)
         omega = 2 * np.pi * hz
         swing = np.exp(-RATIO * omega * since) * np.cos(omega * np.sqrt(1 - RATIO**2) * since)
         places = (rest + np.multiply.outer(1.0 - swing, moves)) @ TURN.T + SHIFT
         columns = {f"{m}_{axis}_m": places[:, i, k] for i, m in enumerate(MARKERS) for k, axis in enumerate("xyz")}
-        found[case.name] = str(folder / f"{case.name}.csv")
-        pd.DataFrame({"time_s": t, **columns}).to_csv(found[case.name], index=False)
+        found[name] = str(folder / f"{name}.csv")
+        pd.DataFrame({"time_s": t, **columns}).to_csv(found[name], index=False)
     return found
 
 
 def with_files(files, **more):
     made = entry(**more)
     for name, path in files.items():
-        made["cases"][name] = made["cases"][name] | {"files": [path]}
+        made["cases"][name]["files"] = [path]
     return made
 
 
 @pytest.fixture(scope="module")
 def table(bar, files):
-    experiment = made_of("made_up", with_files(files, calibrate_on="weight"))
-    return measure(experiment, bar, Models(**MODELS))
+    return measure("made_up", ExperimentSettings(**with_files(files, calibrate_on="weight")), bar, Models(**MODELS))
 
 
 def row(table, **equal):
@@ -123,7 +117,7 @@ def test_what_is_hardly_meant_is_warned_of(bar, files):
     made["markers"]["tip"] = {"at_m": [0.2, 0.005, 0.034], "fixed": False}
     made["cases"]["load"] = {"loads": [{"weight_n": 5.0, "at_m": [0.2, 0.005, 0.01]}], "files": [], "swings": False}
     with pytest.warns(UserWarning) as warned:
-        table = measure(made_of("made_up", made), bar, Models(**models))
+        table = measure("made_up", ExperimentSettings(**made), bar, Models(**models))
     said = [str(one.message) for one in warned]
     assert [text.partition(":")[0].partition("cases.")[2] for text in said] == [
         "weight", "load.loads[0] acts on a point, where no mesh has an answer; give radius_m.", "load",
@@ -137,18 +131,17 @@ def test_what_is_hardly_meant_is_warned_of(bar, files):
 @pytest.mark.slow
 def test_how_uncertain_a_prediction_is_follows_from_how_the_body_was_held(bar, files):
     """Against predictions of the modulus that fits a way which is longer by the uncertainty."""
-    experiment, u = made_of("made_up", with_files(files, calibrate_on="weight")), 2e-4
+    experiment, u = ExperimentSettings(**with_files(files, calibrate_on="weight")), 2e-4
     observed = {
         name: replace(seen, repeats=[replace(one, misfit_m=u * np.sqrt(3.0)) for one in seen.repeats])
         for name, seen in observe_all(experiment).items()
     }
-    weight, load = experiment.cases
     predictor = Predictor(experiment, observed, FemSpecimen(bar, 0, 2))
     found = []
     for less_m in (0.0, -u):
-        softness = predictor.softness(weight, less_m)
-        x = predictor.settle(load, softness)
-        found.append((-predictor.bench.moves(x)[:, 2].mean(), predictor.frequency(load, x, softness)))
+        softness = predictor.softness("weight", less_m)
+        x = predictor.settle("load", softness)
+        found.append((-predictor.bench.moves(x)[:, 2].mean(), predictor.frequency("load", x, softness)))
     (sink, hz), (sink_by, hz_by) = found[0], np.abs(np.subtract(*found))
     rows = pd.DataFrame({"quantity": ["sink_m", "frequency_hz"], "predicted": [sink, hz], "measured": [sink, hz]})
     rows = rows.assign(case="load", calibrated="weight", fitted=False, repeat=np.nan)
@@ -161,7 +154,7 @@ def test_how_uncertain_a_prediction_is_follows_from_how_the_body_was_held(bar, f
 
 
 def test_the_motion_of_the_clamp_is_no_motion_of_the_body(files, tmp_path):
-    experiment = made_of("made_up", with_files(files))
+    experiment = ExperimentSettings(**with_files(files))
     table = pd.read_csv(files["weight"])
     given_way = np.where(table["time_s"] > 0.5, 1.0, 0.0)[:, None] * (TURN @ [0.0, 0.0, -1e-3])
     for name in MARKERS:
@@ -175,11 +168,11 @@ def test_the_motion_of_the_clamp_is_no_motion_of_the_body(files, tmp_path):
 
 
 def test_a_body_that_moves_while_it_is_held_is_refused(files):
-    experiment = made_of("made_up", with_files(files, held_s=0.8))
+    experiment = ExperimentSettings(**with_files(files, held_s=0.8))
     with pytest.raises(InputError, match=r"shorten held_s|from their places at rest"):
         follow(files["weight"], experiment)
     with pytest.raises(InputError, match="less than held_s and settled_s together"):
-        follow(files["weight"], made_of("made_up", with_files(files, settled_s=9.0)))
+        follow(files["weight"], ExperimentSettings(**with_files(files, settled_s=9.0)))
 
 
 def case(load):
@@ -190,7 +183,7 @@ def case(load):
     ("more", "message"),
     [
         ({"calibrate_on": "wind"}, "calibrate_on is wind, which is no case with files; choose from none has files"),
-        ({"down": [0, 0, 0]}, r"down is \[0, 0, 0\]; give the direction"),
+        ({"down": [0, 0, 0]}, "give down the direction of gravity"),
         ({"markers": {key: {"at_m": [0, 0, 0], "fixed": True} for key in "abc"}}, "markers are all fixed"),
         (case({"at_m": [0, 0, 0]}), "either weight_n.*or force_n"),
         (case({"weight_n": 1.0}), "either line_m.*or at_m"),
@@ -198,4 +191,4 @@ def case(load):
 )
 def test_entries_that_say_too_little_are_refused(more, message):
     with pytest.raises(InputError, match=message):
-        made_of("made_up", entry(**more))
+        ExperimentSettings(**entry(**more))

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.studies.measured.experiment import Marker, Weight
 from palpate.studies.measured.predict import natural_frequency
+from palpate.studies.measured.settings import Load
 from palpate.studies.measured.specimen import Bench, Carried, FemSpecimen, SpringSpecimen, mass_matrix, rest_of
 
 LENGTH, SIDE, YOUNG, DENSITY = 0.2, 0.01, 1e6, 1000.0
 BENDING, AREA = YOUNG * SIDE**4 / 12, SIDE**2
 DOWN = np.array([0.0, 0.0, -1.0])
-TIP = Marker("tip", np.array([LENGTH, SIDE / 2, SIDE / 2]), False)
-EDGE = np.array([[LENGTH, 0.0, SIDE], [LENGTH, SIDE, SIDE]])
+TIP = [LENGTH, SIDE / 2, SIDE / 2]
+EDGE = [[LENGTH, 0.0, SIDE], [LENGTH, SIDE, SIDE]]
 
 
 @pytest.fixture(scope="module")
@@ -22,8 +22,8 @@ def bench(bar):
 
 def test_an_end_load_bends_it_as_timoshenko_says(bench):
     force = 1e-5  # so small that nothing is nonlinear
-    weight = Weight(force * DOWN, 0.0, EDGE, None, 0.0)
-    load = bench.load([weight], DOWN) - bench.load([], DOWN)
+    pull = Load(force_n=(force * DOWN).tolist(), line_m=EDGE)
+    load = bench.load([pull], DOWN) - bench.load([], DOWN)
     assert load.sum(axis=0) == pytest.approx(force * DOWN, abs=1e-12 * force)
     sunk = -bench.moves(bench.specimen.settle(load, None))[0, 2]
     shear = YOUNG / 2
@@ -41,10 +41,10 @@ def test_its_weight_bends_it_as_timoshenko_says(bench):
 @pytest.mark.parametrize("hung", [0.0, 0.05])
 def test_it_swings_as_beams_do(bench, hung):
     """Euler and Bernoulli's frequency; with a mass at the tip that of Rayleigh, whose shape is right to 0.1 %."""
-    weights = [Weight(None, 9.81 * hung, EDGE, None, 0.0)] if hung else []
-    masses = bench.masses(weights)
+    loads = [Load(weight_n=9.81 * hung, line_m=EDGE)] if hung else []
+    masses = bench.masses(loads)
     assert masses.sum() == pytest.approx(DENSITY * AREA * LENGTH + hung)
-    x = bench.specimen.settle(1e-5 * bench.load(weights, DOWN), None)
+    x = bench.specimen.settle(1e-5 * bench.load(loads, DOWN), None)
     hz, shape = natural_frequency(bench.specimen, x, masses)
     line = np.sqrt(BENDING / (DENSITY * AREA * LENGTH**4)) * 1.8751041**2
     tip = np.sqrt(3 * BENDING / LENGTH**3 / (hung + 33 / 140 * DENSITY * AREA * LENGTH))

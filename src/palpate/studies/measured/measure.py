@@ -12,12 +12,12 @@ import pandas as pd
 from palpate.bodies import body_file
 from palpate.bodies.body import Body
 from palpate.run.job import steps
-from palpate.studies.measured.experiment import GIVEN, Experiment, check_places, experiment_of
-from palpate.studies.measured.predict import ALL, Predictor, Row, creep_rows, damping_rows
+from palpate.studies.measured.check_places import check_places
+from palpate.studies.measured.predict import ALL, GIVEN, Predictor, Row, creep_rows, damping_rows
 from palpate.studies.measured.records import Observed, observe_all
 from palpate.studies.measured.release import release_rows
 from palpate.studies.measured.settings import ExperimentSettings, Models
-from palpate.studies.measured.specimen import FemSpecimen, Specimen, SpringSpecimen, off_surface
+from palpate.studies.measured.specimen import FemSpecimen, Specimen, SpringSpecimen
 from palpate.table_declaration import Table
 
 
@@ -82,7 +82,9 @@ MEASURED = Table(
 )
 
 
-def measure(experiment: Experiment, body: Body, settings: Models, progress: Callable = iter) -> pd.DataFrame:
+def measure(
+    name: str, experiment: ExperimentSettings, body: Body, settings: Models, progress: Callable = iter
+) -> pd.DataFrame:
     """Tabulate measured.csv for one experiment: a row a case, model, setting, calibration, quantity and marker.
 
     settings : ``measured.models`` of the config; progress : wraps the list of models, as ``tqdm`` does
@@ -90,19 +92,19 @@ def measure(experiment: Experiment, body: Body, settings: Models, progress: Call
     does not converge has rows with a message and without predictions. Warns of forces on a point, markers that fit
     badly, and predictions so large that the settings may be wrong.
     """
-    check_places(experiment, body, partial(off_surface, body.fine))
+    check_places(name, experiment, body)
     rows: list[Row] = []
     observed = observe_all(experiment)
     for candidate in progress(list(candidates(body, settings))):
         rows += _rows(candidate, experiment, observed)
     rows += release_rows(experiment, observed, body, settings.releases)
-    table = pd.DataFrame(rows).assign(body=body.name, experiment=experiment.name)
+    table = pd.DataFrame(rows).assign(body=body.name, experiment=name)
     table["young_pa"] = table["young_pa"] / table["softness"]
     table["fitted"] = table["fitted"].eq(True)
     table["message"] = table["message"].fillna("")
-    table["misfit_m"] = table["case"].map({name: seen.misfit_m for name, seen in observed.items()}).astype(float)
+    table["misfit_m"] = table["case"].map({case: seen.misfit_m for case, seen in observed.items()}).astype(float)
     table["uncertainty"] = uncertainties(table, experiment, observed)
-    for doubt in _suspicions(experiment, table, body.fine.size):
+    for doubt in _suspicions(name, experiment, table, body.fine.size):
         warnings.warn(doubt, stacklevel=2)
     return table[MEASURED.columns]
 
@@ -111,7 +113,7 @@ POWERS_OF_SOFTNESS = {"sink_m": 1.0, "move_m": 1.0, "frequency_hz": -0.5}
 """Exponent of the softness that a prediction of small deflections is proportional to; large ones change less."""
 
 
-def uncertainties(table: pd.DataFrame, experiment: Experiment, observed: Mapping[str, Observed]) -> pd.Series:
+def uncertainties(table: pd.DataFrame, experiment: ExperimentSettings, observed: Mapping[str, Observed]) -> pd.Series:
     """Return the standard uncertainty of each ``error``; NaN where a value is fitted or its exponent is not known.
 
     A displacement is as uncertain as the held state, a frequency as half of the range of the repeats. A fitted softness
@@ -121,25 +123,25 @@ def uncertainties(table: pd.DataFrame, experiment: Experiment, observed: Mapping
     power = table["quantity"].map(POWERS_OF_SOFTNESS).where(~table["fitted"])
     held = table["case"].map({name: seen.uncertainty_m for name, seen in observed.items()}).astype(float)
     own = held.where(table["quantity"].isin(["sink_m", "move_m"]), 0.5 * table["repeat"].fillna(0.0).astype(float))
-    of_softness, fitted = 0.0, experiment.fitted
+    of_softness, fitted = 0.0, experiment.calibrate_on
     if fitted is not None:
-        of_softness = observed[fitted.name].uncertainty_m / abs(observed[fitted.name].sink_m)
+        of_softness = observed[fitted].uncertainty_m / abs(observed[fitted].sink_m)
     passed_on = power.abs() * table["predicted"].astype(float).abs() * of_softness
     passed_on = passed_on.where(table["calibrated"].ne(GIVEN) & power.notna(), 0.0)
     return np.hypot(own, passed_on).where(power.notna()) / table["measured"].astype(float).abs()
 
 
-def _rows(candidate: Candidate, experiment: Experiment, observed: dict[str, Observed]) -> Iterator[Row]:
+def _rows(candidate: Candidate, experiment: ExperimentSettings, observed: dict[str, Observed]) -> Iterator[Row]:
     """Yield the rows of one model, with Young's modulus as given and as fitted, and its extended predictions."""
     predictor, own = Predictor(experiment, observed, candidate.make()), candidate.body.material
     about: Row = {"model": candidate.model, "setting": candidate.setting, "nodes": len(predictor.specimen.rest)}
     about |= {"young_pa": own.young_pa, "poisson": own.poisson, "law": own.law, "softness": 1.0}
     for row in predictor.rows(GIVEN):
         yield about | row
-    fitted = experiment.fitted
+    fitted = experiment.calibrate_on
     if fitted is None:
         return
-    found = [about | row for row in predictor.rows(fitted.name)]
+    found = [about | row for row in predictor.rows(fitted)]
     yield from found
     if not candidate.extended:
         return
@@ -147,17 +149,17 @@ def _rows(candidate: Candidate, experiment: Experiment, observed: dict[str, Obse
         yield about | {"setting": f"{candidate.setting} creep"} | row
     known = found[0] | {"marker": None}
     frequencies = {str(row["case"]): row["predicted"] for row in found if row["quantity"] == "frequency_hz"}
-    for kind, row in damping_rows(experiment, observed, frequencies, fitted.name):
+    for kind, row in damping_rows(predictor, frequencies, fitted):
         yield known | {"setting": f"{candidate.setting} damping={kind}"} | row
 
 
-def _suspicions(experiment: Experiment, table: pd.DataFrame, size_m: float) -> Iterator[str]:
+def _suspicions(name: str, experiment: ExperimentSettings, table: pd.DataFrame, size_m: float) -> Iterator[str]:
     """Yield warnings of settings that can be computed but are probably wrong, for a body of ``size_m`` [m]."""
     sunk = table[table["quantity"].eq("sink_m") & table["marker"].eq(ALL)]
-    for case in experiment.cases:
-        place, rows = f"measured.experiments.{experiment.name}.cases.{case.name}", sunk[sunk["case"].eq(case.name)]
-        for number, weight in enumerate(case.weights):
-            if weight.line_m is None and weight.radius_m == 0.0:
+    for key, case in experiment.cases.items():
+        place, rows = f"measured.experiments.{name}.cases.{key}", sunk[sunk["case"].eq(key)]
+        for number, load in enumerate(case.loads):
+            if load.line_m is None and load.radius_m == 0.0:
                 yield f"{place}.loads[{number}] acts on a point, where no mesh has an answer; give radius_m."
         if (misfit := float(rows["misfit_m"].max())) > FITS * size_m:
             yield (
@@ -175,6 +177,5 @@ def measure_experiment(
     input: Any, wildcards: Any, say: Callable, entry: ExperimentSettings, models: Models
 ) -> dict[str, pd.DataFrame]:
     """Compare the models with one experiment, for the rule of this name."""
-    experiment = experiment_of(wildcards.experiment, entry)
-    progress = steps(say, f"{experiment.name}: model")
-    return {"table": measure(experiment, body_file.load(input.body), models, progress)}
+    progress = steps(say, f"{wildcards.experiment}: model")
+    return {"table": measure(wildcards.experiment, entry, body_file.load(input.body), models, progress)}

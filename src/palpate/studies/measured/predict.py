@@ -10,26 +10,26 @@ from scipy import sparse
 
 from palpate.errors import NotConverged
 from palpate.linalg.multigrid import conjugate_gradients
-from palpate.studies.measured.experiment import GIVEN, Case, Experiment
 from palpate.studies.measured.records import Observed
+from palpate.studies.measured.settings import ExperimentSettings
 from palpate.studies.measured.specimen import Bench, Specimen
 
-ALL = "all"
-"""The name of the mean over markers."""
+ALL, GIVEN = "all", "no"
+"""The name of the mean over markers; the value of ``calibrated`` where Young's modulus is that of the settings."""
 Row = dict[str, Any]
 
 
-def compare_moves(experiment: Experiment, seen: Observed, moves: np.ndarray | None) -> Iterator[Row]:
+def compare_moves(experiment: ExperimentSettings, seen: Observed, moves: np.ndarray | None) -> Iterator[Row]:
     """Yield rows that compare the displacements ``moves`` (m, 3) [m] of markers, None without a prediction.
 
     sink_m is the displacement downwards, of each marker and on average; move_m the length of the displacement (RMS over
     markers), whose error is the RMS length of the difference and never negative.
     """
-    names, measured_moves = [marker.name for marker in experiment.compared], [repeat.moves for repeat in seen.repeats]
+    measured_moves = [repeat.moves for repeat in seen.repeats]
     sinks = [each @ seen.axis for each in measured_moves]
     sunk = None if moves is None else moves @ seen.axis
     yield _row("sink_m", ALL, [float(s.mean()) for s in sinks], None if sunk is None else float(sunk.mean()))
-    for i, name in enumerate(names):
+    for i, name in enumerate(experiment.compared):
         yield _row("sink_m", name, [float(s[i]) for s in sinks], None if sunk is None else float(sunk[i]))
     measured = None if seen.moves is None else _rms(seen.moves)
     repeat = max((_rms(a - b) for a, b in combinations(measured_moves, 2)), default=None)
@@ -128,65 +128,67 @@ class Predictor:
     specimen, is in equilibrium where the specimen is under s times the load.
     """
 
-    experiment: Experiment
+    experiment: ExperimentSettings
     observed: dict[str, Observed]
     specimen: Specimen
 
     def __post_init__(self) -> None:
-        self.bench = Bench(self.specimen, self.experiment.compared)
+        self.bench = Bench(self.specimen, list(self.experiment.compared.values()))
         self._reached: dict[str, np.ndarray] = {}
 
-    def settle(self, case: Case, softness: float) -> np.ndarray:
+    def settle(self, case: str, softness: float) -> np.ndarray:
         """Return the equilibrium (n, 3) [m] of a case for a body so many times softer than the specimen."""
-        load = softness * self.bench.load(case.weights, self.observed[case.name].down)
-        nearest = self._reached.get(case.name, next(reversed(self._reached.values()), None))
-        self._reached[case.name] = self.specimen.settle(load, nearest)
-        return self._reached[case.name]
+        load = softness * self.bench.load(self.experiment.cases[case].loads, self.observed[case].down)
+        nearest = self._reached.get(case, next(reversed(self._reached.values()), None))
+        self._reached[case] = self.specimen.settle(load, nearest)
+        return self._reached[case]
 
-    def softness(self, case: Case, less_m: float = 0.0) -> float:
+    def softness(self, case: str, less_m: float = 0.0) -> float:
         """Fit the softness to the mean displacement of a case's markers, less ``less_m`` [m]; see ``calibrate``."""
-        seen = self.observed[case.name]
+        seen = self.observed[case]
 
         def sink(softness: float) -> float:
             return float((self.bench.moves(self.settle(case, softness)) @ seen.axis).mean())
 
         return calibrate(sink, seen.sink_m - less_m)
 
-    def frequency(self, case: Case, x: np.ndarray, softness: float) -> float:
+    def frequency(self, case: str, x: np.ndarray, softness: float) -> float:
         """Return the frequency [Hz] at the equilibrium ``x`` (n, 3) [m] of a case."""
-        return natural_frequency(self.specimen, x, self.bench.masses(case.weights), 1.0 / softness)[0]
+        return natural_frequency(
+            self.specimen, x, self.bench.masses(self.experiment.cases[case].loads), 1.0 / softness
+        )[0]
 
     def rows(self, calibrated: str) -> Iterator[Row]:
         """Yield the predictions of all cases, with Young's modulus as given or fitted to the case ``calibrated``."""
-        known, softness, message = {case.name: case for case in self.experiment.cases}, 1.0, ""
+        softness, message = 1.0, ""
         if calibrated != GIVEN:
             try:
-                softness = self.softness(known[calibrated])
+                softness = self.softness(calibrated)
             except NotConverged as failure:
                 message = str(failure)
         for case in self.experiment.cases:
             yield from self._case(case, calibrated, softness, message)
 
-    def _case(self, case: Case, calibrated: str, softness: float, message: str) -> Iterator[Row]:
+    def _case(self, case: str, calibrated: str, softness: float, message: str) -> Iterator[Row]:
         """Yield the rows of one case for a body of ``softness``; with a ``message`` there is no prediction."""
-        moves, hz = None, None
+        moves, hz, swings = None, None, self.experiment.cases[case].swings
         if not message:
             try:
                 x = self.settle(case, softness)
                 moves = self.bench.moves(x)
-                hz = self.frequency(case, x, softness) if case.swings else None
+                hz = self.frequency(case, x, softness) if swings else None
             except NotConverged as failure:
                 message = str(failure)
-        about: Row = {"case": case.name, "calibrated": calibrated, "softness": softness, "message": message}
-        for row in compare_moves(self.experiment, self.observed[case.name], moves):
-            fitted = case.name == calibrated and row["quantity"] == "sink_m" and row["marker"] == ALL
+        about: Row = {"case": case, "calibrated": calibrated, "softness": softness, "message": message}
+        for row in compare_moves(self.experiment, self.observed[case], moves):
+            fitted = case == calibrated and row["quantity"] == "sink_m" and row["marker"] == ALL
             yield about | row | {"fitted": fitted}
-        if case.swings:
-            for row in compare_swing(self.observed[case.name], {"frequency_hz": hz}):
+        if swings:
+            for row in compare_swing(self.observed[case], {"frequency_hz": hz}):
                 yield about | row
 
 
-def creep_rows(predictor: Predictor, fitted: Case) -> Iterator[Row]:
+def creep_rows(predictor: Predictor, fitted: str) -> Iterator[Row]:
     """Yield the predicted frequency and creep of all cases, from two moduli that are fitted to one case.
 
     The relaxed modulus is fitted to where the markers settle, the instantaneous one to where they would settle without
@@ -194,7 +196,7 @@ def creep_rows(predictor: Predictor, fitted: Case) -> Iterator[Row]:
     generalised Maxwell body whose times are longer than an oscillation; the creep of a case is the difference of two
     equilibria. Nothing is yielded without creep in the records, or if a modulus is not found.
     """
-    crept = predictor.observed[fitted.name].creep_m
+    crept = predictor.observed[fitted].creep_m
     if not crept > 0.0:
         return
     try:
@@ -202,8 +204,8 @@ def creep_rows(predictor: Predictor, fitted: Case) -> Iterator[Row]:
     except NotConverged:
         return
     for case in predictor.experiment.swinging:
-        seen, predicted = predictor.observed[case.name], dict.fromkeys(("frequency_hz", "creep_m"))
-        about: Row = {"case": case.name, "calibrated": fitted.name, "softness": instantaneous, "message": ""}
+        seen, predicted = predictor.observed[case], dict.fromkeys(("frequency_hz", "creep_m"))
+        about: Row = {"case": case, "calibrated": fitted, "softness": instantaneous, "message": ""}
         try:
             settled = predictor.bench.moves(predictor.settle(case, relaxed))
             x = predictor.settle(case, instantaneous)
@@ -212,24 +214,24 @@ def creep_rows(predictor: Predictor, fitted: Case) -> Iterator[Row]:
         except NotConverged as failure:
             about["message"] = str(failure)
         for row in compare_swing(seen, predicted):
-            yield about | row | {"fitted": case is fitted and row["quantity"] == "creep_m"}
+            yield about | row | {"fitted": case == fitted and row["quantity"] == "creep_m"}
 
 
 def damping_rows(
-    experiment: Experiment, observed: Mapping[str, Observed], frequencies: Mapping[str, float | None], fitted: str
+    predictor: Predictor, frequencies: Mapping[str, float | None], fitted: str
 ) -> Iterator[tuple[str, Row]]:
     """Yield the kind of Rayleigh damping and a row for each prediction of a damping ratio.
 
     frequencies : predicted ones [Hz] by case; fitted : name of the case whose mean damping ratio α or β is fitted to
     A mode of frequency ω is damped by the ratio α/2ω with the damping matrix α M, and by β ω/2 with β K.
     """
-    swings, own = observed[fitted].swings, frequencies.get(fitted)
+    swings, own = predictor.observed[fitted].swings, frequencies.get(fitted)
     if not swings or own is None:
         return
     ratio = sum(swing.damping_ratio for swing in swings) / len(swings)
     for kind, power in {"mass": -1.0, "stiffness": 1.0}.items():
-        for case in experiment.swinging:
-            hz = frequencies.get(case.name)
+        for case in predictor.experiment.swinging:
+            hz = frequencies.get(case)
             predicted = None if hz is None else ratio * (hz / own) ** power
-            for row in compare_swing(observed[case.name], {"damping_ratio": predicted}):
-                yield kind, {"case": case.name, "calibrated": fitted} | row | {"fitted": case.name == fitted}
+            for row in compare_swing(predictor.observed[case], {"damping_ratio": predicted}):
+                yield kind, {"case": case, "calibrated": fitted} | row | {"fitted": case == fitted}

@@ -2,22 +2,27 @@
 
 import os
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from palpate.effects.instrument import Instrument
-from palpate.identification.presses import PressRecords, doubts, join, read_presses
+from palpate.bodies import body_file
+from palpate.bodies.body import Body
+from palpate.identification.asked import Asked, identify_and_predict, table_rows
+from palpate.identification.fit import Options
+from palpate.identification.identify import Identified
+from palpate.identification.presses import PressRecords, doubts
+from palpate.identification.progress import Progress
+from palpate.identification.relaxation import without_time
+from palpate.identification.sessions import compare_sessions, consistent_parts
+from palpate.run.job import steps
+from palpate.studies.measured import relaxed
 from palpate.studies.measured.settings import Presses
 from palpate.table_declaration import Table
-
-if TYPE_CHECKING:
-    from palpate.bodies.body import Body
-    from palpate.identification.identify import Identified
 
 PRESSES = Table(
     "presses",
@@ -60,24 +65,11 @@ PRESS_CURVES = Table(
 ELASTIC, RELAXATION = "elastic", "relaxation"
 
 
-def records_of(entry: Presses) -> PressRecords:
-    """Read all presses of an entry from its files; raises InputError as ``read_presses``."""
-    instrument = Instrument(**dict(entry.instrument)) if entry.instrument else None
-    size = entry.thickness_m[1] if entry.thickness_m else None
-    asked = entry.columns, entry.names, entry.leave_out
-    return join([read_presses(file, instrument, *asked, size_m=size) for file in entry.files])
-
-
 def identify_presses(
     input: Any, output: Any, wildcards: Any, say: Callable, entry: Presses, seed: int
 ) -> dict[str, pd.DataFrame]:
     """Identify elasticity and relaxation, as an entry asks for them, for the rule of this name."""
-    from palpate.bodies.body_file import load
-    from palpate.identification.relaxation import without_time
-    from palpate.run.job import steps
-    from palpate.studies.measured import relaxed
-
-    name, records = wildcards.presses, records_of(entry)
+    name, records = wildcards.presses, entry.records()
     for doubt in (*records.found, *doubts(records)):
         warnings.warn(f"measured.presses.{name}: {doubt}", stacklevel=2)
     tables = {table.name: table.frame([]) for table in (PRESSES, PRESS_PREDICTIONS, PRESS_CURVES, *relaxed.TABLES)}
@@ -86,40 +78,27 @@ def identify_presses(
         tables |= found
         records = without_time(records, kernel)
     if ELASTIC in entry.ask:
-        body = load(input.body[0]) if input.body else None
+        body = body_file.load(input.body[0]) if input.body else None
         tables |= _elastic(name, records, entry, body, seed, Path(output.presses).parent, say)
     return tables
 
 
 def _elastic(
-    name: str, records: PressRecords, entry: Presses, body: "Body | None", seed: int, folder: Path, say: Callable
+    name: str, records: PressRecords, entry: Presses, body: Body | None, seed: int, folder: Path, say: Callable
 ) -> dict:
     """Return the tables of the elasticity that forces over depth determine, for each part whose sessions agree."""
-    from palpate.identification.asked import Asked, forwards_for, table_rows
-    from palpate.identification.fit import Options
-    from palpate.identification.identify import identify
-    from palpate.identification.prediction import predict
-    from palpate.identification.sessions import compare_sessions, consistent_parts
-    from palpate.run.job import steps
-
-    assert entry.instrument is not None  # as the settings' check says
+    assert records.instrument is not None  # as the settings check
     thickness = (entry.thickness_m[0], entry.thickness_m[1]) if entry.thickness_m else None
     poisson, sticking = ((low, high) for low, high in (entry.poisson, entry.sticking))
-    asked = Asked(Instrument(**dict(entry.instrument)), body, thickness, poisson, sticking, laws=entry.laws)
+    asked = Asked(records.instrument, body, thickness, poisson, sticking, laws=entry.laws)
     rows: list = []
     predicted, curves = [], []
-
-    def follow(what: str, sequence: Sequence) -> Iterable:
-        return steps(say, f"{name}: {what}")(sequence)
-
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for consistent in consistent_parts(records, compare_sessions(records)):
-            part = _words(consistent)
-            options = Options(seed=seed)
-            forwards = forwards_for(consistent, asked, folder / "curves", follow)
-            found = identify(consistent, forwards, options, pool.map, follow)
+        progress = Progress(lambda what, sequence: steps(say, f"{name}: {what}")(sequence), pool.map)
+        for part, consistent in consistent_parts(records, compare_sessions(records)):
+            given = asked, Options(seed=seed), entry.held_out, folder / "curves", progress
+            found, errors = identify_and_predict(consistent, *given)
             rows += [[name, *row] for row in table_rows(found, part)]
-            errors = predict(found.models, found.best, options, entry.held_out, pool.map, follow)
             predicted.append(errors.assign(entry=name, part=part))
             curves.append(_curves(found).assign(entry=name, part=part))
     return {
@@ -133,13 +112,7 @@ NINE_TENTHS = 1.645
 """Half width of an interval that holds 90 % of a normal distribution, in standard deviations."""
 
 
-def _words(records: PressRecords) -> str:
-    """Return the specimens and sessions of a part."""
-    names = dict.fromkeys(word for press in records.presses for word in (press.specimen, press.session) if word)
-    return " ".join(names) or "all"
-
-
-def _curves(found: "Identified") -> pd.DataFrame:
+def _curves(found: Identified) -> pd.DataFrame:
     """Tabulate the measured and the fitted force over depth of each press, with the interval of single points."""
     presses = {press.name: press for press in found.records.presses}
     flat = _in_plane([press.at_m for press in presses.values()], [press.direction for press in presses.values()])

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,9 @@ from scipy.optimize import least_squares
 
 from palpate.bodies.mesh import unit
 from palpate.errors import InputError
-from palpate.studies.measured.experiment import Case, Experiment
+
+if TYPE_CHECKING:
+    from palpate.studies.measured.settings import ExperimentSettings
 
 GAPS = 0.1
 """Largest fraction of the times at which a marker may be hidden; its places are interpolated there."""
@@ -112,17 +115,13 @@ class Oscillation:
     """y = rest + creep e^(−t/τ) + A e^(−ζωt) cos(ω √(1 − ζ²) t + φ).
 
     frequency_hz : ω / 2π, of the same body without damping [Hz]; damping_ratio : ζ
-    amplitude_m : A at the first time [m]
     creep_m : creep [m] from the release, half a period before the first time, to rest; creep_s : its time constant τ
-    misfit : RMS of the residual over the amplitude
     """
 
     frequency_hz: float
     damping_ratio: float
-    amplitude_m: float
     creep_m: float
     creep_s: float
-    misfit: float
 
 
 def swing_of(times: np.ndarray, along: np.ndarray, place: str, creeps: bool = True) -> Oscillation:
@@ -156,13 +155,12 @@ def fit_oscillation(times: np.ndarray, y: np.ndarray, place: str, creeps: bool =
     found = least_squares(residual, start, bounds=(low, high), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12)
     basis = _basis(t, found.x, creeps)
     amounts = np.linalg.lstsq(basis, y, rcond=None)[0]
-    amplitude = float(np.hypot(*amounts[1:3]))
-    misfit = float(np.sqrt(np.mean(found.fun**2))) / max(amplitude, 1e-300)
-    if not misfit < 0.5:
+    misfit, amplitude = np.sqrt(np.mean(found.fun**2)), np.hypot(*amounts[1:3])
+    if not misfit < 0.5 * amplitude:
         raise InputError(f"{place} shows no damped oscillation after the release; set swings: false for it.")
     frequency, ratio, constant = map(float, found.x)
     crept = -float(amounts[3] * np.exp(0.5 / (frequency * constant))) if creeps else 0.0
-    return Oscillation(frequency, ratio, amplitude, crept, constant, misfit)
+    return Oscillation(frequency, ratio, crept, constant)
 
 
 def _basis(t: np.ndarray, unknowns: np.ndarray, creeps: bool) -> np.ndarray:
@@ -248,24 +246,24 @@ class Observed:
         return max((seen.misfit_m for seen in self.repeats), default=None)
 
 
-def observe_all(experiment: Experiment) -> dict[str, Observed]:
+def observe_all(experiment: "ExperimentSettings") -> dict[str, Observed]:
     """Read and evaluate the files of all cases, by name; InputError as ``follow`` and ``fit_oscillation``."""
     seen: dict[str, list[Seen]] = {}
-    for case in experiment.cases:
+    for name, case in experiment.cases.items():
         repeats = [follow(file, experiment) for file in case.files]
         if case.swings:
             fits = [swing_of(each.times, each.along, file) for each, file in zip(repeats, case.files, strict=True)]
             repeats = [replace(each, swing=swing) for each, swing in zip(repeats, fits, strict=True)]
-        seen[case.name] = repeats
+        seen[name] = repeats
     downs = [repeat.down for repeats in seen.values() for repeat in repeats]
-    common = unit(np.mean(downs, axis=0)) if downs else unit(experiment.down)
+    common = unit(np.mean(downs, axis=0) if downs else np.array(experiment.down, dtype=float))
     return {
         name: Observed(repeats, unit(np.mean([r.down for r in repeats], axis=0)) if repeats else common)
         for name, repeats in seen.items()
     }
 
 
-def follow(file: str, experiment: Experiment) -> Seen:
+def follow(file: str, experiment: "ExperimentSettings") -> Seen:
     """Read a file, register it by all markers of its held state, and compute the motion of the compared markers.
 
     The mean displacement of the fixed markers is subtracted, as a clamp gives way; its rotation, which three markers
@@ -273,13 +271,14 @@ def follow(file: str, experiment: Experiment) -> Seen:
     Raises InputError if the file is no record of the markers, if these do not fit their places at rest, and if they
     move before the release.
     """
-    record = read_record(file, [marker.name for marker in experiment.markers])
+    markers = list(experiment.markers.values())
+    record = read_record(file, list(experiment.markers))
     begin, end = float(record.times[0]), float(record.times[-1])
     if not end - begin > experiment.held_s + experiment.settled_s:
         raise InputError(f"{file} lasts {end - begin:g} s, less than held_s and settled_s together; shorten them.")
     held = record.mean(begin, begin + experiment.held_s)
-    frame = register(held, np.array([marker.at_m for marker in experiment.markers]), file)
-    fixed = np.array([marker.fixed for marker in experiment.markers])
+    frame = register(held, np.array([marker.at_m for marker in markers], dtype=float), file)
+    fixed = np.array([marker.fixed for marker in markers])
     before = frame.apply(held[~fixed])
     every = frame.apply(record.mean(end - experiment.settled_s, end)) - frame.apply(held)
     moves = every[~fixed] - (every[fixed].mean(axis=0) if fixed.any() else 0.0)
@@ -291,14 +290,6 @@ def follow(file: str, experiment: Experiment) -> Seen:
             f"{file}: markers move by {while_held:.3g} m within held_s, of {whole:.3g} m in all; "
             "shorten held_s to the time before the release."
         )
-    return Seen(record.times, along, moves, frame.rotation @ unit(experiment.down), frame.misfit_m)
-
-
-def check_down(found: Seen, case: Case, experiment: Experiment, file: str) -> None:
-    """Raise InputError if the markers rise against ``down`` in a case without a force that might lift them."""
-    sunk = float(found.moves.mean(axis=0) @ found.down)
-    if sunk < 0.0 and all(weight.force_n is None for weight in case.weights):
-        raise InputError(
-            f"{file}: the markers rise by {-sunk:.3g} m against down, {experiment.down.tolist()}, of "
-            f"measured.experiments.{experiment.name}; give the direction of gravity in the frame of the files."
-        )
+    return Seen(
+        record.times, along, moves, frame.rotation @ unit(np.array(experiment.down, dtype=float)), frame.misfit_m
+    )

@@ -1,7 +1,7 @@
 """Relaxation of tissue while a press is held: branches with intervals, and how they predict presses left out."""
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from scipy.stats import pearsonr
 from palpate.errors import InputError
 from palpate.identification import relaxation
 from palpate.identification.hereditary import Branches, Kernel
-from palpate.identification.presses import Press, PressRecords
+from palpate.identification.presses import PressRecords
 from palpate.identification.relaxation import Draws, Hold, draw_branches, fit_branches, fit_fading
 from palpate.studies.measured.settings import Presses
 from palpate.table_declaration import Table
@@ -86,11 +86,12 @@ DRAWN_TRENDS, TIMES, SHOWN = 1000, 60, 24
 
 
 class Group(NamedTuple):
-    """A part of the presses that is left out of a fit: its kind, its name, and the mask ``out`` of its presses."""
+    """A part of the presses that is left out of a fit, ``unseen``: its kind and its name."""
 
     kind: str
     name: str
-    out: np.ndarray
+    seen: list[Hold]
+    unseen: list[Hold]
 
 
 def identify_relaxation(
@@ -102,17 +103,26 @@ def identify_relaxation(
     progress : wraps the list of groups of presses that are left out in turn
     Raises InputError if no press was held, and warns of those that were not.
     """
-    holds = _holds(records)
+    holds, refused = relaxation.holds_of(records)
+    if not holds:
+        raise InputError(f"{records.source} has no press that relaxation follows from: {refused[0]}")
+    if refused:
+        share = f"{len(refused)} of {len(records.presses)} presses"
+        warnings.warn(f"{records.source}: {share} say nothing of relaxation; {refused[0]}", stacklevel=2)
     counts, rng = settings.branches, np.random.default_rng(seed)
     whole = {count: fit_branches(holds, count) for count in counts}
     weights = {count: relaxation.weight_of(kernel, holds) for count, kernel in whole.items()}
     own = [{count: fit_branches([hold], count, weight=1.0) for count in counts} for hold in holds]
-    apart = [(group, _without(holds, group, whole, weights)) for group in progress(_groups(holds, settings.held_out))]
-    judged = pd.DataFrame(
-        [row for group, kernels in apart for row in _left_out(holds, group, kernels, weights)]
-        + [row for hold, fits in zip(holds, own, strict=True) for row in _own(hold, fits)],
-        columns=RELAXATION_ERRORS.columns[1:],
-    )
+    apart = [
+        (group, {count: fit_branches(group.seen, count, whole[count].series, weights[count]) for count in counts})
+        for group in progress(_groups(holds, settings.held_out))
+    ]
+    errors = [row for group, fits in apart for row in _left_out(holds, group, fits, weights[max(counts)])]
+    for hold, fits in zip(holds, own, strict=True):
+        for count, kernel in fits.items():
+            error = hold.residuals(kernel, 1.0)[hold.held + 1 :]
+            errors.append(_error(NOTHING, "", hold, f"{OWN}: {_words(count)}", error))
+    judged = pd.DataFrame(errors, columns=RELAXATION_ERRORS.columns[1:])
     best = [
         min(counts, key=lambda count: relaxation.information(hold, fits[count]))
         for hold, fits in zip(holds, own, strict=True)
@@ -120,45 +130,21 @@ def identify_relaxation(
     chosen = _choose(judged, counts) or int(np.median(best))
     draws = draw_branches(holds, whole[chosen], settings.draws, rng)
     span = float(np.median([hold.held_s[-1] for hold in holds]))
-    presses = pd.DataFrame(
-        {
-            "press": [hold.press.name for hold in holds],
-            "specimen": [hold.press.specimen for hold in holds],
-            "session": [hold.press.session for hold in holds],
-            "depth_m": [hold.press.depth_m[-1] for hold in holds],
-            "thickness_m": [hold.press.thickness_m for hold in holds],
-            "loading_s": [hold.loading_s for hold in holds],
-            "held_s": [hold.held_s[-1] for hold in holds],
-            "left": [hold.held_force[-1] for hold in holds],
-            "late_over_early": [_late_over_early(fits[max(counts)], span) for fits in own],
-            "branches": best,
-        }
+    rows = []
+    for hold, fits, count in zip(holds, own, best, strict=True):
+        early, late = fits[max(counts)].modulus(np.array([EARLY_S, span]))
+        known = hold.press.name, hold.press.specimen, hold.press.session, hold.press.depth_m[-1], hold.press.thickness_m
+        rows.append((*known, hold.loading_s, hold.held_s[-1], hold.held_force[-1], float(late / early), count))
+    presses = pd.DataFrame(rows, columns=RELAXATION_PRESSES.columns[1:])
+    found: tuple[Iterable, ...] = (
+        [row for count in counts for row in _rows(whole[count], holds, count == chosen, draws)],
+        [*_modulus(whole[chosen], draws, span), *_curves(holds, chosen, whole[chosen], apart)],
+        errors,
+        rows,
+        _trends(presses, rng),
     )
-    found = {
-        RELAXATION.name: pd.DataFrame(
-            [row for count in counts for row in _rows(whole[count], holds, count == chosen, draws)],
-            columns=RELAXATION.columns[1:],
-        ),
-        RELAXATION_CURVES.name: pd.DataFrame(
-            [*_modulus(whole[chosen], draws, span), *_curves(holds, chosen, whole[chosen], apart)],
-            columns=RELAXATION_CURVES.columns[1:],
-        ),
-        RELAXATION_ERRORS.name: judged,
-        RELAXATION_PRESSES.name: presses,
-        RELAXATION_TRENDS.name: pd.DataFrame(list(_trends(presses, rng)), columns=RELAXATION_TRENDS.columns[1:]),
-    }
-    return {table.name: found[table.name].assign(entry=entry)[table.columns] for table in TABLES}, whole[chosen]
-
-
-def _holds(records: PressRecords) -> list[Hold]:
-    """Return the presses that were held; raises InputError if there is none, and warns of the others."""
-    found, refused = relaxation.holds_of(records)
-    if not found:
-        raise InputError(f"{records.source} has no press that relaxation follows from: {refused[0]}")
-    if refused:
-        share = f"{len(refused)} of {len(records.presses)} presses"
-        warnings.warn(f"{records.source}: {share} say nothing of relaxation; {refused[0]}", stacklevel=3)
-    return found
+    tables = {table.name: table.frame([entry, *row] for row in rows) for table, rows in zip(TABLES, found, strict=True)}
+    return tables, whole[chosen]
 
 
 def _groups(holds: Sequence[Hold], kinds: Sequence[str]) -> list[Group]:
@@ -166,51 +152,41 @@ def _groups(holds: Sequence[Hold], kinds: Sequence[str]) -> list[Group]:
     groups = []
     for kind in kinds:
         if kind == DEPTH:
-            depths = np.array([_strain(hold.press) for hold in holds])
-            deep = depths > np.median(depths)
-            groups += [Group(kind, "deeper half", deep)] if 0 < deep.sum() < len(deep) else []
+            strains = np.array([hold.press.depth_m[-1] / (hold.press.thickness_m or 1.0) for hold in holds])
+            names = np.where(strains > np.median(strains), "deeper half", "").tolist()
         elif kind in (SPECIMEN, SESSION):
-            names = np.array([getattr(hold.press, kind) for hold in holds])
-            each = list(dict.fromkeys(names.tolist()))
-            groups += [Group(kind, name, names == name) for name in each] if len(each) > 1 else []
+            names = [getattr(hold.press, kind) for hold in holds]
+        else:
+            continue
+        several = dict.fromkeys(names) if len(set(names)) > 1 else ()
+        for name in (each for each in several if each or kind != DEPTH):
+            parts: dict[bool, list[Hold]] = {True: [], False: []}
+            for own, hold in zip(names, holds, strict=True):
+                parts[own == name].append(hold)
+            groups.append(Group(kind, name, parts[False], parts[True]))
     return groups
 
 
-def _strain(press: Press) -> float:
-    """Return the held depth over the thickness, or the depth [m] if no thickness is known."""
-    return float(press.depth_m[-1] / (press.thickness_m or 1.0))
+def _left_out(holds: Sequence[Hold], group: Group, fits: Mapping[int, Branches], weight: float) -> Iterator[tuple]:
+    """Yield a row of RELAXATION_ERRORS for each model and press of a group; fits : branches fitted without it.
 
-
-def _without(
-    holds: Sequence[Hold], group: Group, whole: Mapping[int, Branches], weights: Mapping[int, float]
-) -> dict[int, Branches]:
-    """Return the branches that are fitted without a group, by their number; whole : those fitted to all presses."""
-    seen = [hold for hold, out in zip(holds, group.out, strict=True) if not out]
-    return {count: fit_branches(seen, count, kernel.series, weights[count]) for count, kernel in whole.items()}
-
-
-def _left_out(
-    holds: Sequence[Hold], group: Group, fits: Mapping[int, Branches], weights: Mapping[int, float]
-) -> Iterator[tuple]:
-    """Yield a row of RELAXATION_ERRORS for each model and press of a group; fits : branches fitted ``_without`` it."""
-    seen = [hold for hold, out in zip(holds, group.out, strict=True) if not out]
-    unseen = [hold for hold, out in zip(holds, group.out, strict=True) if out]
+    weight : of the samples at the held depth in the fit of a power of time
+    """
     kernels: dict[str, Kernel] = {_words(count): kernel for count, kernel in fits.items()}
-    kernels[POWER] = fit_fading(seen, weights[max(weights)])
+    kernels[POWER] = fit_fading(group.seen, weight)
     for name, kernel in kernels.items():
-        for hold in unseen:
-            yield _error(group, hold, name, hold.error(kernel))
-    for hold in unseen:
-        start = hold.force[hold.held]
-        yield _error(group, hold, HELD, start - hold.held_force)
-        siblings = [one for one in holds if one is not hold and _related(one.press, hold.press)]
-        for name, others in ((MEAN, seen), (SIBLINGS, siblings)):
+        for hold in group.unseen:
+            yield _error(group.kind, group.name, hold, name, hold.error(kernel))
+    for hold in group.unseen:
+        start, related = hold.force[hold.held], (hold.press.specimen, hold.press.session)
+        yield _error(group.kind, group.name, hold, HELD, start - hold.held_force)
+        siblings = [
+            other for other in holds if other is not hold and (other.press.specimen, other.press.session) == related
+        ]
+        for name, others in ((MEAN, group.seen), (SIBLINGS, siblings)):
             if others:
-                yield _error(group, hold, name, start * _mean_curve(others, hold.held_s) - hold.held_force)
-
-
-def _related(one: Press, other: Press) -> bool:
-    return (one.specimen, one.session) == (other.specimen, other.session)
+                error = start * _mean_curve(others, hold.held_s) - hold.held_force
+                yield _error(group.kind, group.name, hold, name, error)
 
 
 def _mean_curve(holds: Sequence[Hold], time_s: np.ndarray) -> np.ndarray:
@@ -222,15 +198,8 @@ def _mean_curve(holds: Sequence[Hold], time_s: np.ndarray) -> np.ndarray:
     return np.mean(curves, axis=0)
 
 
-def _own(hold: Hold, fits: Mapping[int, Branches]) -> Iterator[tuple]:
-    """Yield the rows of RELAXATION_ERRORS of branches that are fitted to the press itself."""
-    group = Group(NOTHING, "", np.zeros(0))
-    for count, kernel in fits.items():
-        yield _error(group, hold, f"{OWN}: {_words(count)}", hold.residuals(kernel, 1.0)[hold.held + 1 :])
-
-
-def _error(group: Group, hold: Hold, model: str, error: np.ndarray) -> tuple:
-    return group.kind, group.name, hold.press.name, model, float(np.sqrt(np.mean(error**2))), float(error[-1])
+def _error(kind: str, group: str, hold: Hold, model: str, error: np.ndarray) -> tuple:
+    return kind, group, hold.press.name, model, float(np.sqrt(np.mean(error**2))), float(error[-1])
 
 
 def _words(count: int) -> str:
@@ -267,12 +236,6 @@ def _rows(kernel: Branches, holds: Sequence[Hold], chosen: bool, draws: Draws) -
         yield count, i + 1, chosen, *values, draws.drawn if chosen else "", misfit
 
 
-def _late_over_early(kernel: Branches, span: float) -> float:
-    """Return the modulus at ``span`` [s] after a sudden strain over that at EARLY_S."""
-    early, late = kernel.modulus(np.array([EARLY_S, span]))
-    return float(late / early)
-
-
 def _modulus(kernel: Branches, draws: Draws, span: float) -> Iterator[tuple]:
     """Yield the rows of RELAXATION_CURVES of the modulus over time, relative to that at EARLY_S."""
     times = np.geomspace(0.05, 3.0 * span, TIMES)
@@ -289,11 +252,11 @@ def _curves(
     holds: Sequence[Hold], chosen: int, whole: Branches, apart: Sequence[tuple[Group, Mapping[int, Branches]]]
 ) -> Iterator[tuple]:
     """Yield the rows of RELAXATION_CURVES of each held press, predicted by branches of the other specimens."""
-    kernels = [whole] * len(holds)
-    for group, fits in apart:
-        if group.kind == SPECIMEN:
-            kernels = [fits[chosen] if out else old for old, out in zip(kernels, group.out, strict=True)]
-    for hold, kernel in zip(holds, kernels, strict=True):
+    without = {
+        hold.press.name: fits[chosen] for group, fits in apart if group.kind == SPECIMEN for hold in group.unseen
+    }
+    for hold in holds:
+        kernel = without.get(hold.press.name, whole)
         predicted = hold.fit(kernel)[hold.held + 1 :]
         times = hold.held_s
         wanted = np.geomspace(times[0], times[-1], SHOWN)

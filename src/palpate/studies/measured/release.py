@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.particles import particles_of
-from palpate.effects.effect import Effect, Energy
+from palpate.effects import effect as hooks
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.gravity import Gravity
 from palpate.effects.held import Held
@@ -16,10 +16,9 @@ from palpate.errors import InputError, NotConverged
 from palpate.scenes.effect_registry import effect, of_law
 from palpate.solvers.backward_euler import make
 from palpate.solvers.system import System
-from palpate.studies.measured.experiment import GIVEN, Experiment, Weight
-from palpate.studies.measured.predict import Predictor, Row, compare_swing
+from palpate.studies.measured.predict import GIVEN, Predictor, Row, compare_swing
 from palpate.studies.measured.records import Observed, Oscillation, swing_of
-from palpate.studies.measured.settings import Releases
+from palpate.studies.measured.settings import ExperimentSettings, Load, Releases
 from palpate.studies.measured.specimen import GRAVITY_M_S2, Bench, FemSpecimen, hung_masses, nodal_loads
 
 TOLERANCE = 1e-6
@@ -46,12 +45,12 @@ class Release:
     duration_s: float
     prony: Prony | None = None
 
-    def swing(self, weights: Sequence[Weight], gravity: np.ndarray) -> Oscillation:
-        """Compute the motion under ``gravity`` (3,) [m/s²] and ``weights``, and fit the markers' mean displacement.
+    def swing(self, loads: Sequence[Load], gravity: np.ndarray) -> Oscillation:
+        """Compute the motion under ``gravity`` (3,) [m/s²] and ``loads``, and fit the markers' mean displacement.
 
         Raises NotConverged as ``BackwardEuler``, InputError if there is no oscillation.
         """
-        system = self._system(weights, gravity)
+        system = self._system(loads, gravity)
         integrator = make(system, Stepping(step_s=self.step_s, duration_s=self.duration_s, tolerance=TOLERANCE))
         x = self.bench.specimen.rest.copy()
         v, moves = np.zeros_like(x), [self.bench.moves(x).mean(axis=0)]
@@ -65,7 +64,7 @@ class Release:
         place = f"{self.body.name}: a release in steps of {self.step_s:g} s"
         return swing_of(self.step_s * np.arange(steps + 1), along, place, creeps=self.prony is not None)
 
-    def _system(self, weights: Sequence[Weight], gravity: np.ndarray) -> System:
+    def _system(self, loads: Sequence[Load], gravity: np.ndarray) -> System:
         """Compose elements, masses and loads of the body.
 
         What hangs on the body adds to the masses of nodes, and so to their weight. A softer body is modelled by larger
@@ -73,37 +72,35 @@ class Release:
         """
         particles, mesh = particles_of(self.body, self.level, surface=False), self.body.levels[self.level]
         size = float(np.linalg.norm(gravity))
-        hung = hung_masses(mesh, weights, size, order=1).sum(axis=1)
+        hung = hung_masses(mesh, loads, size, order=1).sum(axis=1)
         particles = replace(particles, masses=self.softness * (particles.masses + hung))
         law = particles.material.law
         with locking_is_measured():
             elastic = effect(of_law(law)).make(particles, None, None)
-        effects: dict[str, Effect] = {law: elastic}
+        effects: dict[str, hooks.Effect] = {law: elastic}
         effects |= {"gravity": Gravity(particles, gravity), "held": Held(particles.held)}
-        if forces := [weight for weight in weights if weight.force_n is not None]:
-            load = nodal_loads(mesh, forces, gravity / size, order=1)
-            effects["load"] = DeadLoad(particles.nodes, self.softness * load)
+        if forces := [load for load in loads if load.force_n is not None]:
+            force = nodal_loads(mesh, forces, gravity / size, order=1)
+            effects["load"] = DeadLoad(self.softness * force)
         if self.prony is not None:
             effects["prony"] = effect("prony").make(particles, self.prony, elastic)
         return System(particles, effects)
 
 
-class DeadLoad(Energy):
-    """A constant force on each node, (n, 3) [N]; its energy is zero at ``rest`` (n, 3) [m]."""
+class DeadLoad(hooks.Load):
+    """A constant ``force`` (n, 3) [N] on the nodes."""
 
-    def __init__(self, rest: np.ndarray, force: np.ndarray):
-        self._force, self._rest = force, rest
+    outer = True
 
-    def energy(self, x: np.ndarray) -> float:
-        """Return minus the work of the load [J]."""
-        return -float(np.vdot(self._force, x - self._rest))
+    def __init__(self, force: np.ndarray):
+        self._force = force
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
         force += self._force
 
 
 def release_rows(
-    experiment: Experiment, observed: Mapping[str, Observed], body: Body, settings: Releases
+    experiment: ExperimentSettings, observed: Mapping[str, Observed], body: Body, settings: Releases
 ) -> Iterator[Row]:
     """Yield the rows of releases by linear elements, with each of the time steps, whose modulus is fitted to one case.
 
@@ -112,14 +109,14 @@ def release_rows(
     A release that fails has rows with a message.
     """
     level, steps, creep = settings.level, settings.steps_s, settings.creep
-    fitted, own, seen = experiment.fitted, body.material, None
-    if creep is not None and fitted is not None and observed[fitted.name].creep_m > 0.0:
-        seen = observed[fitted.name]
+    fitted, own, seen = experiment.calibrate_on, body.material, None
+    if creep is not None and fitted is not None and observed[fitted].creep_m > 0.0:
+        seen = observed[fitted]
     if not (steps or seen):
         return
     predictor = Predictor(experiment, dict(observed), FemSpecimen(body, level, 1))
     about: Row = {"model": "fem_p1", "nodes": len(predictor.specimen.rest), "young_pa": own.young_pa}
-    about |= {"poisson": own.poisson, "law": own.law, "calibrated": GIVEN if fitted is None else fitted.name}
+    about |= {"poisson": own.poisson, "law": own.law, "calibrated": GIVEN if fitted is None else fitted}
     try:
         softness = 1.0 if fitted is None else predictor.softness(fitted)
     except NotConverged as failure:
@@ -128,27 +125,28 @@ def release_rows(
     about |= {"softness": softness}
     for step_s in steps:
         release = Release(body, level, predictor.bench, softness, step_s, settings.duration_s)
-        yield from _rows(release, experiment, observed, about | {"setting": f"level={level} step_s={step_s:g}"})
+        yield from _rows(release, predictor, about | {"setting": f"level={level} step_s={step_s:g}"})
     if seen and creep:
         prony = _fitted_branch(seen, own.poisson)
         release = Release(body, level, predictor.bench, softness, CREEP_STEP_S, creep.duration_s, prony)
         about |= {"setting": f"level={level} prony step_s={CREEP_STEP_S:g}"}
-        yield from _rows(release, experiment, observed, about)
+        yield from _rows(release, predictor, about)
 
 
-def _rows(release: Release, experiment: Experiment, observed: Mapping[str, Observed], about: Row) -> Iterator[Row]:
+def _rows(release: Release, predictor: Predictor, about: Row) -> Iterator[Row]:
     """Yield the rows of one release: frequency and damping, or with the Prony effect creep, of each case."""
     names = ("frequency_hz", "damping_ratio") if release.prony is None else ("creep_m", "creep_s")
+    experiment = predictor.experiment
     for case in experiment.swinging:
-        predicted, message = dict.fromkeys(names), ""
+        predicted, message, seen = dict.fromkeys(names), "", predictor.observed[case]
         try:
-            swing = release.swing(case.weights, GRAVITY_M_S2 * observed[case.name].down)
+            swing = release.swing(experiment.cases[case].loads, GRAVITY_M_S2 * seen.down)
             predicted = {name: getattr(swing, name) for name in names}
         except (NotConverged, InputError) as failure:
             message = str(failure)
-        for row in compare_swing(observed[case.name], predicted):
-            fitted = release.prony is not None and case is experiment.fitted
-            yield about | {"case": case.name, "message": message, "fitted": fitted} | row
+        for row in compare_swing(seen, predicted):
+            fitted = release.prony is not None and case == experiment.calibrate_on
+            yield about | {"case": case, "message": message, "fitted": fitted} | row
 
 
 def _fitted_branch(seen: Observed, poisson: float) -> Prony:

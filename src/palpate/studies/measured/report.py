@@ -6,9 +6,9 @@ import pandas as pd
 
 from palpate.report.report import Report
 from palpate.report.words import spaced
-from palpate.studies.measured.experiment import GIVEN
 from palpate.studies.measured.figures.models import named
 from palpate.studies.measured.measure import MEASURED
+from palpate.studies.measured.predict import GIVEN
 from palpate.studies.measured.report_of_presses import pressed, relaxing
 
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping ratio"}

@@ -66,23 +66,16 @@ def relaxing(report: Report) -> Iterator[dict[str, Any]]:
         )
         chosen = rows[rows["chosen"].eq(True)]
         model = f"{len(chosen)} branch{'es' if len(chosen) > 1 else ''}"
-        own = errors[errors["left_out"].eq(NOTHING)].groupby("model", sort=False)["error"].median()
+        own = errors[errors["left_out"].eq(NOTHING)].assign(model=errors["model"].str.removeprefix(f"{OWN}: "))
+        kinds = [kind for kind in dict.fromkeys(errors["left_out"]) if kind != NOTHING]
         yield {
             "key": entry,
             "name": spaced(entry),
-            "presses": len(presses),
-            "count": len(chosen),
-            "branches": list(chosen.itertuples()),
-            "drawn": chosen["drawn"].iloc[0],
-            "left": presses["left"].quantile([0.1, 0.5, 0.9]).tolist(),
-            "loading": presses["loading_s"].median(),
-            "held": presses["held_s"].median(),
-            "needed": presses["branches"].value_counts().sort_index().items(),
-            "own": [(name.removeprefix(f"{OWN}: "), error) for name, error in own.items()],
-            "predicted": [
-                _judged(errors, kind, model) for kind in dict.fromkeys(errors["left_out"]) if kind != NOTHING
-            ],
-            "trends": list(trends.assign(over=trends["over"].map(TRENDS)).itertuples()),
+            "presses": presses,
+            "branches": chosen,
+            "own": own.groupby("model", sort=False)["error"].median(),
+            "predicted": [_judged(errors, kind, model) for kind in kinds],
+            "trends": trends.assign(over=trends["over"].map(TRENDS)),
         }
 
 

@@ -2,18 +2,19 @@
 
 import warnings
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-import numpy as np
-from pydantic import ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from palpate.benchmark.settings import Instrument
 from palpate.bodies.make_body import make_body
 from palpate.bodies.settings import Body, check_laws
+from palpate.effects.instrument import Instrument as RigidInstrument
 from palpate.errors import InputError, suggest
 from palpate.files import check_file
+from palpate.identification.presses import PressRecords, join, read_presses
 from palpate.identification.relaxation import holds_of
 from palpate.setting_types import (
     Block,
@@ -31,16 +32,28 @@ from palpate.setting_types import (
     key,
     optional,
 )  # fmt: skip
-from palpate.studies.measured.experiment import check_places, experiment_of, off_box
-from palpate.studies.measured.records import check_down, follow
+from palpate.studies.measured.check_places import check_places
+from palpate.studies.measured.records import follow
 
 
 class Load(Block):
+    """A force on a part of the surface: on the line between two points, or on a disc."""
+
     weight_n: Positive | None = optional("Weight [N] of what hangs there and moves along")
     force_n: Vector | None = optional("Force [N] in the body's frame, without a mass")
     line_m: Pair[Vector] | None = optional("Ends [m] of the line over which it is spread evenly")
     at_m: Vector | None = optional("Place [m] in the body's frame")
     radius_m: NotNegative = key("Radius [m] of the disc around at_m; 0 is a point, where no mesh has an answer", 0)
+
+    @model_validator(mode="after")
+    def _check_force_and_place(self) -> Self:
+        if (self.force_n is None) == (self.weight_n is None):
+            raise PydanticCustomError("load", "give either weight_n, of what hangs there, or force_n")
+        if (self.line_m is None) == (self.at_m is None):
+            raise PydanticCustomError("load", "give either line_m, the ends of an edge, or at_m, a point")
+        if self.line_m is not None and self.radius_m > 0.0:
+            raise PydanticCustomError("load", "leave out radius_m, which belongs to at_m and not to line_m")
+        return self
 
 
 class Case(Block):
@@ -55,6 +68,8 @@ class Marker(Block):
 
 
 class ExperimentSettings(Block):
+    """A body that is released from its held state under gravity and loads, in several cases."""
+
     body: str = key("One of bodies; its young_pa is the modulus that is given")
     down: Vector = key("Direction of gravity in the frame of the files, or, without files, of the body", [0, 0, -1])
     markers: dict[str, Marker] = key("Markers by name, as the columns of the files call them", min_length=3)
@@ -62,6 +77,29 @@ class ExperimentSettings(Block):
     held_s: Positive = key("Time at the beginning of each file in which the body is held [s]", 0.4)
     settled_s: Positive = key("Time at the end of each file in which it has come to rest [s]", 1.0)
     cases: dict[Name, Case] = key("Cases by name, each the body under gravity and other loads", min_length=1)
+
+    @model_validator(mode="after")
+    def _check_names(self) -> Self:
+        if not self.compared:
+            raise PydanticCustomError("markers", "markers are all fixed; leave fixed out of those on what moves")
+        if not any(self.down):
+            raise PydanticCustomError("down", "give down the direction of gravity in the frame of the files")
+        measured = [name for name, case in self.cases.items() if case.files]
+        if self.calibrate_on not in (None, *measured):
+            known = {"on": self.calibrate_on, "known": ", ".join(measured) or "none has files"}
+            told = "calibrate_on is {on}, which is no case with files; choose from {known}, or null"
+            raise PydanticCustomError("calibrate_on", told, known)
+        return self
+
+    @property
+    def compared(self) -> dict[str, list[float]]:
+        """The places at rest [m] of the markers that move, by name."""
+        return {name: marker.at_m for name, marker in self.markers.items() if not marker.fixed}
+
+    @property
+    def swinging(self) -> list[str]:
+        """Names of the cases in which a frequency is seen."""
+        return [name for name, case in self.cases.items() if case.swings]
 
 
 class FemP1(Block):
@@ -102,7 +140,13 @@ class Models(Block):
     releases: Releases = key("Releases with linear elements and backward Euler, to show what that damps", {})
 
 
-Range = Annotated[list[NotNegative], Field(min_length=2, max_length=2)]
+def _rising(ends: list[float]) -> list[float]:
+    if ends[0] > ends[1]:
+        raise PydanticCustomError("range", "give the least and the largest")
+    return ends
+
+
+RISING = AfterValidator(_rising)
 
 
 class Presses(Block):
@@ -114,9 +158,15 @@ class Presses(Block):
     leave_out: Distinct[Text] = key("Presses that are not read", [])
     instrument: Instrument | None = key("What is pressed in; null if it is not known: relaxation alone follows", None)
     body: str | None = key("One of bodies that is pressed; null for a slab", None)
-    thickness_m: Range | None = key("Least and largest thickness of the slab [m]; null for a half-space", None)
-    poisson: Range = key("Least and largest Poisson's ratio", [0.3, 0.49])
-    sticking: Range = key("Least and largest share of what is touched that sticks to the instrument", [0, 1])
+    thickness_m: Annotated[Pair[NotNegative], RISING] | None = key(
+        "Least and largest thickness of the slab [m]; null for a half-space", None
+    )
+    poisson: Annotated[Pair[Annotated[NotNegative, Field(lt=0.5)]], RISING] = key(
+        "Least and largest Poisson's ratio", [0.3, 0.49]
+    )
+    sticking: Annotated[Pair[Annotated[NotNegative, Field(le=1)]], RISING] = key(
+        "Least and largest share of what is touched that sticks to the instrument", [0, 1]
+    )
     ask: Distinct[Literal["elastic", "relaxation"]] = key("What is identified", ["elastic", "relaxation"], min_length=1)
     laws: Distinct[Literal["neo_hookean", "exponential", "stable_neo_hookean"]] = key(
         "Laws that are fitted, each with moduli alone, but exponential with its stiffening, too",
@@ -128,6 +178,22 @@ class Presses(Block):
     )
     branches: Distinct[Count] = key("How many branches of relaxation are tried", [1, 2, 3, 4], min_length=1)
     draws: Count = key("How often data are drawn anew for the intervals of branches", 40)
+
+    @model_validator(mode="after")
+    def _check_what_is_pressed(self) -> Self:
+        if self.body is not None and self.thickness_m is not None:
+            raise PydanticCustomError("pressed", "it has both body and thickness_m; leave out the thickness")
+        if "elastic" in self.ask and (self.instrument is None or self.instrument.kind != "sphere"):
+            told = "ask has elastic, and forces are known for a sphere; describe it as the instrument, or ask for "
+            raise PydanticCustomError("pressed", told + "relaxation alone")
+        return self
+
+    def records(self, folder: Path = Path()) -> PressRecords:
+        """Read all presses from the files, which are relative to ``folder``; InputError as ``read_presses``."""
+        instrument = RigidInstrument(**dict(self.instrument)) if self.instrument else None
+        size = self.thickness_m[1] if self.thickness_m else None
+        asked = self.columns, self.names, self.leave_out
+        return join([read_presses(folder / file, instrument, *asked, size_m=size) for file in self.files])
 
 
 class Settings(Block):
@@ -154,22 +220,27 @@ def check(config: Any, file: Path) -> None:
         body = _body(bodies, place, entry.body)
         _check_levels(f"{file}: measured.models", models, entry.body, body.refinements + 1)
         try:
-            experiment = experiment_of(name, entry)
             if body.kind == "box":
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore")  # the job that makes the body warns
                     made = make_body(entry.body, body.but(refinements=0))
-                check_places(experiment, made, partial(off_box, np.array(body.sizes_m, dtype=float)))
+                check_places(name, entry, made)
         except InputError as error:
             raise InputError(f"{file}: {error}") from error
-        for case in experiment.cases:
+        for name, case in entry.cases.items():
             for path in case.files:
-                key = f"{place}.cases.{case.name}.files"
+                key = f"{place}.cases.{name}.files"
                 check_file(key, path, (file.parent / path).is_file())
                 try:
-                    check_down(follow(str(file.parent / path), experiment), case, experiment, path)
+                    seen = follow(str(file.parent / path), entry)
                 except InputError as error:
                     raise InputError(f"{key}: {error}") from error
+                sunk = float(seen.moves.mean(axis=0) @ seen.down)
+                if sunk < 0.0 and all(load.force_n is None for load in case.loads):
+                    raise InputError(
+                        f"{key}: {path}: the markers rise by {-sunk:.3g} m against down, {entry.down}, and no force "
+                        "lifts them; give the direction of gravity in the frame of the files."
+                    )
 
 
 def _body(bodies: Mapping[str, Body], place: str, name: str) -> Any:
@@ -183,26 +254,13 @@ def _body(bodies: Mapping[str, Body], place: str, name: str) -> Any:
 
 
 def _check_presses(bodies: Mapping[str, Body], file: Path, place: str, entry: Presses) -> None:
-    """Raise InputError for an entry of ``measured.presses`` with ranges, bodies or files that do not fit."""
-    from palpate.studies.measured.pressed import records_of  # which takes blocks of this module
-
+    """Raise InputError for an entry of ``measured.presses`` with a body or files that do not fit."""
     for path in entry.files:
         check_file(f"{place}.files", path, (file.parent / path).is_file())
-    for name, given in (("thickness_m", entry.thickness_m), ("poisson", entry.poisson), ("sticking", entry.sticking)):
-        if given is not None and not given[0] <= given[1]:
-            raise InputError(f"{place}.{name} is {given}; give the least and the largest.")
-    if not entry.poisson[1] < 0.5 or not entry.sticking[1] <= 1.0:
-        raise InputError(f"{place} has poisson or sticking out of range; give ν below 0.5, and shares of 0 to 1.")
     if entry.body is not None:
         _body(bodies, place, entry.body)
-        if entry.thickness_m is not None:
-            raise InputError(f"{place} has both body and thickness_m; leave out the thickness.")
-    if "elastic" in entry.ask and entry.instrument is None:
-        raise InputError(f"{place}.ask has elastic, and instrument is null; describe it, or ask for relaxation alone.")
-    if "elastic" in entry.ask and entry.instrument and (kind := entry.instrument.kind) != "sphere":
-        raise InputError(f"{place}.instrument is a {kind}; forces are known for a sphere: ask for relaxation alone.")
     try:
-        records = records_of(entry.but(files=[str(file.parent / path) for path in entry.files]))
+        records = entry.records(file.parent)
         if "relaxation" in entry.ask:
             held, refused = holds_of(records)
             if not held:

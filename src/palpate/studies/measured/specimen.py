@@ -9,7 +9,7 @@ from scipy import sparse
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import particles_of
-from palpate.bodies.surface_quadrature import ball_points, surface_interpolation
+from palpate.bodies.surface_quadrature import ball_points, near_ball, surface_interpolation
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.springs import make as make_springs
@@ -20,7 +20,7 @@ from palpate.linalg.polar import rotations
 from palpate.models.springs.mass_spring import LoadedSprings
 from palpate.solvers import quadratic_motion
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.measured.experiment import Marker, Weight
+from palpate.studies.measured.settings import Load
 
 
 def rest_of(mesh: Mesh, order: int) -> np.ndarray:
@@ -55,17 +55,10 @@ def disc_points(mesh: Mesh, center: np.ndarray, radius: float, order: int) -> tu
     that part of the surface; single ones may be negative.
     """
     corners = mesh.nodes[mesh.triangles]
-    middles = corners.mean(axis=1)
-    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1) + radius
-    touched = np.flatnonzero(np.linalg.norm(middles - center, axis=1) < reach)
+    touched = np.flatnonzero(near_ball(corners, center, radius))
     barycentric, weights, _ = ball_points(corners[touched], center, radius, 4)
     used = weights != 0.0
     return surface_interpolation(mesh, np.repeat(touched, used.sum(axis=1)), barycentric[used], order), weights[used]
-
-
-def off_surface(mesh: Mesh, points: np.ndarray) -> np.ndarray:
-    """Compute how far ``points`` (k, 3) [m] are from the surface of ``mesh`` at rest, (k,) [m]."""
-    return np.linalg.norm(nearest_points(mesh, points, 1) @ mesh.nodes - points, axis=1)
 
 
 def mass_matrix(mesh: TetMesh, density_kg_m3: np.ndarray, order: int) -> sparse.csr_array:
@@ -82,12 +75,12 @@ POINTS = 240
 """Points of a line over which a force is distributed evenly; a multiple of the divisions of most meshes."""
 
 
-def nodal_loads(mesh: Mesh, weights: Sequence[Weight], down: np.ndarray, order: int) -> np.ndarray:
-    """Return the forces (n, 3) [N] of ``weights`` on nodes of elements of ``order``; gravity is along ``down`` (3,)."""
+def nodal_loads(mesh: Mesh, loads: Sequence[Load], down: np.ndarray, order: int) -> np.ndarray:
+    """Return the forces (n, 3) [N] of ``loads`` on nodes of elements of ``order``; gravity is along ``down`` (3,)."""
     total = np.zeros_like(rest_of(mesh, order))
-    for weight in weights:
-        interpolation, parts = _load_points(mesh, weight, order)
-        force = weight.weight_n * down if weight.force_n is None else weight.force_n
+    for load in loads:
+        interpolation, parts = _load_points(mesh, load, order)
+        force = np.array(load.force_n, dtype=float) if load.weight_n is None else load.weight_n * down
         total += np.outer(interpolation.T @ parts, force)
     return total
 
@@ -95,28 +88,27 @@ def nodal_loads(mesh: Mesh, weights: Sequence[Weight], down: np.ndarray, order: 
 GRAVITY_M_S2 = 9.81
 
 
-def hung_masses(mesh: Mesh, weights: Sequence[Weight], gravity_m_s2: float, order: int) -> sparse.csr_array:
+def hung_masses(mesh: Mesh, loads: Sequence[Load], gravity_m_s2: float, order: int) -> sparse.csr_array:
     """Return the consistent masses (n, n) [kg] of what hangs on the surface and moves with it; forces have no mass."""
     count = len(rest_of(mesh, order))
     total = sparse.csr_array((count, count))
-    for weight in weights:
-        if weight.force_n is None:
-            at_points, parts = _load_points(mesh, weight, order)
-            total = total + at_points.T @ sparse.diags_array(weight.weight_n / gravity_m_s2 * parts) @ at_points
+    for load in loads:
+        if load.weight_n is not None:
+            at_points, parts = _load_points(mesh, load, order)
+            total = total + at_points.T @ sparse.diags_array(load.weight_n / gravity_m_s2 * parts) @ at_points
     return total.tocsr()
 
 
-def _load_points(mesh: Mesh, weight: Weight, order: int) -> tuple[sparse.csr_array, np.ndarray]:
+def _load_points(mesh: Mesh, load: Load, order: int) -> tuple[sparse.csr_array, np.ndarray]:
     """Return the interpolation (k, n) from nodes to points that carry a load, and the fraction (k,) of it at each."""
-    if weight.line_m is not None:
-        along = (np.arange(POINTS)[:, None] + 0.5) / POINTS
-        points = weight.line_m[0] + along * (weight.line_m[1] - weight.line_m[0])
+    if load.line_m is not None:
+        first, last = np.array(load.line_m, dtype=float)
+        points = first + (np.arange(POINTS)[:, None] + 0.5) / POINTS * (last - first)
         return nearest_points(mesh, points, order), np.full(POINTS, 1.0 / POINTS)
-    assert weight.at_m is not None  # one of the two, as experiment_of says
-    center = nearest_points(mesh, weight.at_m[None], order)
-    if weight.radius_m == 0.0:
+    center = nearest_points(mesh, np.array([load.at_m], dtype=float), order)
+    if load.radius_m == 0.0:
         return center, np.ones(1)
-    interpolation, areas = disc_points(mesh, (center @ rest_of(mesh, order))[0], weight.radius_m, order)
+    interpolation, areas = disc_points(mesh, (center @ rest_of(mesh, order))[0], load.radius_m, order)
     return interpolation, areas / areas.sum()
 
 
@@ -134,7 +126,7 @@ class Carried:
 
     def __init__(self, mesh: Mesh, places: np.ndarray, order: int):
         rest = rest_of(mesh, order)
-        self._places = np.asarray(places, dtype=float)
+        self._places = places
         self._patches = [self._patch(mesh, rest, place, order) for place in self._places]
 
     @staticmethod
@@ -210,22 +202,22 @@ Specimen = FemSpecimen | SpringSpecimen
 
 
 class Bench:
-    """A specimen with its markers, under gravity and loads."""
+    """A specimen with markers at ``places`` (m, 3) [m] at rest, under gravity and loads."""
 
-    def __init__(self, specimen: Specimen, markers: Sequence[Marker]):
+    def __init__(self, specimen: Specimen, places: Sequence[Sequence[float]]):
         self.specimen = specimen
-        self._carried = Carried(specimen.mesh, np.array([marker.at_m for marker in markers]), specimen.order)
+        self._carried = Carried(specimen.mesh, np.array(places, dtype=float), specimen.order)
         self._at_rest = self._carried.of(specimen.rest)
         self._own = specimen.masses.sum(axis=1)
 
-    def load(self, weights: Sequence[Weight], down: np.ndarray) -> np.ndarray:
-        """Return the forces (n, 3) [N] of gravity along ``down`` (3,) and of ``weights``."""
+    def load(self, loads: Sequence[Load], down: np.ndarray) -> np.ndarray:
+        """Return the forces (n, 3) [N] of gravity along ``down`` (3,) and of ``loads``."""
         own = GRAVITY_M_S2 * np.outer(self._own, down)
-        return own + nodal_loads(self.specimen.mesh, weights, down, self.specimen.order)
+        return own + nodal_loads(self.specimen.mesh, loads, down, self.specimen.order)
 
-    def masses(self, weights: Sequence[Weight]) -> sparse.csr_array:
+    def masses(self, loads: Sequence[Load]) -> sparse.csr_array:
         """Return the mass matrix (n, n) [kg] of the body and of what hangs on it."""
-        hung = hung_masses(self.specimen.mesh, weights, GRAVITY_M_S2, self.specimen.order)
+        hung = hung_masses(self.specimen.mesh, loads, GRAVITY_M_S2, self.specimen.order)
         return (self.specimen.masses + hung).tocsr()
 
     def moves(self, x: np.ndarray) -> np.ndarray:

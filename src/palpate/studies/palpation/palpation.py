@@ -2,8 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,10 +12,9 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.contacts import contacts_near_regions
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_file import load_shape, load_tagged
 from palpate.bodies.mesh_quality import check_tetrahedra
 from palpate.bodies.refinement import finer
-from palpate.bodies.surfaces.tetrahedralize import gmsh_session, set_sizes
+from palpate.bodies.surfaces.tetrahedralize import TETRAHEDRON, gmsh_mesh, gmsh_session, set_sizes
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.run.job import steps
@@ -115,8 +112,6 @@ def palpate(body: Body, settings: Settings, progress: Callable = iter) -> pd.Dat
     return PALPATION.frame(rows)
 
 
-TAG = 1
-"""Tag of the ball in the mesh file; that of the slab around it is the next number."""
 IN_BALL, UNDER_FINGER, COARSENED = 0.4, 0.4, 0.2
 """Lengths of edges over the ball's radius, over the finger's radius, and elsewhere over the slab's height."""
 
@@ -134,16 +129,12 @@ def ball_in_slab(slab: Slab, ball_radius_m: float, cover_m: float, finger_m: flo
             f"palpation: a ball of radius {ball_radius_m:g} m, {cover_m:g} m deep, is not inside the slab of "
             f"{x:g} × {y:g} × {z:g} m; change covers_m."
         )
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "slab.msh"
-        with gmsh_session() as gmsh:
-            _mesh(gmsh, np.array(slab.sizes_m), center, ball_radius_m, finger_m)
-            gmsh.write(str(path))
-        nodes, _, tetrahedra = load_shape(path)
-        assert tetrahedra is not None, "gmsh was asked for tetrahedra"
-        region = np.zeros(len(tetrahedra), dtype=np.int64)
-        region[load_tagged(path, TAG)] = 1
-    mesh = TetMesh(nodes, check_tetrahedra("slab", nodes, tetrahedra))
+    with gmsh_session() as gmsh:
+        ball = _mesh(gmsh, np.array(slab.sizes_m), center, ball_radius_m, finger_m)
+        nodes, elements = gmsh_mesh(gmsh)
+        every, inside = (gmsh.model.mesh.getElementsByType(TETRAHEDRON, tag)[0] for tag in (-1, ball))
+    region = np.isin(every, inside).astype(np.int64)
+    mesh = TetMesh(nodes, check_tetrahedra("slab", nodes, elements[TETRAHEDRON]))
     own = Material(slab.young_pa, slab.poisson, 1000.0)  # the density has no effect on a press
     held = np.flatnonzero(nodes[:, 2] < 1e-6 * z)
     return nest("slab", mesh, 1, held, own, regions=_ball_in(own, contrast, region))
@@ -154,21 +145,19 @@ def _ball_in(own: Material, contrast: float, region: np.ndarray) -> Tissue:
     return Tissue((own, replace(own, young_pa=contrast * own.young_pa)), region)
 
 
-def _mesh(gmsh: Any, sizes: np.ndarray, center: np.ndarray, radius: float, finger: float) -> None:
-    """Mesh the slab with the ball's surface in it by gmsh, in two physical groups: TAG is the ball."""
+def _mesh(gmsh: Any, sizes: np.ndarray, center: np.ndarray, radius: float, finger: float) -> int:
+    """Mesh the slab with the ball's surface in it by gmsh; return the tag of the ball's volume."""
     occ, middle = gmsh.model.occ, sizes * [0.5, 0.5, 1.0]
     box, ball, top = occ.addBox(0.0, 0.0, 0.0, *sizes), occ.addSphere(*center, radius), occ.addPoint(*middle)
     occ.fragment([(3, box)], [(3, ball), (0, top)])
     occ.synchronize()
-    volumes = sorted((tag for _, tag in gmsh.model.getEntities(3)), key=lambda tag: occ.getMass(3, tag))
-    for number, volume in enumerate(volumes, start=TAG):
-        gmsh.model.addPhysicalGroup(3, [volume], number)
     near = [(center, radius, IN_BALL * radius), (middle, finger, UNDER_FINGER * finger)]
     set_sizes(gmsh, near, COARSENED * sizes[2])
     for option in ("MeshSizeFromPoints", "MeshSizeExtendFromBoundary", "MeshSizeFromCurvature"):
         gmsh.option.setNumber(f"Mesh.{option}", 0)
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.optimize("Netgen", niter=3)
+    return min((tag for _, tag in gmsh.model.getEntities(3)), key=lambda tag: occ.getMass(3, tag))
 
 
 PALPATION_LIMITS = Table(

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 import pandas as pd
-from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.gridspec import GridSpec
 
 from palpate.report import style
 
@@ -11,20 +12,25 @@ HEIGHT = 0.17
 """Of a bar's row [inch]."""
 
 
-def draw_errors(
-    axis: Axes, rows: pd.DataFrame, ways: Mapping[str, str], names: Mapping[str, str], floors: Sequence[str], error: str
-) -> None:
-    """Draw medians as bars, and lines to the ninetieth percentiles.
+def figure_of_errors(
+    rows: pd.DataFrame, by: str, error: str, ways: Mapping[str, str], names: Mapping[str, str], floors: Sequence[str],
+    over: str, widths: tuple[float, float] = (1.0, 1.0),
+) -> tuple[Figure, GridSpec]:  # fmt: skip
+    """Draw medians as bars, and lines to the ninetieth percentiles, on the right; return the figure and its 2 × 2 grid.
 
-    rows : columns ``way``, ``model`` and ``error`` (a share); ways, names : words for the first two, in their order;
-    floors : models that are no models but the spread of the data
+    by, error : columns of ``rows``: what is left out, and a share of what ``over`` names
+    ways, names : words for what is left out and for models, in their order
+    floors : models that are no models but the spread of the data; widths : of the grid's columns
     """
-    places, labels, at = [], [], 0.0
-    known = rows[rows["way"].isin(ways) & rows["model"].isin(names)].groupby(["way", "model"])[error]
+    known = rows[rows[by].isin(ways) & rows["model"].isin(names)].groupby([by, "model"])[error]
+    lines = known.ngroups + 2 * sum(way in set(rows[by]) for way in ways)
+    figure = Figure(figsize=(10.0, max(6.4, HEIGHT * lines)), layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=widths)
+    axis, places, labels, at = figure.add_subplot(grid[:, 1]), [], [], 0.0
     shown = 100.0 * known.quantile(0.9)
     most = min(float(shown.max()), 3.0 * float((100.0 * known.median()).median()))
     for way, title in ways.items():
-        part = rows[rows["way"].eq(way)]
+        part = rows[rows[by].eq(way)]
         if part.empty:
             continue
         axis.text(0.0, at, f"left out: {title}", va="center", fontsize="small", weight="bold")
@@ -48,9 +54,5 @@ def draw_errors(
     axis.set_ylim(at - 0.2, -0.8)
     axis.set_xlim(0.0, 1.15 * most)
     axis.grid(axis="y", visible=False)
-
-
-def rows_of(rows: pd.DataFrame, ways: Sequence[str], names: Sequence[str]) -> int:
-    """Return how many lines ``draw_errors`` needs."""
-    known = rows[rows["way"].isin(ways) & rows["model"].isin(names)]
-    return len(known.drop_duplicates(["way", "model"])) + 2 * known["way"].nunique()
+    axis.set(xlabel=f"error {over} [%]: median; line to 90th percentile")
+    return figure, grid

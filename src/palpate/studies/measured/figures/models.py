@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 from palpate.report import style, tables
 from palpate.report.model_looks import law_look, look
 from palpate.report.words import percent, spaced
-from palpate.studies.measured.experiment import GIVEN
+from palpate.studies.measured.predict import GIVEN
 
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping", "creep_m": "creep"}
 """The quantities that are drawn, and the titles of their panels."""

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from palpate.report import style, tables
 from palpate.report.turnable import evenly
 from palpate.report.words import spaced
-from palpate.studies.measured.figures.bars import HEIGHT, draw_errors, rows_of
+from palpate.studies.measured.figures.bars import figure_of_errors
 
 WAYS = {"place": "places", "depth": "the deeper half", "session": "session", "specimen": "specimen"}
 RIVALS = {
@@ -28,16 +28,11 @@ def draw_presses(press_curves, press_predictions, *, scene: str) -> Figure:
     """Draw what was measured and what follows, of all parts of one entry."""
     curves = tables.where(press_curves, entry=scene)
     errors = tables.where(press_predictions, entry=scene)
-    errors = errors.assign(way=errors["by"])
     laws = [name for name in dict.fromkeys(errors["model"]) if name not in RIVALS]
     names = {law: spaced(law) for law in laws} | RIVALS
-    figure = Figure(figsize=(10.0, max(6.4, HEIGHT * rows_of(errors, list(WAYS), list(names)))), layout="constrained")
-    grid = figure.add_gridspec(2, 2)
+    figure, grid = figure_of_errors(errors, "by", "error_share", WAYS, names, FLOORS, "of force")
     _forces(figure.add_subplot(grid[0, 0]), curves)
     _places(figure, figure.add_subplot(grid[1, 0]), curves)
-    bars = figure.add_subplot(grid[:, 1])
-    draw_errors(bars, errors, WAYS, names, FLOORS, "error_share")
-    bars.set(xlabel="error of force [%]: median; line to 90th percentile")
     return figure
 
 

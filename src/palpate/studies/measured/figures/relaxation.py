@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from palpate.report import style, tables
 from palpate.report.turnable import evenly
 from palpate.report.words import percent
-from palpate.studies.measured.figures.bars import HEIGHT, draw_errors, rows_of
+from palpate.studies.measured.figures.bars import figure_of_errors
 from palpate.studies.measured.relaxed import DEPTH, EARLY_S, HELD, MEAN, NOTHING, POWER, SESSION, SIBLINGS, SPECIMEN
 
 WAYS = {SPECIMEN: "specimen", SESSION: "session", DEPTH: "the deeper half", NOTHING: "nothing (own fit)"}
@@ -23,19 +23,15 @@ def draw_relaxation(
     """Draw what the presses of one entry say of relaxation."""
     given = relaxation_curves, relaxation_errors, relaxation_presses, relaxation_trends
     curves, errors, presses, trends = (tables.where(table, entry=scene) for table in given)
-    errors, named = errors.assign(way=errors["left_out"]), curves["press"].fillna("").ne("")
+    named = curves["press"].fillna("").ne("")
     models = [name for name in dict.fromkeys(errors["model"]) if "branch" in name and not name.startswith("own")]
     own = {f"own: {name}": name for name in models}
     names = {name: name for name in (*models, POWER, MEAN, HELD)} | {SIBLINGS: "siblings' mean (floor)"} | own
-    lines = rows_of(errors, list(WAYS), list(names))
-    figure = Figure(figsize=(10.0, max(6.4, HEIGHT * lines)), layout="constrained")
-    grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
+    shown = errors, "left_out", "error", WAYS, names, (SIBLINGS,), "over the peak"
+    figure, grid = figure_of_errors(*shown, widths=(1.25, 1.0))
     specimens = list(dict.fromkeys(presses["specimen"].fillna("")))
     colours = {name: style.HUES[k % len(style.HUES)] for k, name in enumerate(specimens)}
     _forces(figure.add_subplot(grid[0, 0]), curves[named], colours)
-    bars = figure.add_subplot(grid[:, 1])
-    draw_errors(bars, errors, WAYS, names, (SIBLINGS,), "error")
-    bars.set(xlabel="error over the peak [%]: median; line to 90th percentile")
     inner = grid[1, 0].subgridspec(1, 2)
     _modulus(figure.add_subplot(inner[0]), curves[~named], presses)
     _shape(figure.add_subplot(inner[1]), presses, trends, colours)

@@ -87,9 +87,7 @@ def simulate_references(experiment: Experiment, substeps: int) -> dict[str, Moti
 
 def save_references(references: dict[str, Motion], path: str | Path) -> None:
     """Write all motions to one file."""
-    arrays: dict[str, Any] = {}
-    for name, (x, v) in references.items():
-        arrays |= {f"{name}_x": x, f"{name}_v": v}
+    arrays: dict[str, Any] = {name: np.stack(motion) for name, motion in references.items()}
     with write_whole(path) as part, open(part, "wb") as file:
         np.savez(file, **arrays)
 
@@ -97,7 +95,7 @@ def save_references(references: dict[str, Motion], path: str | Path) -> None:
 def load_references(path: str | Path) -> dict[str, Motion]:
     """Read the motions that ``save_references`` wrote."""
     with np.load(path) as file:
-        return {name: (file[f"{name}_x"], file[f"{name}_v"]) for name in FACES}
+        return {name: tuple(file[name]) for name in FACES}
 
 
 def paper_cube(side_m: float) -> TetMesh:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.studies.shape_matching import integrator_stability
+from palpate.report.claims import CONFIRMED
+from palpate.studies.shape_matching import claims, integrator_stability
 from palpate.studies.shape_matching.integrator_stability import explicit_radius, goal_radius, implicit_radius
 
 pytestmark = pytest.mark.slow
@@ -32,10 +33,7 @@ def test_runs_grow_as_the_formulas_say(table):
 
 
 def test_only_the_explicit_scheme_blows_up_and_where_it_states(table):
+    assert {claim.verdict for claim in claims._integrators(table)} == {CONFIRMED}
     explicit = table["scheme"] == "symplectic_euler"
-    assert np.abs(table.loc[explicit, "blow_up_measured"] / 2 - 1).max() < 0.01
     assert table.loc[explicit, "limit_stated"].to_numpy() == pytest.approx(2.0, rel=1e-12)
     assert np.isinf(table.loc[~explicit, ["blow_up_measured", "limit_stated"]].to_numpy()).all()
-    case = integrator_stability.cases([])[0]  # it repeats itself, having no solver
-    one, other = (integrator_stability._log_amplitudes(case, case.integrator(), 1.5) for _ in range(2))
-    assert np.array_equal(one, other)

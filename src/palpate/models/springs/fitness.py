@@ -219,13 +219,3 @@ def step_limit(particles: Particles, model: SpringModel, settings: Settings, you
     if len(model.held):
         effects["held"] = Held(model.held)
     return stable_step(System(particles, effects))
-
-
-def check_step(particles: Particles, model: SpringModel, settings: Settings, limits: Range) -> None:
-    """Raise InputError if the step is too long for the stiffest springs of ``limits``; softer ones are slower."""
-    limit = step_limit(particles, model, settings, limits.high_pa)
-    if settings.step_s > limit:
-        raise InputError(
-            f"springs.step_s is {settings.step_s:g} s, and springs of {limits.high_pa:g} Pa are stable up to "
-            f"{limit:.3g} s only; take a shorter step, or lower springs.young_pa."
-        )

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
-from palpate.bodies.particles import particles_of
+from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.effects import shape_matching
 from palpate.effects.settings import Clusters, ShapeMatching
@@ -182,20 +182,8 @@ def groups(clusters):
     return [clusters.members[a:b] for a, b in zip(clusters.starts[:-1], clusters.starts[1:], strict=True)]
 
 
-def twice(particles):
-    """Two of them far apart."""
-    count = len(particles.nodes)
-    return replace(
-        particles,
-        nodes=np.concatenate([particles.nodes, particles.nodes + 1.0]),
-        masses=np.tile(particles.masses, 2),
-        triangles=np.concatenate([particles.triangles, particles.triangles + count]),
-        tetrahedra=np.concatenate([particles.tetrahedra, particles.tetrahedra + count]),
-    )
-
-
 def test_one_takes_each_piece_of_a_body(surface):
-    found = groups(make_clusters(twice(surface), CLUSTERS["one"]))
+    found = groups(make_clusters(merge_particles([surface] * 2, [[0, 0, 0], [1, 1, 1]], "two"), CLUSTERS["one"]))
     count = len(surface.nodes)
     assert [g.tolist() for g in found] == [list(range(count)), list(range(count, 2 * count))]
 

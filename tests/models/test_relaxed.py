@@ -8,12 +8,8 @@ from fixtures.games import LONG, WITHIN
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused
-from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
-from palpate.models.fem_statics import Simulation
 from palpate.models.kinds import FEM
-from palpate.solvers.projective_dynamics import ProjectiveDynamics
-from palpate.solvers.vertex_block_descent import VertexBlockDescent
 
 
 @pytest.fixture(scope="module")
@@ -27,12 +23,6 @@ def pressed(slab_case):
 def ask(pressed, method, **changed):
     case, load = pressed
     return LONG[method].having(**changed).prepare(case).respond(load)
-
-
-def coarse(case):
-    """The elements of the coarse level, and which nodes are held."""
-    mesh = case.body.coarse
-    return LinearElements(mesh, case.body.tissue(0)), np.isin(np.arange(len(mesh.nodes)), case.body.anchors[0])
 
 
 @pytest.fixture(scope="module")
@@ -66,17 +56,6 @@ def test_what_accelerates_helps_on_the_way_and_does_not_change_the_end(
     assert errors(with_it, equilibrium).rmse_of_peak < 0.9 * errors(without, equilibrium).rmse_of_peak
     fast, slow = ask(pressed, method), ask(pressed, method, **{steps: many}, **plain)
     assert errors(fast, slow).rmse_of_peak < 1e-6
-
-
-@pytest.mark.parametrize("solver", [VertexBlockDescent, ProjectiveDynamics])
-def test_the_equilibrium_is_where_nothing_moves(pressed, solver):
-    """Started at the converged answer, a sweep stays: what it solves is the law's own force, not one like it."""
-    case, load = pressed
-    simulation = Simulation(case, 0, 1e-12)
-    moved = simulation.displacement(load)
-    there = case.body.coarse.nodes + moved
-    step = solver(*coarse(case)).relax(there, simulation.nodal(load), 1, 0)[0]
-    assert np.abs(step - there).max() < 1e-8 * np.abs(moved).max()
 
 
 FEW = {

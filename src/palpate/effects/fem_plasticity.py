@@ -53,8 +53,8 @@ def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, pla
         before = _density(s, mu[e], lam[e])
         for k in range(3):
             s[k] = math.exp(flow * (1.0 - yield_strain / size) * logs[k])
-        _compose(v, s, v, f)
-        _multiply(f, plastic[e], candidate)
+        compose(v, s, v, f)
+        multiply(f, plastic[e], candidate)
         _bound(candidate, max_strain, inverse, u, s, v, logs)
         for a in range(4):
             for i in range(3):
@@ -94,14 +94,14 @@ def _bound(candidate, max_strain, inverse, u, s, v, logs):
     scale = max_strain / size if size > max_strain else 1.0
     for k in range(3):
         s[k] = math.exp(scale * logs[k])
-    _compose(u, s, v, candidate)
+    compose(u, s, v, candidate)
     for k in range(3):
         s[k] = 1.0 / s[k]
-    _compose(v, s, u, inverse)
+    compose(v, s, u, inverse)
 
 
 @numba.njit(cache=True)
-def _compose(u, s, v, product):
+def compose(u, s, v, product):
     """Write U diag(s) Vᵀ into ``product``."""
     for i in range(3):
         for j in range(3):
@@ -109,7 +109,8 @@ def _compose(u, s, v, product):
 
 
 @numba.njit(cache=True)
-def _multiply(left, right, product):
+def multiply(left, right, product):
+    """Write the first three columns of ``left`` times ``right`` into ``product``."""
     for i in range(3):
         for j in range(3):
             product[i, j] = left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]

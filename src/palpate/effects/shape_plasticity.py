@@ -6,6 +6,7 @@ import numba
 import numpy as np
 
 from palpate.effects.effect import Relaxation
+from palpate.effects.fem_plasticity import compose, multiply
 from palpate.effects.settings import Plasticity
 from palpate.effects.shape_matching import ShapeMatching, determinant, fit
 from palpate.errors import InputError
@@ -51,10 +52,12 @@ def _relax(x, members, starts, shares, basis, inverse, ranks, limit, part, most,
     """Add ``part`` of the strain of each cluster to ``plastic``, up to ``most``, where the strain exceeds ``limit``."""
     centre, h = np.empty(3), np.empty((3, basis.shape[1]))
     f, u, v, s, back = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty((3, 3))
+    linear = np.empty((3, 3))
     for c in range(len(ranks)):
         fit(x, members, shares, basis, starts[c], starts[c + 1], centre, h)
         _invert(plastic[c], back)
-        f[:] = _product(_product(h, inverse[c]), back)
+        multiply(h, inverse[c], linear)
+        multiply(linear, back, f)
         signed_svd(f, u, s, v)
         # a flat cluster has no strain normal to itself, and that direction is known only if it is strained
         if ranks[c] == 0 or (ranks[c] < 3 and s[ranks[c] - 1] <= 1e-6 * s[0]):
@@ -65,11 +68,11 @@ def _relax(x, members, starts, shares, basis, inverse, ranks, limit, part, most,
             largest = max(largest, abs(s[k]))
         if not largest > limit:
             continue
+        compose(v, s, v, linear)
+        linear *= part
         for i in range(3):
-            for j in range(3):
-                f[i, j] = part * (v[i, 0] * s[0] * v[j, 0] + v[i, 1] * s[1] * v[j, 1] + v[i, 2] * s[2] * v[j, 2])
-            f[i, i] += 1.0
-        f[:] = _product(f, plastic[c])
+            linear[i, i] += 1.0
+        multiply(linear, plastic[c], f)
         _bound(f, most, ranks[c] == 3, u, s, v)
         plastic[c] = f
 
@@ -92,16 +95,6 @@ def _bound(f, most, keep_volume, u, s, v):
         if not keep_volume or (within and turn > 0):
             break
         f /= determinant(f) ** (1.0 / 3.0)
-
-
-@numba.njit(cache=True)
-def _product(a, b):
-    """Multiply the first three columns of ``a`` by ``b``."""
-    c = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            c[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
-    return c
 
 
 @numba.njit(cache=True)

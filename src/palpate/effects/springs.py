@@ -4,7 +4,7 @@ import numba
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.mesh import EDGES
+from palpate.bodies.mesh import EDGES, TetMesh
 from palpate.bodies.particles import Particles
 from palpate.effects import settings
 from palpate.effects.effect import Effect, Energy, Stiffness
@@ -19,17 +19,16 @@ def volume_springs(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
     Raises InputError for tetrahedra of several stiffnesses.
     """
     particles.refuse_regions("springs have")
-    pairs, around = sum_around_edges(particles, np.ones(len(particles.tetrahedra)))
+    volumes = TetMesh(particles.nodes, particles.tetrahedra).volumes
+    pairs, around = sum_around_edges(particles.tetrahedra, volumes)
     return pairs, particles.material.young_pa * around / rest_lengths(particles.nodes, pairs) ** 2
 
 
-def sum_around_edges(particles: Particles, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the edges of tetrahedra, (n_edges, 2), and sum the volumes [m³] around each times ``weights`` (m,)."""
-    ends = np.sort(particles.tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
+def sum_around_edges(tetrahedra: np.ndarray, amounts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Find the edges (n_edges, 2) of ``tetrahedra`` (m, 4), and sum the ``amounts`` (m,) of those around each edge."""
+    ends = np.sort(tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     pairs, edge = np.unique(ends, axis=0, return_inverse=True)
-    a, b, c, d = (particles.nodes[particles.tetrahedra[:, i]] for i in range(4))
-    volumes = weights * np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
-    return pairs, np.bincount(edge.ravel(), np.repeat(volumes, len(EDGES)), minlength=len(pairs))
+    return pairs, np.bincount(edge.ravel(), np.repeat(amounts, len(EDGES)), minlength=len(pairs))
 
 
 def surface_springs(triangles: np.ndarray, n_nodes: int) -> dict[str, np.ndarray]:

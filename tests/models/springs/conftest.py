@@ -5,11 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.bodies.material import Material
-from palpate.bodies.particles import solid_particles
-from palpate.models.springs.cube_experiment import middle, paper_cube
-from palpate.models.springs.fitness import Fitness
-from palpate.models.springs.spring_motion import Press, Settings, key_points, simulate, spring_model
+from palpate.models.springs.cube_experiment import experiment, paper_cube
+from palpate.models.springs.spring_motion import simulate
+from palpate.studies.springs.settings import Settings
 
 KEYS = [[0.005, 0.005, 0.01], [0.0, 0.0, 0.01], [0.01, 0.003, 0.006], [0.005, 0.004, 0.005]]
 
@@ -17,15 +15,10 @@ KEYS = [[0.005, 0.005, 0.01], [0.0, 0.0, 0.01], [0.01, 0.003, 0.006], [0.005, 0.
 @pytest.fixture(scope="session")
 def cube():
     """particles, model, press, settings, and the fitness of a motion that springs of 1500 Pa make."""
+    asked = Settings(rise_s=0.01, duration_s=0.024, step_s=0.0004, damping_ratio=0.2, key_points_m=KEYS)
+    made = experiment(asked, 0.25)
+    press = made.presses["top"]
+    motion = simulate(made.model, np.full(120, 1500.0), press, made.settings)
+    fitness = made.fitness("top", {"top": motion})
     mesh = paper_cube(0.01)
-    particles = solid_particles(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(1000.0, 0.25, 1000.0), "cube")
-    model = spring_model(particles)
-    node, inward = middle(mesh, "top")
-    press = Press("top", node, 0.001 * inward, 0.01)
-    keys = key_points(mesh.nodes, mesh.tetrahedra, KEYS)
-    settings = Settings(0.0004, 60, 0.2, keys)
-    motion = simulate(model, np.full(120, 1500.0), press, settings)
-    fitness = Fitness(model, press, settings, *motion)
-    return SimpleNamespace(
-        mesh=mesh, particles=particles, model=model, press=press, settings=settings, motion=motion, fitness=fitness
-    )
+    return SimpleNamespace(**vars(made), mesh=mesh, press=press, motion=motion, fitness=fitness)

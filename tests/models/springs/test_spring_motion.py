@@ -50,19 +50,6 @@ def test_a_motion_is_that_of_the_effects(cube, young):
     assert velocities[-1] == pytest.approx(settings.keys.of(v), rel=1e-8, abs=1e-12)
 
 
-def test_half_the_step_halves_the_error(cube):
-    """First order, against steps of an eighth."""
-
-    def at_the_end(parts):
-        settings = replace(cube.settings, step_s=cube.settings.step_s / parts, steps=cube.settings.steps * parts)
-        return simulate(cube.model, np.full(120, 1000.0), cube.press, settings)[0][-1]
-
-    # against the limit extrapolated from steps of 1/32 and 1/64
-    limit = 2 * at_the_end(64) - at_the_end(32)
-    errors = [np.linalg.norm(at_the_end(parts) - limit) for parts in (4, 8)]
-    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)
-
-
 def test_the_papers_damping_would_freeze_the_cube(cube):
     """Eq. 6 with lengths in metres: hundreds of times critical, and a spring relaxes over seconds."""
     model = cube.model
@@ -85,9 +72,6 @@ def test_masses_and_weights_are_the_bodys(cube):
     pairs, stiffness = volume_springs(cube.particles)
     assert np.array_equal(cube.model.pairs, pairs)
     assert 1000.0 * cube.model.weights == pytest.approx(stiffness, rel=1e-13)
-    # Σ k l² = 9 V (2E/3): eq. 5 is isotropic elasticity at ν = 1/4, averaged over directions
-    total = (cube.model.weights * cube.model.rest_m**2).sum()
-    assert total == pytest.approx(9.0 * 1e-6 * 2.0 / 3.0, rel=1e-12)
 
 
 def test_key_points_follow_an_affine_motion(cube):
@@ -121,7 +105,8 @@ def test_swelling_is_damped_as_in_the_springs(cube):
     assert (dampings(model, k, 0.2) * rates**2).sum() == pytest.approx(power, rel=1e-9)
 
 
-def test_finer_steps_converge_to_first_order(cube):
+def test_the_reference_follows_the_press_and_finer_steps_converge_to_first_order(cube):
+    """The top goes down, and as far within a factor of three as springs of a modulus half as large again."""
     settings = replace(cube.settings, steps=20)
     coarse, middle, fine = (
         reference_motion(cube.particles, cube.model, cube.press, settings, substeps)[0] for substeps in (1, 2, 4)
@@ -130,12 +115,4 @@ def test_finer_steps_converge_to_first_order(cube):
     moved, off = np.abs(fine - settings.keys.of(cube.model.nodes)).max(), np.abs(middle - fine).max()
     assert 1e-5 < moved < 1e-3 and off < 0.05 * moved
     assert np.abs(coarse - middle).max() / off == pytest.approx(2.0, rel=0.2)
-
-
-def test_it_follows_the_press(cube):
-    """The top goes down, and as far within a factor of three as springs of the same modulus."""
-    settings = replace(cube.settings, steps=30)
-    positions, velocities = reference_motion(cube.particles, cube.model, cube.press, settings, 1)
-    down = 0.01 - positions[-1, 0, 2]
-    assert 1.0 < (0.01 - cube.motion[0][29, 0, 2]) / down < 3.0
-    assert velocities[10, 0, 2] < 0.0
+    assert 1.0 < (0.01 - cube.motion[0][19, 0, 2]) / (0.01 - fine[-1, 0, 2]) < 3.0

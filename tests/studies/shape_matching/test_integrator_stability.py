@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.studies.shape_matching import integrator_stability
-from palpate.studies.shape_matching.integrator_stability import explicit_radius, goal_radius, implicit_radius
+from palpate.report.claims import CONFIRMED
+from palpate.studies.shape_matching import claims, integrator_stability
 
 pytestmark = pytest.mark.slow
 
@@ -14,17 +14,6 @@ def table():
     return integrator_stability.measure([0.5])
 
 
-def test_formulas_are_the_matrices_spectral_radii():
-    def radius(matrix):
-        return np.abs(np.linalg.eigvals(matrix)).max()
-
-    for s in (0.01, 0.7, 1.9, 2.1, 30.0):  # k = m = 1
-        assert explicit_radius(s) == pytest.approx(radius([[1, -s], [s, 1 - s**2]]), rel=1e-12)
-        assert implicit_radius(s) == pytest.approx(radius(np.linalg.inv([[1, s], [-s, 1]])), rel=1e-12)
-        for alpha in (0.1, 0.5, 1.0):
-            assert goal_radius(alpha) == pytest.approx(radius([[1, -alpha / s], [s, 1 - alpha]]), rel=1e-9)
-
-
 def test_runs_grow_as_the_formulas_say(table):
     assert len(table) == 3 * 41
     assert table["h_over_sqrt_m_k"].agg(["min", "max"]).tolist() == pytest.approx([0.01, 100.0])
@@ -32,10 +21,7 @@ def test_runs_grow_as_the_formulas_say(table):
 
 
 def test_only_the_explicit_scheme_blows_up_and_where_it_states(table):
+    assert {claim.verdict for claim in claims._integrators(table)} == {CONFIRMED}
     explicit = table["scheme"] == "symplectic_euler"
-    assert np.abs(table.loc[explicit, "blow_up_measured"] / 2 - 1).max() < 0.01
     assert table.loc[explicit, "limit_stated"].to_numpy() == pytest.approx(2.0, rel=1e-12)
     assert np.isinf(table.loc[~explicit, ["blow_up_measured", "limit_stated"]].to_numpy()).all()
-    case = integrator_stability.cases([])[0]  # it repeats itself, having no solver
-    one, other = (integrator_stability._log_amplitudes(case, case.integrator(), 1.5) for _ in range(2))
-    assert np.array_equal(one, other)

@@ -30,7 +30,3 @@ def test_exponents_are_fitted_to_many_particles(table):
     power = table.assign(ms_per_step=np.where(table["all_particles"] < 3000, 7.0, 1e-4 * table["all_particles"] ** 1.2))
     fits = shape_matching_timing.exponents(power)
     assert len(fits) == 9 and np.allclose(fits["exponent"], 1.2)
-
-
-def test_rotations_are_compared_on_the_same_matrices():
-    assert shape_matching_timing.rotation_speedup(100, repeats=1) > 0

@@ -100,13 +100,6 @@ def test_the_floor_is_below_what_one_press_teaches(found, references):
     assert floor.query("not volume_force")["fitness"].sum() > one["fitness"].sum()
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"key_points_m": [[0.005, 0.005, 0.02]]}, r"springs\.key_points_m\[0\] is .* outside the mesh"),
-        ({"step_s": 0.01}, r"springs\.step_s is 0\.01 s, and springs of 3000 Pa are stable up to"),
-    ],
-)
-def test_what_cannot_be_is_said(change, said):
-    with pytest.raises(InputError, match=said):
-        experiment.experiment(SMOKE.but(**change), 0.3)
+def test_a_step_that_is_too_long_is_refused():
+    with pytest.raises(InputError, match=r"springs\.step_s is 0\.01 s, and springs of 3000 Pa are stable up to"):
+        experiment.experiment(SMOKE.but(step_s=0.01), 0.3)

@@ -11,9 +11,10 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import EDGES, TetMesh
 from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.particles import Particles, solid_particles
+from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.models.springs import spring_motion
-from palpate.models.springs.fitness import Fitness, Range, check_step, volume_stiffness
+from palpate.models.springs.fitness import Fitness, Range, step_limit, volume_stiffness
 from palpate.models.springs.spring_motion import Press, Settings, SpringModel
 
 Motion = tuple[np.ndarray, np.ndarray]
@@ -41,8 +42,13 @@ class Experiment:
 
     def with_volume(self, stiffness_n_m: float) -> "Experiment":
         """Return the experiment with a volume force of this stiffness; raises InputError if the step is too long."""
-        settings = replace(self.settings, volume_n_m=stiffness_n_m)
-        check_step(self.particles, self.model, settings, self.limits)
+        settings, stiffest_pa = replace(self.settings, volume_n_m=stiffness_n_m), self.limits.high_pa
+        limit = step_limit(self.particles, self.model, settings, stiffest_pa)
+        if settings.step_s > limit:
+            raise InputError(
+                f"springs.step_s is {settings.step_s:g} s, and springs of {stiffest_pa:g} Pa are stable up to "
+                f"{limit:.3g} s only; take a shorter step, or lower springs.young_pa."
+            )
         return replace(self, settings=settings)
 
     def volume_n_m(self) -> float:
@@ -87,9 +93,7 @@ def simulate_references(experiment: Experiment, substeps: int) -> dict[str, Moti
 
 def save_references(references: dict[str, Motion], path: str | Path) -> None:
     """Write all motions to one file."""
-    arrays: dict[str, Any] = {}
-    for name, (x, v) in references.items():
-        arrays |= {f"{name}_x": x, f"{name}_v": v}
+    arrays: dict[str, Any] = {name: np.stack(motion) for name, motion in references.items()}
     with write_whole(path) as part, open(part, "wb") as file:
         np.savez(file, **arrays)
 
@@ -97,7 +101,7 @@ def save_references(references: dict[str, Motion], path: str | Path) -> None:
 def load_references(path: str | Path) -> dict[str, Motion]:
     """Read the motions that ``save_references`` wrote."""
     with np.load(path) as file:
-        return {name: (file[f"{name}_x"], file[f"{name}_v"]) for name in FACES}
+        return {name: tuple(file[name]) for name in FACES}
 
 
 def paper_cube(side_m: float) -> TetMesh:

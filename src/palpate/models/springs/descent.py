@@ -8,7 +8,7 @@ spring_motion.py, with a = ∂L/∂x and b = ∂L/∂v of all that comes later:
 Trap: the whole motion must be stored, 48 bytes per node and step; the cube's 120 nodes need 6 kB per step.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from time import perf_counter
 
 import numba
@@ -17,19 +17,8 @@ from scipy.optimize import minimize
 
 from palpate.effects.volume_preservation import distance_sum
 from palpate.models.springs import spring_motion
-from palpate.models.springs.fitness import ALPHA_S, Fit, Fitness, Range
+from palpate.models.springs.fitness import ALPHA_S, Fit, Fitness, Range, Track
 from palpate.models.springs.spring_motion import Press, Settings, SpringModel
-
-
-@dataclass(frozen=True, eq=False)
-class Gradient:
-    """Derivatives of a number that depends on a motion, by the stiffness of the springs that move.
-
-    young : (n,) by the modulus of each node [1/Pa]; volume : by the stiffness of the volume force [m/N]
-    """
-
-    young: np.ndarray
-    volume: float
 
 
 def pull_back(
@@ -39,9 +28,10 @@ def pull_back(
     settings: Settings,
     motion: tuple[np.ndarray, np.ndarray],
     by_motion: tuple[np.ndarray, np.ndarray],
-) -> Gradient:
+) -> tuple[np.ndarray, float]:
     """Return the derivatives of a number by the moduli, from its derivatives by the key points' motion: the adjoint.
 
+    Those are (n,) [1/Pa], by the modulus of each node, and by the stiffness of the volume force [m/N].
     motion : of ``spring_motion.trajectory``
     by_motion : by positions and velocities, both (steps/every, p, 3), as ``spring_motion.simulate`` returns these
     """
@@ -56,7 +46,7 @@ def pull_back(
     )  # fmt: skip
     by_stiffness += by_damping * damping / (2.0 * stiffness)
     halves = np.repeat(0.5 * by_stiffness * model.weights, 2)
-    return Gradient(np.bincount(pairs.ravel(), halves, minlength=len(young)), float(by_volume[0]))
+    return np.bincount(pairs.ravel(), halves, minlength=len(young)), float(by_volume[0])
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -155,8 +145,8 @@ LEAST_VOLUME = 1e-6
 """Least stiffness of a fitted volume force, relative to the largest; at 0 it would have no derivative."""
 
 
-def value_and_gradient(fitness: Fitness, young: np.ndarray, volume_n_m: float) -> tuple[float, Gradient]:
-    """Compute the fitness [m] of moduli ``young`` (n,) [Pa] (paper 2, eq. 9) and its derivatives.
+def value_and_gradient(fitness: Fitness, young: np.ndarray, volume_n_m: float) -> tuple[float, np.ndarray, float]:
+    """Compute the fitness [m] of moduli ``young`` (n,) [Pa] (paper 2, eq. 9) and its derivatives of ``pull_back``.
 
     volume_n_m : stiffness κ of the volume force [N/m], 0 for none
     Raises NotConverged if the motion diverges. Trap: a norm has no derivative where the difference is zero, as at the
@@ -170,7 +160,7 @@ def value_and_gradient(fitness: Fitness, young: np.ndarray, volume_n_m: float) -
         norms = np.linalg.norm(residual, axis=2, keepdims=True)
         value -= weight * float(norms.sum())
         by_motion.append(-weight * np.divide(residual, norms, out=np.zeros_like(residual), where=norms > 0.0))
-    return value, pull_back(model, young, press, settings, motion, tuple(by_motion))
+    return value, *pull_back(model, young, press, settings, motion, tuple(by_motion))
 
 
 def descend(
@@ -190,18 +180,14 @@ def descend(
         nonlocal best
         young = np.exp(unknowns[:n])
         volume = initial_n_m if most_n_m is None else float(unknowns[n]) * most_n_m
-        gradients = [value_and_gradient(press, young, volume) for press in presses]
-        value = sum(value for value, _ in gradients)
+        found = [value_and_gradient(press, young, volume) for press in presses]
+        value, by_young, by_volume = map(sum, zip(*found, strict=True))
         if value > best[0]:
             best = (value, young, volume)
         history.append([len(history) + 1, perf_counter() - begin, best[0]])
-        by_unknowns = sum(gradient.young for _, gradient in gradients) * young
-        if most_n_m is not None:
-            by_unknowns = np.append(by_unknowns, most_n_m * sum(gradient.volume for _, gradient in gradients))
-        return -value, -by_unknowns
+        return -value, -np.append(by_young * young, [] if most_n_m is None else most_n_m * by_volume)
 
-    start = np.log(np.clip(start_pa, limits.low_pa, limits.high_pa))
-    bounds = [(np.log(limits.low_pa), np.log(limits.high_pa))] * n
+    start, bounds = np.log(np.clip(start_pa, *limits)), [tuple(np.log(limits))] * n
     if most_n_m is not None:
         start = np.append(start, np.clip(initial_n_m / most_n_m, LEAST_VOLUME, 1.0))
         bounds.append((LEAST_VOLUME, 1.0))
@@ -231,29 +217,26 @@ def descend_smoothly(fitness: Fitness, start_pa: np.ndarray, limits: Range, eval
     Trap: with the norms of eq. 9 in place of squares, moduli must differ more until the press is within 5 %, and the
     other presses of paper 2's cube have errors of 17 and not 14 % of the peak.
     """
-    begin, logs = perf_counter(), np.log(np.clip(start_pa, limits.low_pa, limits.high_pa))
-    history: list[list[float]] = []
+    track, logs, bounds = Track(fitness), np.log(np.clip(start_pa, *limits)), [tuple(np.log(limits))] * len(start_pa)
 
     def cost(logs, strength):
         young = np.exp(logs)
         square, gradient = square_and_gradient(fitness, young)
-        best = max(history[-1][2] if history else -np.inf, float(fitness(young[None])[0]))
-        history.append([len(history) + 1, perf_counter() - begin, best])
+        track(young[None])
         deviation = logs - logs.mean()
         return square + strength * deviation @ deviation, gradient * young + 2.0 * strength * deviation
 
-    bounds = [(np.log(limits.low_pa), np.log(limits.high_pa))] * len(logs)
     count = round(PER_DECADE * np.log10(LARGEST / SMALLEST))
     for strength in np.geomspace(LARGEST, SMALLEST, count + 1):
-        remaining = evaluations - len(history)
+        remaining = evaluations - len(track.history)
         options = {"maxcor": MEMORY, "maxfun": remaining, "maxiter": remaining, "ftol": 1e-9, "gtol": 0.0}
         result = minimize(cost, logs, strength, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
         logs = result.x
         square = result.fun - strength * ((logs - logs.mean()) ** 2).sum()
-        if square <= TARGET_ERROR**2 or len(history) >= evaluations:
+        if square <= TARGET_ERROR**2 or len(track.history) >= evaluations:
             break
     young = np.exp(logs)
-    return Fit(young, float(fitness(young[None])[0]), np.array(history))
+    return Fit(young, float(fitness(young[None])[0]), np.array(track.history))
 
 
 def square_and_gradient(fitness: Fitness, young: np.ndarray) -> tuple[float, np.ndarray]:
@@ -266,5 +249,5 @@ def square_and_gradient(fitness: Fitness, young: np.ndarray) -> tuple[float, np.
     residual = settings.compared(motion[0]) - fitness.positions
     peak = np.linalg.norm(fitness.positions - settings.keys.of(model.nodes), axis=2).max()
     scale = residual[..., 0].size * peak**2
-    gradient = pull_back(model, young, press, settings, motion, (2.0 * residual / scale, np.zeros_like(residual)))
-    return float((residual**2).sum() / scale), gradient.young
+    by_motion = 2.0 * residual / scale, np.zeros_like(residual)
+    return float((residual**2).sum() / scale), pull_back(model, young, press, settings, motion, by_motion)[0]

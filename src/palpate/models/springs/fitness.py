@@ -3,18 +3,19 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import NamedTuple
 
 import numba
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from palpate.bodies.material import Material
-from palpate.bodies.mesh import EDGES, TetMesh
+from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect
 from palpate.effects.held import Held
 from palpate.effects.kelvin import Kelvin
-from palpate.effects.springs import Springs
+from palpate.effects.springs import Springs, sum_around_edges
 from palpate.effects.volume_preservation import Volume, rest_distance_sum
 from palpate.errors import InputError
 from palpate.models.springs.spring_motion import Press, Settings, SpringModel, advance, constants, dampings, stiffnesses
@@ -38,8 +39,7 @@ class Fit:
     history: np.ndarray
 
 
-@dataclass(frozen=True)
-class Range:
+class Range(NamedTuple):
     """The least and largest modulus of a search, ``low_pa`` and ``high_pa`` [Pa]."""
 
     low_pa: float
@@ -174,11 +174,8 @@ def lloyd(model: SpringModel, material: Material) -> tuple[SpringModel, np.ndarr
     tetrahedron of the same volume: the long and the short edges of an element get equal springs.
     """
     regular = np.cbrt(6.0 * np.sqrt(2.0) * TetMesh(model.nodes, model.tetrahedra).volumes)
-    ends = np.sort(model.tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
-    pairs, edge = np.unique(ends, axis=0, return_inverse=True)
+    pairs, weights = sum_around_edges(model.tetrahedra, 2.0 * np.sqrt(2.0) / 25.0 * regular)
     assert np.array_equal(pairs, model.pairs)
-    shares = np.repeat(2.0 * np.sqrt(2.0) / 25.0 * regular, len(EDGES))
-    weights = np.bincount(edge.ravel(), shares, minlength=len(pairs))
     return replace(model, weights=weights), np.full(len(model.masses), float(material.young_pa))
 
 
@@ -189,7 +186,7 @@ CLOSED = {"van_gelder": van_gelder, "lloyd": lloyd}
 def uniform(fitness: Callable[[np.ndarray], np.ndarray], nodes: int, limits: Range) -> Fit:
     """Return the fittest modulus common to all ``nodes``: by even steps of log E, then Brent's method at the best."""
     track = Track(fitness)
-    low, high = np.log(limits.low_pa), np.log(limits.high_pa)
+    low, high = np.log(limits)
     logs = np.linspace(low, high, STARTS)
     best = int(np.argmax(track(np.exp(np.repeat(logs[:, None], nodes, axis=1)))))
     around = (logs[max(best - 1, 0)], logs[min(best + 1, STARTS - 1)])
@@ -222,13 +219,3 @@ def step_limit(particles: Particles, model: SpringModel, settings: Settings, you
     if len(model.held):
         effects["held"] = Held(model.held)
     return stable_step(System(particles, effects))
-
-
-def check_step(particles: Particles, model: SpringModel, settings: Settings, limits: Range) -> None:
-    """Raise InputError if the step is too long for the stiffest springs of ``limits``; softer ones are slower."""
-    limit = step_limit(particles, model, settings, limits.high_pa)
-    if settings.step_s > limit:
-        raise InputError(
-            f"springs.step_s is {settings.step_s:g} s, and springs of {limits.high_pa:g} Pa are stable up to "
-            f"{limit:.3g} s only; take a shorter step, or lower springs.young_pa."
-        )

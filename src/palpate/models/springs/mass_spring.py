@@ -136,14 +136,11 @@ class Network(LoadedSprings):
 
         Where the stiffness is not positive definite, this is the last iterate of conjugate gradients.
         """
-        stiffness = self.stiffness(x)
-        right = by_x.copy()
+        stiffness, right = self.stiffness(x), by_x.copy()
         right[self.particles.held] = 0.0
-
-        def product(p: np.ndarray) -> np.ndarray:
-            return (stiffness @ p.ravel()).reshape(p.shape)
-
-        return conjugate_gradients(product, self._factor.solve, right, 1e-3, 200)[0]
+        return conjugate_gradients(
+            lambda p: (stiffness @ p.ravel()).reshape(p.shape), self._factor.solve, right, 1e-3, 200
+        )[0]
 
 
 WIDTH = 10.0

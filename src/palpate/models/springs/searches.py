@@ -35,7 +35,7 @@ class Genetic:
     ):
         self._track, self._limits = Track(fitness), limits
         self._random = np.random.default_rng(seed)
-        young = self._random.uniform(limits.low_pa, limits.high_pa, (population, nodes))
+        young = self._random.uniform(*limits, (population, nodes))
         self._keep(young, self._track(young))
         self.generation = 0
 
@@ -65,7 +65,7 @@ class Genetic:
             chosen = random.random(len(child)) < 0.5
             sigma = (limits.high_pa - limits.low_pa) * (1.0 / (n + 1) + 0.002)  # eq. 8
             child[chosen] = random.normal(child[chosen], sigma)
-        return np.clip(child, limits.low_pa, limits.high_pa)
+        return np.clip(child, *limits)
 
 
 def evolve(
@@ -102,7 +102,7 @@ def cma_es(
 
     options = {
         "seed": seed + 1,
-        "bounds": [float(np.log(limits.low_pa)), float(np.log(limits.high_pa))],
+        "bounds": np.log(limits).tolist(),
         "maxfevals": evaluations,
         "popsize": len(LANES),
         "verbose": -9,

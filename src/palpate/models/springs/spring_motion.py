@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles
 from palpate.effects import kelvin
 from palpate.effects.held import Held
@@ -54,7 +55,9 @@ class SpringModel:
 
 def spring_model(particles: Particles) -> SpringModel:
     """Build the network of a solid's tetrahedra."""
-    pairs, around = sum_around_edges(particles, particles.tissue.young_pa / particles.material.young_pa)
+    stiffer = particles.tissue.young_pa / particles.material.young_pa
+    volumes = TetMesh(particles.nodes, particles.tetrahedra).volumes
+    pairs, around = sum_around_edges(particles.tetrahedra, stiffer * volumes)
     rest = rest_lengths(particles.nodes, pairs)
     held = np.array(particles.held)
     return SpringModel(particles.nodes, particles.tetrahedra, pairs, rest, around / rest**2, particles.masses, held)

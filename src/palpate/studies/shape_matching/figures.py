@@ -57,7 +57,8 @@ def _threshold(axis, stability) -> None:
 _MODES = {"rigid": ("#0072b2", "o", 7), "linear": ("#009e73", "s", 4), "quadratic": ("#d55e00", "D", 4)}
 """Colour, marker and its size; rigid and linear cost the same, so that one marker must surround the other."""
 _SEEN_FROM = np.array([[0.9, 0.43, 0.0], [-0.15, 0.31, 0.94]])
-"""The directions of the picture, across and up, in space."""
+_FROM_SIDE = np.eye(3)[[0, 2]]
+"""Directions of pictures, across and up, in space."""
 
 
 @style.figure("deformation_modes", tables=("deformation_modes",))
@@ -70,8 +71,8 @@ def draw_deformation_modes(deformation_modes) -> Figure:
     for row, (mode, (colour, _, _)) in zip(axes, _MODES.items(), strict=True):
         for axis, deformation in zip(row, deformations, strict=True):
             group = tables.where(table, deformation=deformation, mode=mode)
-            _block_edges(axis, group, "", style.FAINT, 1.6)
-            _block_edges(axis, group, "goal_", colour, 0.7)
+            _edges(axis, group, "", _SEEN_FROM, style.FAINT, 1.6)
+            _edges(axis, group, "goal_", _SEEN_FROM, colour, 0.7)
             left = group["left"].iloc[0]
             said, place = f"misses {percent(left)}" if left > 1e-9 else "follows", ((0.5, 0.0), (0, -2))
             axis.annotate(said, *place, "axes fraction", "offset points", ha="center", va="top", fontsize=8)
@@ -84,10 +85,13 @@ def draw_deformation_modes(deformation_modes) -> Figure:
     return figure
 
 
-def _block_edges(axis, group, which: str, colour: str, width: float) -> None:
-    """Join particles that are neighbours at rest; ``which`` begins the names of the columns of their places."""
+def _edges(axis, group, which: str, view: np.ndarray, colour: str, width: float) -> None:
+    """Join particles that are neighbours at rest, drawn across and up along ``view`` (2, 3).
+
+    which : begins the names of the columns of their places
+    """
     rest = group[[f"rest_{axis}_m" for axis in "xyz"]].to_numpy()
-    places = 100.0 * group[[f"{which}{axis}_m" for axis in "xyz"]].to_numpy() @ _SEEN_FROM.T
+    places = 100.0 * group[[f"{which}{axis}_m" for axis in "xyz"]].to_numpy() @ view.T
     order = {tuple(np.round(node, 9)): number for number, node in enumerate(rest)}
     lines = []
     for side in range(3):
@@ -113,8 +117,8 @@ def draw_clusters(clusters) -> Figure:
     places = 100.0 * np.concatenate([clusters[["rest_x_m", "rest_z_m"]], clusters[["x_m", "z_m"]]])
     (left, low), (right, high) = places.min(axis=0) - 1.5, places.max(axis=0) + 1.5
     for axis, (count, group), colour in zip(axes, groups, _COLOURS, strict=False):
-        _column_edges(axis, group, ["rest_x_m", "rest_z_m"], style.FAINT, 0.7)
-        _column_edges(axis, group, ["x_m", "z_m"], style.INK, 0.9)
+        _edges(axis, group, "rest_", _FROM_SIDE, style.FAINT, 0.7)
+        _edges(axis, group, "", _FROM_SIDE, style.INK, 0.9)
         farther = 100.0 * np.linalg.norm(displacement(group), axis=1)
         colours = {"c": farther, "norm": norm, "cmap": style.DISPLACEMENT, "edgecolors": style.INK}
         dots = axis.scatter(*(100.0 * group[["x_m", "z_m"]].to_numpy().T), s=18, linewidths=0.4, zorder=3, **colours)
@@ -131,13 +135,6 @@ def draw_clusters(clusters) -> Figure:
         dots, ax=axes[:-1], orientation="horizontal", shrink=0.5, aspect=40, label="displacement [cm] (grey: at rest)"
     )
     return figure
-
-
-def _column_edges(axis, group, columns: list[str], colour: str, width: float) -> None:
-    """Join particles that are neighbours along x or z at rest."""
-    for across, along in (("rest_x_m", "rest_z_m"), ("rest_z_m", "rest_x_m")):
-        for _, line in group.sort_values(along).groupby([across, "rest_y_m"]):
-            axis.plot(*(100.0 * line[columns].to_numpy().T), color=colour, lw=width)
 
 
 _KINDS = {"tetrahedra": "neighbourhoods until\nall are covered", "each_tetrahedron": "one neighbourhood\na tetrahedron"}

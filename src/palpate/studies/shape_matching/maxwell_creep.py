@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import sparse
 from scipy.signal import StateSpace, lsim
-from scipy.sparse.linalg import spsolve
 
 from palpate.bodies.particles import Particles
+from palpate.linalg.multigrid import Factor
 from palpate.scenes.motion import Motion
 from palpate.scenes.moved_particles import load_particles
 from palpate.scenes.run_scene import compose
@@ -86,16 +85,15 @@ def _load(system: System, time: float) -> np.ndarray:
     """Return the loads (n, 3) [N] at a time, zero on held nodes."""
     system.at(time)
     rest = system.particles.nodes
-    return np.where(system.free[:, None], system.outer_force(rest, np.zeros_like(rest)), 0.0)
+    return system.outer_force(rest, np.zeros_like(rest))
 
 
 def _static(system: System, load: np.ndarray) -> np.ndarray:
     """Compute the linear displacements (n, 3) [m] under ``load`` (n, 3) [N]."""
-    unknowns = np.flatnonzero(np.repeat(system.free, 3))
-    stiffness = sparse.csr_array(system.stiffness(system.particles.nodes, definite=True))
-    moved = np.zeros(load.size)
-    moved[unknowns] = spsolve(stiffness[unknowns][:, unknowns].tocsc(), load.ravel()[unknowns])
-    return moved.reshape(load.shape)
+    stiffness = system.stiffness(system.particles.nodes, definite=True)
+    assert stiffness is not None  # springs have one
+    system.hold(stiffness)
+    return Factor(stiffness).solve(load)
 
 
 def tabulate_shape_matching(input: Any, scene: Scene | None) -> dict[str, pd.DataFrame]:

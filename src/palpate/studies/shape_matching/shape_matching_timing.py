@@ -1,7 +1,6 @@
 """Time of a step of shape matching (paper 3's figure 3.12), and how it grows with the number of particles."""
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,6 @@ import pandas as pd
 
 from palpate.benchmark.measuring import processor_seconds
 from palpate.effects.shape_matching import TERMS
-from palpate.linalg.polar import rotations
 from palpate.report.tables import where
 from palpate.studies.matched_boxes import DIVISIONS, stepper
 from palpate.table_declaration import Table
@@ -49,14 +47,6 @@ def measure(repeats: int) -> pd.DataFrame:
     return pd.DataFrame(rows).assign(ms_per_step=1e3 * seconds, threads=1)
 
 
-def rotation_speedup(count: int = 20_000, repeats: int = 5) -> float:
-    """Measure the speed-up of ``rotations`` over ``numpy.linalg.svd`` on ``count`` random matrices (3, 3)."""
-    matrices = np.random.default_rng(0).normal(size=(count, 3, 3))
-    calls = partial(rotations, matrices), partial(np.linalg.svd, matrices)
-    fast, lapack = np.median([[processor_seconds(call, TIMED_S) for call in calls] for _ in range(repeats)], axis=0)
-    return float(lapack / fast)
-
-
 HEADLINE: dict[str, Any] = {"particles": 100, "clusters": 8, "mode": "quadratic", "objects": 100}
 """The case that the thesis ran at 50 steps a second."""
 
@@ -85,5 +75,4 @@ def time_shape_matching(settings: Mapping[str, Any], say: Callable[[str], None])
     fits = ", ".join(f"{row.mode} {row.clusters}: {row.exponent:.3f}" for row in exponents(table).itertuples())
     say(f"100 objects of 100 particles in 8 quadratic clusters: {headline(table):.3f} ms a step")
     say(f"exponents of the cost in particles: {fits}")
-    say(f"rotations are found {rotation_speedup():.1f} times faster than by numpy.linalg.svd")
     return table

@@ -143,19 +143,14 @@ def test_a_law_of_a_file_has_a_truth_where_it_is_palpate_s_own(pressed, question
         presses.find_truth(few, "mine")
 
 
-def test_a_truth_is_found_once_and_kept_beside_its_questions(questions, folder):
+def test_a_truth_is_found_once_and_kept_beside_its_questions(questions, folder, monkeypatch):
     """The truth of the body's own law, found anew from the folder alone, is the run's."""
-    asked = []
-
-    def find(law):
-        asked.append(law)
-        return presses.find_truth(replace(questions, truth=None), law)
-
-    found = truth_beside(questions, folder, "corotational", find)
+    found = truth_beside(replace(questions, truth=None), folder, "corotational")
     assert np.allclose(found["displacement_m"], questions.truth["displacement_m"], rtol=0, atol=1e-9)
     assert np.allclose(found["own_rmse_of_peak"], questions.truth["own_rmse_of_peak"], rtol=0.01)
-    again = truth_beside(questions, folder, "corotational", find)
-    assert asked == ["corotational"] and np.array_equal(again["displacement_m"], found["displacement_m"])
+    monkeypatch.setattr(presses, "find_truth", lambda *_: pytest.fail("it is found twice"))
+    again = truth_beside(questions, folder, "corotational")
+    assert np.array_equal(again["displacement_m"], found["displacement_m"])
 
 
 def test_the_command_writes_a_table_and_a_picture_beside_palpate_s_models(rows_of_run, folder, answers, tmp_path):

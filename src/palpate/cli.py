@@ -12,9 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from palpate.errors import InputError, explained
+from palpate.run.job import kernel_cache
 
 if TYPE_CHECKING:
     from palpate.effects.instrument import Instrument
+    from palpate.init.recognise import Data
 
 
 class _Parser(argparse.ArgumentParser):
@@ -28,6 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; 0, or 1 with one sentence on standard error if something given cannot be used."""
     try:
         asked = _parser().parse_args(arguments)
+        os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))  # where make keeps compiled functions
         with explained():
             print(asked.act(asked), flush=True)
     except BrokenPipeError:  # whoever reads has had enough
@@ -164,7 +167,6 @@ def _add_identify(command: argparse.ArgumentParser) -> None:
 
 
 def _identify(asked: argparse.Namespace) -> str:
-    _share_compiled()
     from palpate.init.identify_command import Asked, body_of, identify_file
 
     if asked.body is not None and asked.thickness is not None:
@@ -207,13 +209,23 @@ def _range(text: str, number: Callable[[str], float] = float) -> tuple[float, fl
 
 def _init(asked: argparse.Namespace) -> str:
     from palpate.init.command import init, init_each
+
+    if asked.each:
+        return init_each(*_given(asked), asked.threshold, asked.folder, asked.mri, asked.scale, asked.hold)
+    return init(_recognised(asked), asked.folder, asked.hold)
+
+
+def _try(asked: argparse.Namespace) -> str:
+    from palpate.init.command import program
+    from palpate.init.try_command import try_body
+
+    return try_body(_recognised(asked), asked.folder, asked.hold, f"{program()} {shlex.join(sys.argv[1:])}")
+
+
+def _recognised(asked: argparse.Namespace) -> "Data":
     from palpate.init.recognise import recognise
 
-    paths, label = _given(asked)
-    if asked.each:
-        return init_each(paths, label, asked.threshold, asked.folder, asked.mri, asked.scale, asked.hold)
-    data = recognise(paths, label, asked.threshold, asked.regions, asked.mri, asked.scale)
-    return init(data, asked.folder, asked.hold)
+    return recognise(*_given(asked), asked.threshold, asked.regions, asked.mri, asked.scale)
 
 
 def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
@@ -226,25 +238,7 @@ def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
     return paths, [int(label) if label.isdecimal() else label for label in asked.label]
 
 
-def _try(asked: argparse.Namespace) -> str:
-    from palpate.init.command import program
-    from palpate.init.recognise import recognise
-    from palpate.init.try_command import try_body
-
-    paths, label = _given(asked)
-    data = recognise(paths, label, asked.threshold, asked.regions, asked.mri, asked.scale)
-    return try_body(data, asked.folder, asked.hold, f"{program()} {shlex.join(sys.argv[1:])}")
-
-
-def _share_compiled() -> None:
-    """Take the compiled functions that make keeps, of this very code."""
-    from palpate.run.job import kernel_cache
-
-    os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))
-
-
 def _press(asked: argparse.Namespace) -> str:
-    _share_compiled()
     from palpate.press.serve.command import press
 
     return press(asked.config, asked.results, asked.scene, asked.model, asked.port, not asked.no_browser)
@@ -257,7 +251,6 @@ def _port(text: str) -> int:
 
 
 def _export(asked: argparse.Namespace) -> str:
-    _share_compiled()
     from palpate.press.portable.command import export
 
     instruments = [_instrument(text) for text in asked.instrument]
@@ -282,14 +275,12 @@ def _load(asked: argparse.Namespace) -> str:
 
 
 def _ask(asked: argparse.Namespace) -> str:
-    _share_compiled()
     from palpate.exchange.ask import ask
 
     return ask(asked.config, asked.results, asked.scene, asked.seed, asked.out)
 
 
 def _score(asked: argparse.Namespace) -> str:
-    _share_compiled()
     from palpate.exchange.score import score
 
     return score(asked.answers, asked.questions, asked.results, asked.out, asked.own_law)

@@ -52,8 +52,8 @@ rule write_press:
         "results/benchmarks/{body}/write_press.tsv"
     params:
         **some("press", "contacts", "samples"),
-        radius_m=lambda wildcards: settings.press.radius_on(wildcards.body),
         **calls("palpate.studies.press.measure:write_press"),
+        radius_m=lambda wildcards: settings.press.radius_on(wildcards.body),
     script:
         "../job.py"
 

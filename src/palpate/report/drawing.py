@@ -1,8 +1,8 @@
 """Draw the figures of a study from its tables."""
 
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 from palpate.files import read_yaml
@@ -22,5 +22,4 @@ def draw(figures: Mapping[str, Mapping[str, Any]]) -> None:
         options = {"scene": scene} if scene else {}
         if figure["published"]:
             options["published"] = read_yaml(figure["published"])
-        module, _, function = figure["place"].partition(":")
-        style.save(getattr(import_module(module), function)(*read, **options), Path("results/figures") / name)
+        style.save(resolve_name(figure["place"])(*read, **options), Path("results/figures") / name)

@@ -8,9 +8,9 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from importlib import import_module
 from inspect import signature
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, get_type_hints
 
 from palpate.errors import InputError, NotConverged
@@ -73,8 +73,7 @@ def call(snakemake: Any) -> None:
     and the rule's figures drawn.
     """
     with job(snakemake.log[0], snakemake.output.get("warned")) as say:
-        module, _, name = snakemake.params.call.partition(":")
-        function = getattr(import_module(module), name)
+        function = resolve_name(snakemake.params.call)
         wanted = signature(function).parameters
         found = function(**{key: say if key == "say" else _given(snakemake, key, function) for key in wanted})
         if found is not None:

@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
+from exchange.conftest import files_of
 
 from palpate.benchmark.engine_scores import ANSWERS
 from palpate.benchmark.judge import read_judged
@@ -44,10 +45,7 @@ def test_linear_elements_from_elsewhere_are_scored_as_those_inside(pressed, fold
     """The script knows the folder alone; both solve to 1e-10, and errors agree to eight digits."""
     subprocess.run([sys.executable, "-I", SCRIPT, folder, tmp_path / "answers.npz"], check=True)
     found = score_answers(tmp_path / "answers.npz", questions, questions.truth)
-    place = pressed.results / "data/block"
-    files = {"body": place / "body.h5", "samples": place / "large/samples.csv"}
-    files |= {name: place / f"large/{name}.h5" for name in ("database", "truth")}
-    case, judge = read_judged(files, "large", 1, 0.03, FitOptions(), 1e-10)
+    case, judge = read_judged(files_of(pressed.results), "large", 1, 0.03, FitOptions(), 1e-10)
     models = [FEM(order=1, level=level, tolerance=1e-10) for level in (0, 1)]
     inside = measure(case, "fem_p1", models, judge, 1, 0.0)[1].set_index("setting")
     for outside, name in (

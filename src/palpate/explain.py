@@ -96,6 +96,7 @@ def _described(place: tuple, config: Any, schema: dict) -> tuple[dict, str]:
     """Return the part of the JSON schema at ``place``, and what it or the block that it is in means."""
     node, about = {key: each for key, each in schema.items() if key != "description"}, ""
     for step in (*place, None):
+        # a reference, or the only alternative that the value can be of, is what the schema means
         while len(found := [node.get("$ref")] if "$ref" in node else _alternatives(node, config)) == 1:
             own = {key: each for key, each in node.items() if key == "description"}
             node = schema["$defs"][str(found[0]).rpartition("/")[2]] | own

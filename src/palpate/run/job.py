@@ -91,7 +91,7 @@ OF_SNAKEMAKE = ("input", "output", "params", "wildcards", "threads")
 
 
 def _given(snakemake: Any, key: str, function: Callable) -> Any:
-    """Return an argument of a job's function."""
+    """Return the argument ``key`` of a job's function: what snakemake calls so, or a parameter of the rule."""
     if key in OF_SNAKEMAKE:
         return getattr(snakemake, key)
     from pydantic import TypeAdapter
@@ -166,7 +166,7 @@ def powers(exponents: Mapping[str, float]) -> str:
 
 
 def free_mb() -> float:
-    """Return how much memory [MB] is free, or that the group of processes which this one is limited with may use."""
+    """Return the free memory [MB] of the machine, or of this process's control group where that is less."""
     import psutil
 
     free, group = psutil.virtual_memory().available / 1e6, Path("/sys/fs/cgroup")

@@ -105,7 +105,7 @@ def _median(values: Sequence[float]) -> float:
 def export_model(
     input: Any, output: Any, say: Callable, settings: Settings, radius_m: float, seed: int, tolerance: float
 ) -> None:
-    """Prepare contact modes and a coarse mesh of a body for its page, for the rule of this name."""
+    """Prepare contact modes of a body for its page, for the rule of this name."""
     from palpate.press.portable import export
     from palpate.press.portable.touches import Touches
 

@@ -5,9 +5,9 @@ import os
 os.environ |= {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 os.environ["NUMBA_NUM_THREADS"] = str(snakemake.threads)
 
-from importlib import import_module
 from inspect import signature
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any, get_args, get_origin, get_type_hints
 
 from palpate.run.job import job, kernel_cache, steps, write_table
@@ -15,12 +15,6 @@ from palpate.run.job import job, kernel_cache, steps, write_table
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())
 OF_SNAKEMAKE = ("input", "output", "params", "wildcards", "threads")
 """Arguments that a function gets as snakemake has them."""
-
-
-def named(place: str) -> Any:
-    """Return what "module:name" names."""
-    module, _, name = place.partition(":")
-    return getattr(import_module(module), name)
 
 
 def arguments(function: Any, say: Any) -> dict[str, Any]:
@@ -71,9 +65,9 @@ def write(found: Any, file: str) -> None:
     if kind == "DataFrame":
         write_table(found, file)
     elif kind == "Database":
-        named("palpate.benchmark.database:write")(found, file)
+        resolve_name("palpate.benchmark.database:write")(found, file)
     else:
-        named("palpate.stores:store")(found, file)
+        resolve_name("palpate.stores:store")(found, file)
 
 
 def draw(figures: dict[str, dict[str, Any]]) -> None:
@@ -92,11 +86,11 @@ def draw(figures: dict[str, dict[str, Any]]) -> None:
         options = {"scene": scene} if scene else {}
         if figure["published"]:
             options["published"] = read_yaml(figure["published"])
-        style.save(named(figure["place"])(*shown, **options), Path("results/figures") / name)
+        style.save(resolve_name(figure["place"])(*shown, **options), Path("results/figures") / name)
 
 
 with job(snakemake.log[0], snakemake.output.get("warned")) as say:
-    function = named(snakemake.params.call)
+    function = resolve_name(snakemake.params.call)
     found = function(**arguments(function, say))
     if found is not None:  # several things with the names of outputs, or one for the first output
         several = found if isinstance(found, dict) else {0: found}

@@ -9,12 +9,15 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from palpate.errors import InputError, explained
+from palpate.run.job import kernel_cache
 
 if TYPE_CHECKING:
     from palpate.effects.instrument import Instrument
+    from palpate.init.recognise import Data
 
 
 class _Parser(argparse.ArgumentParser):
@@ -28,8 +31,9 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; 0, or 1 with one sentence on standard error if something given cannot be used."""
     try:
         asked = _parser().parse_args(arguments)
+        os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))  # where make keeps compiled functions
         with explained():
-            print(asked.act(asked), flush=True)
+            print(_call(**vars(asked)) if isinstance(asked.act, str) else asked.act(asked), flush=True)
     except BrokenPipeError:  # whoever reads has had enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
@@ -44,6 +48,11 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"error: {error.filename}: {error.strerror}; mend that, or give another place.", file=sys.stderr)
         return 1
     return 0
+
+
+def _call(act: str, **options: Any) -> str:
+    """Call the function ``act``, "module:name", whose arguments are the options of a command."""
+    return resolve_name(act)(**options)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -61,8 +70,8 @@ def _parser() -> argparse.ArgumentParser:
     press.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled; else beside them")
     press.add_argument("--model", help="the model that answers; else those that answer anywhere")
     press.add_argument("--port", type=_port, default=0, help="port of this machine; else any that is free")
-    press.add_argument("--no-browser", action="store_true", help="print the address only")
-    press.set_defaults(act=_press)
+    press.add_argument("--no-browser", dest="browser", action="store_false", help="print the address only")
+    press.set_defaults(act="palpate.press.serve.command:press")
     advise = commands.add_parser("advise", help="which model to take, its error, and its time")
     advise.add_argument("--scene", help="a body and a regime of loads, such as liver_small, or one that moves; or all")
     limit = advise.add_mutually_exclusive_group()
@@ -100,22 +109,24 @@ def _parser() -> argparse.ArgumentParser:
     export.set_defaults(act=_export)
     _add_identify(commands.add_parser("identify", help="stiffness and law of tissue from presses, and what stays open"))
     load = commands.add_parser("load", help="check a file that palpate export wrote, and say what it is")
-    load.add_argument("file", help="the file")
-    load.set_defaults(act=_load)
+    load.add_argument("path", metavar="file", help="the file")
+    load.set_defaults(act="palpate.press.portable.file:describe")
     ask = commands.add_parser("ask", help="write the questions of a scene to a folder, for any engine to answer")
     ask.add_argument("--scene", required=True, help="presses, touches or a motion, such as liver_large")
     ask.add_argument("--out", required=True, type=Path, metavar="DIR", help="the folder to write")
     ask.add_argument("--config", default="config.yaml", type=Path, metavar="FILE", help="settings (config.yaml)")
     ask.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled; else beside them")
     ask.add_argument("--seed", type=_count, help="draw new questions, without truths; else those of the run, with them")
-    ask.set_defaults(act=_ask)
+    ask.set_defaults(act="palpate.exchange.ask:ask")
     score = commands.add_parser("score", help="say how wrong an engine's answers to such questions are")
     score.add_argument("answers", type=Path, help="the file of answers (.npz or HDF5)")
-    score.add_argument("--questions", required=True, type=Path, metavar="DIR", help="folder that palpate ask wrote")
+    score.add_argument(
+        "--questions", dest="folder", required=True, type=Path, metavar="DIR", help="folder that palpate ask wrote"
+    )
     score.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled, to compare with")
     score.add_argument("--out", type=Path, metavar="DIR", help="folder for score.csv and score.png; else the answers'")
     score.add_argument("--own-law", action="store_true", help="find the truth of the engine's own law, too; minutes")
-    score.set_defaults(act=_score)
+    score.set_defaults(act="palpate.exchange.score:score")
     return parser
 
 
@@ -164,7 +175,6 @@ def _add_identify(command: argparse.ArgumentParser) -> None:
 
 
 def _identify(asked: argparse.Namespace) -> str:
-    _share_compiled()
     from palpate.init.identify_command import Asked, body_of, identify_file
 
     if asked.body is not None and asked.thickness is not None:
@@ -207,13 +217,23 @@ def _range(text: str, number: Callable[[str], float] = float) -> tuple[float, fl
 
 def _init(asked: argparse.Namespace) -> str:
     from palpate.init.command import init, init_each
+
+    if asked.each:
+        return init_each(*_given(asked), asked.threshold, asked.folder, asked.mri, asked.scale, asked.hold)
+    return init(_recognised(asked), asked.folder, asked.hold)
+
+
+def _try(asked: argparse.Namespace) -> str:
+    from palpate.init.command import program
+    from palpate.init.try_command import try_body
+
+    return try_body(_recognised(asked), asked.folder, asked.hold, f"{program()} {shlex.join(sys.argv[1:])}")
+
+
+def _recognised(asked: argparse.Namespace) -> "Data":
     from palpate.init.recognise import recognise
 
-    paths, label = _given(asked)
-    if asked.each:
-        return init_each(paths, label, asked.threshold, asked.folder, asked.mri, asked.scale, asked.hold)
-    data = recognise(paths, label, asked.threshold, asked.regions, asked.mri, asked.scale)
-    return init(data, asked.folder, asked.hold)
+    return recognise(*_given(asked), asked.threshold, asked.regions, asked.mri, asked.scale)
 
 
 def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
@@ -226,30 +246,6 @@ def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
     return paths, [int(label) if label.isdecimal() else label for label in asked.label]
 
 
-def _try(asked: argparse.Namespace) -> str:
-    from palpate.init.command import program
-    from palpate.init.recognise import recognise
-    from palpate.init.try_command import try_body
-
-    paths, label = _given(asked)
-    data = recognise(paths, label, asked.threshold, asked.regions, asked.mri, asked.scale)
-    return try_body(data, asked.folder, asked.hold, f"{program()} {shlex.join(sys.argv[1:])}")
-
-
-def _share_compiled() -> None:
-    """Take the compiled functions that make keeps, of this very code."""
-    from palpate.run.job import kernel_cache
-
-    os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))
-
-
-def _press(asked: argparse.Namespace) -> str:
-    _share_compiled()
-    from palpate.press.serve.command import press
-
-    return press(asked.config, asked.results, asked.scene, asked.model, asked.port, not asked.no_browser)
-
-
 def _port(text: str) -> int:
     if not text.isdecimal() or not 0 < int(text) < 65536:
         raise argparse.ArgumentTypeError(f"{text} is not a port; give a number from 1 to 65535")
@@ -257,7 +253,6 @@ def _port(text: str) -> int:
 
 
 def _export(asked: argparse.Namespace) -> str:
-    _share_compiled()
     from palpate.press.portable.command import export
 
     instruments = [_instrument(text) for text in asked.instrument]
@@ -273,26 +268,6 @@ def _instrument(text: str) -> "Instrument":
     except ValueError:
         raise InputError(f"--instrument {text} is none; give KIND:RADIUS, such as sphere:8mm.") from None
     return Instrument(kind, radius, edge)
-
-
-def _load(asked: argparse.Namespace) -> str:
-    from palpate.press.portable.file import describe
-
-    return describe(asked.file)
-
-
-def _ask(asked: argparse.Namespace) -> str:
-    _share_compiled()
-    from palpate.exchange.ask import ask
-
-    return ask(asked.config, asked.results, asked.scene, asked.seed, asked.out)
-
-
-def _score(asked: argparse.Namespace) -> str:
-    _share_compiled()
-    from palpate.exchange.score import score
-
-    return score(asked.answers, asked.questions, asked.results, asked.out, asked.own_law)
 
 
 def _count(text: str) -> int:

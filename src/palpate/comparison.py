@@ -24,7 +24,7 @@ from palpate.benchmark.static_responses import assemble, press
 from palpate.bodies.body import Body, Makes, as_body
 from palpate.errors import InputError, explained
 from palpate.models.own_model import as_model
-from palpate.setting_types import Block, Index, NotNegative, Number, Positive, Whole, check
+from palpate.setting_types import Block, Index, Inside, NotNegative, Number, Positive, Whole, check
 from palpate.solvers.compliance import compute_compliance
 
 TEST = 0.4
@@ -179,11 +179,7 @@ def advise(found: Comparison, budget_ms: float | None = None, max_error: float |
     _check(found)
     if (budget_ms is None) == (max_error is None):
         raise InputError("give either budget_ms or max_error.")
-    check(budget_ms=(Number | None, budget_ms), max_error=(Number | None, max_error))
-    if budget_ms is not None and not 0.0 < budget_ms < np.inf:
-        raise InputError(f"budget_ms is {budget_ms:g}; give a time above 0 [ms].")
-    if max_error is not None and not 0.0 < max_error < 1.0:
-        raise InputError(f"max_error is {max_error:g}; give a share of the peak between 0 and 1, such as 0.02 for 2 %.")
+    check(budget_ms=(Positive | None, budget_ms), max_error=(Inside | None, max_error))
     limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
     row = advice_of(found.table, found.answers, kinds=["rms"], **limits).iloc[0]
     with explained():

@@ -10,6 +10,7 @@ from palpate.errors import InputError
 
 if TYPE_CHECKING:
     import h5py
+    import jinja2
     import pandas as pd
 
 PART = r"\..+\.part(\d+)(\..*)?"
@@ -49,6 +50,14 @@ def read_yaml(path: Path | str) -> dict:
     import yaml
 
     return yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+
+
+def templates(folder: Path) -> "jinja2.Environment":
+    """Return Jinja's environment for the templates in a folder; a name that a template does not get is an error."""
+    import jinja2
+
+    blocks: Any = {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
+    return jinja2.Environment(loader=jinja2.FileSystemLoader(folder), undefined=jinja2.StrictUndefined, **blocks)
 
 
 def require_file(path: str | Path) -> Path:

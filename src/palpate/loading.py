@@ -62,5 +62,5 @@ def _in_arguments() -> Iterator[None]:
 
 def _argument(said: str) -> str:
     """Return a sentence on options as one on arguments: scale_m=0.002 for --scale 0.002."""
-    told = re.sub(r"--(\w+) ([\d.e+-]*\d)", lambda option: f"{ARGUMENTS.get(option[1], option[1])}={option[2]}", said)
-    return re.sub(r"--(\w+)", lambda option: ARGUMENTS.get(option[1], option[1]), told)
+    option = rf"(?<![\w/.-])--({'|'.join(ARGUMENTS)})\b( [\d.e+-]*\d)?"
+    return re.sub(option, lambda found: ARGUMENTS[found[1]] + (found[2] or "").replace(" ", "="), said)

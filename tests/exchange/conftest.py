@@ -41,6 +41,13 @@ tradeoff:
 Run = namedtuple("Run", "config results settings body loads")
 
 
+def files_of(results) -> dict:
+    """What ``read_judged`` reads of the block's presses."""
+    place = results / "data/block/large"
+    files = {"body": place.parent / "body.h5", "samples": place / "samples.csv"}
+    return files | {name: place / f"{name}.h5" for name in ("database", "truth")}
+
+
 @pytest.fixture(scope="session")
 def pressed(tmp_path_factory) -> Run:
     """Settings and results of a block: body, database, folds and truth of twenty presses at ten contacts."""

@@ -7,6 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from exchange.conftest import files_of
 
 from palpate.benchmark.accuracy import read_judged
 from palpate.benchmark.settings import FitOptions
@@ -51,11 +52,7 @@ def test_the_body_can_be_made_again_from_its_questions(pressed, questions):
 
 
 def test_loads_are_those_of_the_test_samples_and_nodal_forces_are_consistent(pressed, questions):
-    place = pressed.results / "data/block/large"
-    files = {name: place / f"{name}.h5" for name in ("database", "truth")}
-    files |= {"body": place.parent / "body.h5", "samples": place / "samples.csv"}
-    options = FitOptions(neighbours=1, folds=2, split="contacts", seed=1)
-    _, judge = read_judged(files, "large", 1, 0.03, options, 1e-8)
+    _, judge = read_judged(files_of(pressed.results), "large", 1, 0.03, FitOptions(), 1e-8)
     tests = judge.side == "test"
     loads = questions.arrays["loads"]
     assert np.array_equal(loads["sample"], judge.numbers[tests]) and questions.count == 4

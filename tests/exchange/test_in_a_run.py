@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from exchange.conftest import files_of
 
 from palpate.benchmark.engine_scores import ANSWERS
 from palpate.errors import InputError
@@ -17,10 +18,7 @@ def asked(rows_of_run, answers, tmp_path):
     """What the rule gives its job."""
     np.savez(tmp_path / "engine.npz", **answers)
     scenes = {"block_large": ("large", 0.03, [str(tmp_path / "engine.npz")])}
-    place = rows_of_run / "data/block"
-    files = {"body": place / "body.h5", "samples": place / "large/samples.csv"}
-    files |= {name: place / f"large/{name}.h5" for name in ("database", "truth")}
-    listed = {name: [str(path)] for name, path in files.items()}
+    listed = {name: [str(path)] for name, path in files_of(rows_of_run).items()}
     return SimpleNamespace(table=str(rows_of_run / "tables/accuracy_vs_time.csv"), **listed), scenes, 1
 
 

@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
+from exchange.conftest import files_of
 
 from palpate.benchmark.accuracy import read_judged
 from palpate.benchmark.engine_scores import ANSWERS
@@ -44,10 +45,7 @@ def test_linear_elements_from_elsewhere_are_scored_as_those_inside(pressed, fold
     """The script knows the folder alone; both solve to 1e-10, and errors agree to eight digits."""
     subprocess.run([sys.executable, "-I", SCRIPT, folder, tmp_path / "answers.npz"], check=True)
     found = score_answers(tmp_path / "answers.npz", questions, questions.truth)
-    place = pressed.results / "data/block"
-    files = {"body": place / "body.h5", "samples": place / "large/samples.csv"}
-    files |= {name: place / f"large/{name}.h5" for name in ("database", "truth")}
-    case, judge = read_judged(files, "large", 1, 0.03, FitOptions(), 1e-10)
+    case, judge = read_judged(files_of(pressed.results), "large", 1, 0.03, FitOptions(), 1e-10)
     models = [FEM(order=1, level=level, tolerance=1e-10) for level in (0, 1)]
     inside = measure(case, "fem_p1", models, judge, 1, 0.0)[1].set_index("setting")
     for outside, name in (
@@ -143,19 +141,14 @@ def test_a_law_of_a_file_has_a_truth_where_it_is_palpate_s_own(pressed, question
         presses.find_truth(few, "mine")
 
 
-def test_a_truth_is_found_once_and_kept_beside_its_questions(questions, folder):
+def test_a_truth_is_found_once_and_kept_beside_its_questions(questions, folder, monkeypatch):
     """The truth of the body's own law, found anew from the folder alone, is the run's."""
-    asked = []
-
-    def find(law):
-        asked.append(law)
-        return presses.find_truth(replace(questions, truth=None), law)
-
-    found = truth_beside(questions, folder, "corotational", find)
+    found = truth_beside(replace(questions, truth=None), folder, "corotational")
     assert np.allclose(found["displacement_m"], questions.truth["displacement_m"], rtol=0, atol=1e-9)
     assert np.allclose(found["own_rmse_of_peak"], questions.truth["own_rmse_of_peak"], rtol=0.01)
-    again = truth_beside(questions, folder, "corotational", find)
-    assert asked == ["corotational"] and np.array_equal(again["displacement_m"], found["displacement_m"])
+    monkeypatch.setattr(presses, "find_truth", lambda *_: pytest.fail("it is found twice"))
+    again = truth_beside(questions, folder, "corotational")
+    assert np.array_equal(again["displacement_m"], found["displacement_m"])
 
 
 def test_the_command_writes_a_table_and_a_picture_beside_palpate_s_models(rows_of_run, folder, answers, tmp_path):

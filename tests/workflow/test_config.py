@@ -97,7 +97,7 @@ def put(settings: dict, place: str, value: object) -> None:
         ("sed", 1, "the file has an unknown key sed; did you mean seed?"),
         ("bodies.liver.poison", 0.3, " has an unknown key poison; did you mean poisson?"),
         ("bodies.liver.poisson", 0.5, "bodies.liver.poisson is 0.5: input should be less than 0.5 (Poisson's ratio)."),
-        ("bodies.liver.young_pa", float("nan"), "bodies.liver.young_pa is nan; give a finite number."),
+        ("bodies.liver.young_pa", float("nan"), "bodies.liver.young_pa is nan: input should be a finite number"),
         ("bodies.liver.length_m", None, "bodies.liver lacks length_m; add it (Longest side [m])."),
         ("bodies.liver.train", 7, "bodies.liver.train is 7; make it a multiple of the 2 magnitudes,"),
         ("bodies.liver.kind", "livr", "bodies.liver cannot be used: its kind 'livr' found"),

@@ -14,7 +14,6 @@ rule export_model:
         body=BODY,
     output:
         model=f"{EXPORTED}/contact_modes.palpate",
-        coarse=f"{EXPORTED}/coarse.bin",
     log:
         "results/logs/{body}/export_model.log",
     benchmark:
@@ -33,7 +32,6 @@ rule write_press:
     input:
         body=BODY,
         model=f"{EXPORTED}/contact_modes.palpate",
-        coarse=f"{EXPORTED}/coarse.bin",
         truths=lambda wildcards: expand(f"{PRESS}/truth.h5", body=wildcards.body, regime=KNOWN.get(wildcards.body, [])),
         loads=lambda wildcards: expand(f"{PRESS}/loads.csv", body=wildcards.body, regime=KNOWN.get(wildcards.body, [])),
         assets=[
@@ -55,6 +53,7 @@ rule write_press:
     params:
         **some("press", "contacts", "samples"),
         **calls("palpate.studies.press.measure:write_press"),
+        radius_m=lambda wildcards: settings.press.radius_on(wildcards.body),
     script:
         "../job.py"
 

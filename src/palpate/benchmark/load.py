@@ -108,7 +108,7 @@ class SurfacePress(Block):
     """A force that is spread over a disc of a body's surface: what ``Model.answer`` is asked."""
 
     node: Index = key("Number of the node of the fine surface in the middle of the disc")
-    force_n: Positive = key("Size of the force [N]")
+    force_n: Positive = key("Size of the force [N], which acts along direction")
     radius_m: NotNegative = key("Radius of the disc [m]; 0 presses on the node alone", 0.0)
     direction: Vector | None = key("Direction of the force, of any length; null: the inward normal", None)
 

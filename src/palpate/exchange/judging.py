@@ -155,7 +155,8 @@ def score_answers(
     module = module_of(questions)
     answers, judge = read_answers(path, questions, module.wanted(questions)), module.Judge(questions, truth)
     warned = list(answers.warnings)
-    elsewhere = _own_law_truth(path, answers, questions, own_law, warned)
+    elsewhere, said = _own_law_truth(path, answers.law, questions.info["law"], own_law)
+    warned += [said] if said else []
     other = None if elsewhere is None else module.Judge(questions, elsewhere)
     if lost := questions.count - len(judge.rows):
         warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
@@ -220,25 +221,19 @@ def _odd(
 
 
 def _own_law_truth(
-    path: Path,
-    answers: Answers,
-    questions: Questions,
-    own_law: Callable[[str], Arrays | None] | None,
-    warned: list[str],
-) -> Arrays | None:
-    """Return the truth of the engine's own law, or None where that is the body's, or its truth is not to be found.
+    path: Path, law: str, of_body: str, own_law: Callable[[str], Arrays | None] | None
+) -> tuple[Arrays | None, str]:
+    """Return the truth of an engine's ``law``, and a warning where errors have the difference of laws in them.
 
-    warned : gets a sentence where errors have the difference of laws in them
+    There is no such truth, but None, where the law is that ``of_body``, or its truth is not to be found.
     InputError for a law that palpate does not have, where its truth is asked for.
     """
-    law, bodys = answers.law, questions.info["law"]
-    if law == bodys:
-        return None
+    if law == of_body:
+        return None, ""
     known, others = bool(law_named(law)), ", ".join((*NAMED, *FURTHER))
     if own_law is not None and not known:
         raise InputError(f"{path}: law is {law}, which palpate does not have; name {others}, or leave --own-law out.")
-    truth = None if own_law is None else own_law(law)
-    if truth is None:
-        how = "ask for it with --own-law" if known else f"palpate has no law of that name, but {others}"
-        warned.append(f"the law is {law} and that of the body {bodys}: errors have both in them ({how}).")
-    return truth
+    if own_law is not None and (truth := own_law(law)) is not None:
+        return truth, ""
+    how = "ask for it with --own-law" if known else f"palpate has no law of that name, but {others}"
+    return None, f"the law is {law} and that of the body {of_body}: errors have both in them ({how})."

@@ -6,16 +6,12 @@ from palpate.benchmark.touch import BEFORE
 from palpate.bodies.material import LAWS
 from palpate.exchange.asked_body import FURTHER, formula, law_named
 from palpate.exchange.folder import Questions
+from palpate.files import templates
 
 
 def readme(questions: Questions, law: str) -> bytes:
     """Return the page of that kind of questions; ``law`` is the body's, a name or a file."""
-    import jinja2
-
-    pages = jinja2.FileSystemLoader(Path(__file__).parent / "pages")
-    environment = jinja2.Environment(
-        loader=pages, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
-    )
+    environment = templates(Path(__file__).parent / "pages")
     others = {name: formula(law_named(name)) for name in (*LAWS, *FURTHER) if name != questions.info["law"]}
     names = {"questions": questions, "info": questions.info, "formula": formula(law), "others": others}
     return environment.get_template(f"{questions.kind}.md").render(names | {"before": BEFORE}).encode()

@@ -35,9 +35,7 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
         read_answers(answers, questions, module_of(questions).wanted(questions))
     beside = None if results is None else _beside(results, questions)
 
-    def truth_with(law: str) -> Arrays:
-        return truth_beside(questions, folder, law, lambda name: _find(questions, folder, name))
-
+    truth_with = partial(truth_beside, questions, folder)
     truth = truth_with(questions.info["law"]) if questions.truth is None else questions.truth
     scored = score_answers(answers, questions, truth, truth_with if own_law else None)
     floor = floor_of(truth)
@@ -57,18 +55,6 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
     return "\n".join([*lines, f"written: {place / 'score.csv'}, score.png, score.svg"])
 
 
-def _find(questions: Questions, folder: Path, law: str) -> Arrays:
-    """Find the truth with another ``law``, and print its file and the progress."""
-    place = kept_truth(folder, law)
-    print(f"finding the truth of {questions.counted} with the law {law}, kept as {place}", file=sys.stderr, flush=True)
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(limits=1), warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # of questions without a truth, which the score notes
-        tell = partial(print, file=sys.stderr, flush=True)
-        return module_of(questions).find_truth(questions, law, steps(tell, "truth, solution"))
-
-
 def _beside(results: Path, questions: Questions) -> pd.DataFrame:
     """Return the rows of palpate's own models for these questions; InputError for results of other questions."""
     module, scene = module_of(questions), questions.info["scene"]
@@ -84,19 +70,20 @@ def _beside(results: Path, questions: Questions) -> pd.DataFrame:
     return module.beside(rows, questions)
 
 
-def kept_truth(folder: Path, law: str) -> Path:
-    """Return the file of the truth of ``law``, beside the folder of questions."""
-    return folder.resolve().parent / f"{folder.resolve().name}.truth_{law}.npz"
-
-
-def truth_beside(questions: Questions, folder: Path, law: str, find: Callable[[str], Arrays]) -> Arrays:
-    """Read the truth of ``law`` beside the questions; ``find`` and write it where it is missing or damaged."""
-    path = kept_truth(folder, law)
+def truth_beside(questions: Questions, folder: Path, law: str) -> Arrays:
+    """Read the truth of ``law`` beside the folder of questions; find and write it where it is missing or damaged."""
+    path = folder.resolve().parent / f"{folder.resolve().name}.truth_{law}.npz"
     with suppress(*DAMAGE), np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
         found = {name: file[name] for name in file.files}
         if str(found.pop("digest", "")) == questions.digest:
             return found
-    found = dict(find(law))
+    tell = partial(print, file=sys.stderr, flush=True)
+    tell(f"finding the truth of {questions.counted} with the law {law}, kept as {path}")
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(limits=1), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of questions without a truth, which the score notes
+        found = dict(module_of(questions).find_truth(questions, law, steps(tell, "truth, solution")))
     with write_whole(path) as part:
         part.write_bytes(packed(found | {"digest": np.array(questions.digest)}))
     return found
@@ -111,17 +98,8 @@ def floor_of(truth: Arrays) -> dict[str, float]:
 
 
 SHOWN = (
-    "setting",
-    "error",
-    "worst point",
-    "in the dent",
-    "median",
-    "p95",
-    "s per s",
-    "failed",
-    "through its mesh",
-    "own law",
-    "force",
+    *("setting", "error", "worst point", "in the dent", "median", "p95", "s per s", "failed"),
+    *("through its mesh", "own law", "force"),
 )
 
 
@@ -134,28 +112,19 @@ def _printed(table: pd.DataFrame) -> list[str]:
     rows = [SHOWN]
     for _, row in pd.concat([own, others.sort_values("online_median_s")]).iterrows():
         name = row["setting"] if row["engine"] != OWN else f"palpate's {row['model']}, {row['setting']}"
+        moves = np.isfinite(row["real_time_factor"])  # of motions, seconds for a second say more
+        force = np.fmax(row["force_error_median"], row["force_rms_of_peak"])
         rows.append((
             name + (" (converged)" if row["engine"] != OWN and row["converged"] is True else ""),
-            _percent(row["rmse_of_peak"]), _percent(row["max_of_peak"]), _percent(row["patch_rms_of_peak"]),
-            *_times(row), f"{row['failures']:.0f}/{row['samples']:.0f}",
-            _percent(row["mesh_rmse_of_peak"]), _percent(row["own_law_rmse_of_peak"]),
-            _percent(np.fmax(row["force_error_median"], row["force_rms_of_peak"])),
+            _cell(row["rmse_of_peak"]), _cell(row["max_of_peak"]), _cell(row["patch_rms_of_peak"]),
+            *(("", "") if moves else (_cell(row[f"online_{each}_s"], seconds) for each in ("median", "p95"))),
+            _cell(row["real_time_factor"], two_digits), f"{row['failures']:.0f}/{row['samples']:.0f}",
+            _cell(row["mesh_rmse_of_peak"]), _cell(row["own_law_rmse_of_peak"]), _cell(force),
         ))  # fmt: skip
     used = [c for c in range(len(SHOWN)) if c < 2 or any(row[c] for row in rows[1:])]
     wide = [max(len(row[c]) for row in rows) for c in used]
     return ["  ".join(row[c].ljust(w) for c, w in zip(used, wide, strict=True)).rstrip() for row in rows]
 
 
-def _percent(value: float) -> str:
-    return percent(float(value)) if np.isfinite(float(value)) else ""
-
-
-def _times(row: pd.Series) -> tuple[str, str, str]:
-    """Return the median and the 95th percentile, or, of motions, seconds for a second."""
-    if np.isfinite(row["real_time_factor"]):
-        return "", "", two_digits(row["real_time_factor"])
-    return _time(row["online_median_s"]), _time(row["online_p95_s"]), ""
-
-
-def _time(value: float) -> str:
-    return seconds(float(value)) if np.isfinite(float(value)) else ""
+def _cell(value: float, write: Callable[[float], str] = percent) -> str:
+    return write(float(value)) if np.isfinite(float(value)) else ""

@@ -122,7 +122,7 @@ def _regimes(body: Body) -> dict:
 def _with_coarse_mesh(entry: File | Ct, say: Callable[[str], object]) -> tuple[File | Ct, TetMesh, dict[int, Likeness]]:
     """Make the coarse mesh: the file's own, or one with as few surface nodes as its shape needs.
 
-    Return the settings, with that number if there is one, the mesh, and the likeness by number of all that were made.
+    Return the settings, with that number if there is one, the mesh, and the likeness of each mesh by its number.
     """
     if isinstance(entry, File) and entry.surface_nodes is None:
         say("a mesh of the file's own surface")
@@ -146,6 +146,7 @@ def _with_coarse_mesh(entry: File | Ct, say: Callable[[str], object]) -> tuple[F
         made[count] = tried, mesh, likeness(mesh, tried)
         if made[count][2].close:
             break
+    # the coarsest mesh that is close to the data or, where none is, hardly worse than the best
     least = min(like.penalty for _, _, like in made.values())
     chosen, mesh, _ = next(each for each in made.values() if each[2].penalty <= max(1.0, WORSE * least))
     return chosen, mesh, {count: like for count, (*_, like) in made.items()}

@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from palpate.bodies.settings import Ct
 from palpate.errors import InputError
-from palpate.files import write_whole
+from palpate.files import templates, write_whole
 from palpate.init.choose import BED_THICKNESS, Choice, choose
 from palpate.init.recognise import Data, body_name, labels_of, recognise
 from palpate.report.mesh_levels import draw_mesh_levels
@@ -185,96 +184,30 @@ def ticking(step: str, every_s: float = 4.0) -> Iterator[Callable[[str], None]]:
         thread.join()
 
 
-_HEAD = """\
-# What accuracy costs for {name}: written by palpate init, to be changed by you. SI units: m, kg, s, N, Pa.
-# In palpate's folder, run it with
-#   {command}
-# All other keys: docs/add-a-body.md; a scene in which this body moves can stand here, too: docs/add-a-scene.md.
-"""
-_TAIL = """\
-regimes:  # how hard the body is pressed; every press ends where tissue would collapse
-  small:  # a light touch of a fingertip
-    peak_of_size: {small:g}  # largest displacement, as a share of the body's longest side: {small_mm:.2g} mm
-    radius_m: {tip_m:g}  # radius [m] of the disc that is pressed
-  deep:  # a firm press of a fingertip
-    pressure_of_young: {deep:g}  # highest pressure, as a share of Young's modulus; beyond 0.15 to 0.3 tissue collapses
-    radius_m: {tip_m:g}  # radius [m] of the disc that is pressed
-  large:  # a firm press of several fingers
-    peak_of_size: {large:g}  # {large_mm:.2g} mm; less where the pressure would exceed a quarter of Young's modulus
-    radius_m: {hand_m:g}  # radius [m] of the disc that is pressed
-tradeoff:  # the study: each model, its error and its time
-  contacts: {contacts}  # places that are pressed; two fifths judge, the others are learnt from
-  presses:  # at each contact: shares of the regime's depth or pressure, and angles to the inward normal
-    - {{magnitude: 1.0, tilt_degrees: 0}}  # straight
-    - {{magnitude: 0.8, tilt_degrees: 45}}  # oblique
-    - {{magnitude: 0.6, tilt_degrees: 20}}  # gentler
-  splits: [1]  # of five ways to divide the contacts; [1, 2, 3, 4, 5] judges models that learn at all contacts
-  advice:  # for which times and errors a model is advised
-    budgets_ms: [1, 16.7, 100]  # times of an answer [ms]: haptics, 60 pictures a second, an immediate reaction
-    max_errors: [0.05, 0.01, 0.001]  # of nine answers in ten, shares of the peak displacement
-press:  # the body in the report, to be pressed with the mouse or a finger
-  radius_m: {hand_m:g}  # radius [m] of the disc that is pressed there
-"""
-_CT = """\
-ct:  # pictures of the body in the CT, and its mass; look at results/figures/ct_slices_{name}.png first
-  surface_nodes: {sizes}  # of the meshes that are weighed
-"""
-_COMMENTS = {
-    "image": "the CT, seen from this folder",
-    "mask": "0 outside the organ; on the CT's grid",
-    "label": "of the mask: a number, a name, or a list to join",
-    "threshold_hu": "lowest and highest CT number [HU] of the organ, which is the largest piece in it",
-    "threshold": "lowest and highest grey value of the organ",
-    "surface_nodes": "nodes of the coarse surface, which is made anew with that many",
-    "snap": "whether the finer meshes follow the surface of the data",
-    "regions": "parts with a stiffness of their own [Pa], assumed to be that of the rest; set it",
-    "modality": "grey values without a unit",
-    "young_pa": "Young's modulus [Pa], assumed",
-    "poisson": "Poisson's ratio, assumed; tissue has 0.45 to 0.49, where linear elements are too stiff",
-    "density_kg_m3": "density [kg/m³], assumed",
-}
-"""What is said of each key of a body, in the order in which they are written, after those of the data."""
-_BED = {
-    "sphere": "springs fade to its rim",
-    "facing": "only what faces this way, within 60 degrees, lies on it",
-    "stiffness_n_m3": "in the middle: Young's modulus over thickness of the tissue below [N/m³]",
-}
-_OTHERS = "    # instead of a bed, to nail it: anchors: {plane: {axis: z, side: min, depth_m: 0.01}}\n"
+TEMPLATE = "first_config.yaml"  # beside this module, with what is said of each key
 
 
 def config_text(data: Data, choice: Choice, file: Path) -> str:
     """Return the configuration in YAML; its paths are relative to the folder of ``file``, where it will be."""
-    coarse, folder, entry = choice.coarse, file.parent, choice.entry
-    sides = " × ".join(f"{1e3 * side:.3g}" for side in np.ptp(coarse.nodes, axis=0))
-    elements = len(choice.body.coarse.tetrahedra)
+    folder, entry = file.parent, choice.entry
+    sides = " × ".join(f"{1e3 * side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
     schema = Path(relpath(ROOT / ".venv/settings.schema.json", file.resolve().parent)).as_posix()
-    splits = f"1:8 splits of the {elements} coarse tetrahedra; each makes a run about 10 times as long"
-    comments = data.comments | _COMMENTS | {"refinements": splits}
-    given = {name: _yaml(plain(getattr(entry, name))) for name in entry.model_fields_set | {"kind"}}
-    given |= {name: _yaml(Path(relpath(path, folder))) for name, path in entry.paths(Path()).items()}
-    parts = [
+    given = {name: plain(getattr(entry, name)) for name in entry.model_fields_set | {"kind"}}
+    given |= {name: Path(relpath(path, folder)) for name, path in entry.paths(Path()).items()}
+    environment = templates(Path(__file__).parent)
+    environment.filters |= {"yaml": _yaml, "two_digits": "{:.2g}".format}
+    text = environment.get_template(TEMPLATE).render(
         # for editors; a file in palpate's folder may move with it
-        f"# yaml-language-server: $schema={schema}\n" if file.resolve().is_relative_to(ROOT) else "",
-        _HEAD.format(name=data.name, command=run_of(file)),
-        "bodies:  # lower-case letters, digits and underscores name a body\n",
-        f"  {data.name}:  # {sides} mm, {1e6 * coarse.volumes.sum():.4g} mL\n",
-        *(f"    {key}: {given[key]}  # {said}\n" for key, said in comments.items() if key in given),
-        _OTHERS,
-        f"    bed:  # {lies_on(choice)}\n",
-        *(f"      {key}: {_yaml(plain(getattr(entry.bed, key)))}  # {text}\n" for key, text in _BED.items()),
-        _TAIL.format(contacts=choice.contacts, **_numbers(choice)),
-    ]
-    if isinstance(entry, Ct):
-        parts.append(_CT.format(name=data.name, sizes=[factor * entry.surface_nodes for factor in (1, 2, 4)]))
-    return _aligned("".join(parts))
-
-
-def _numbers(choice: Choice) -> dict[str, float]:
-    small, deep, large = (choice.regimes[name] for name in ("small", "deep", "large"))
-    peaks = {"small": small["peak_of_size"], "large": large["peak_of_size"]}
-    lengths = {f"{name}_mm": 1e3 * peak * choice.coarse.size for name, peak in peaks.items()}
-    radii = {"tip_m": deep["radius_m"], "hand_m": large["radius_m"]}
-    return peaks | lengths | radii | {"deep": deep["pressure_of_young"]}
+        schema=schema if file.resolve().is_relative_to(ROOT) else "",
+        command=run_of(file),
+        data=data,
+        sides=sides,
+        volume=f"{1e6 * choice.coarse.volumes.sum():.4g}",
+        given=given,
+        choice=choice,
+        lies_on=lies_on(choice),
+    )
+    return _aligned(text)
 
 
 def lies_on(choice: Choice) -> str:

@@ -49,7 +49,7 @@ class Elements(Model):
         """Return the level of the body of ``case``; InputError for one that it has not."""
         last = len(case.body.levels) - 1
         if self.level is not None and self.level > last:
-            raise InputError(f"{self.name}: level is {self.level}; the body has the levels 0 to {last}.")
+            raise InputError(f"{type(self).__name__}: level is {self.level}; the body has the levels 0 to {last}.")
         return last if self.level is None else self.level
 
     def stopped(self, iterations: Iterable[int], tolerances: Iterable[float] = ()) -> list[Self]:

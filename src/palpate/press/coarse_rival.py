@@ -1,24 +1,21 @@
 """A simple model to compare with on the page: linear elements on the coarse mesh under small strains, as in a game.
 
-It answers presses anywhere from the compliance of the coarse surface, in a file that the page reads.
+It answers presses anywhere from the compliance of the coarse surface, in bytes that the page holds.
 """
 
 import json
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import area_normals
-from palpate.errors import InputError
-from palpate.files import write_whole
 from palpate.solvers.equilibrium import Equilibrium
 
 MOST_SURFACE_NODES = 420
-"""Free coarse surface nodes beyond which the file would be larger than 6 MB; such a body goes without."""
+"""Free coarse surface nodes beyond which the bytes would be more than 6 MB; such a body goes without."""
 _ARRAYS = {"nodes": "<f4", "triangles": "<u4", "parents": "<u4", "weights": "<f4", "compliance": "<f4"}
 
 
@@ -127,25 +124,3 @@ def packed(answer: CoarseAnswer) -> bytes:
     head = json.dumps(answer.info).encode()
     head += b" " * (-(len(head) + 1) % 4) + b"\n"
     return head + b"".join(answer.arrays[name].tobytes() for name in _ARRAYS)
-
-
-def save(answer: CoarseAnswer | None, path: Path | str) -> None:
-    """Write ``answer``; an empty file for None."""
-    with write_whole(path) as part:
-        part.write_bytes(b"" if answer is None else packed(answer))
-
-
-def load(path: Path | str) -> CoarseAnswer | None:
-    """Read what ``save`` wrote; InputError if it is cut off."""
-    data = Path(path).read_bytes()
-    if not data:
-        return None
-    head, _, rest = data.partition(b"\n")
-    info, arrays, start = json.loads(head), {}, 0
-    for name, kind in _ARRAYS.items():
-        size = 4 * int(np.prod(info["shapes"][name]))
-        if start + size > len(rest):
-            raise InputError(f"{path} is cut off; delete it and type make.")
-        arrays[name] = np.frombuffer(rest[start : start + size], kind).reshape(info["shapes"][name])
-        start += size
-    return CoarseAnswer(info, **arrays)

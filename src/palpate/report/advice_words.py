@@ -6,12 +6,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import pandas as pd
 
 from palpate.benchmark.choosing import NONE
 from palpate.benchmark.comparable import STROKED
 from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, UNKNOWN
+from palpate.files import templates
 from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds, two_digits
 
@@ -31,8 +31,7 @@ class _Row(dict):
 @cache
 def _template() -> Any:
     """Return the macros of advice.md, one a statement."""
-    folder = jinja2.FileSystemLoader(Path(__file__).parent)
-    environment = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, loader=folder)
+    environment = templates(Path(__file__).parent)
     environment.filters |= {"percent": percent, "seconds": seconds, "two_digits": two_digits, "label": label}
     environment.globals |= {"EQUAL": EQUAL, "TIED_TIMES": TIED_TIMES, "UNKNOWN": UNKNOWN, "STROKED": STROKED}
     return environment.get_template("advice.md").module

@@ -1,8 +1,8 @@
 """Judge what papers claim: one row a claim, with the premise that it was tested in."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from importlib import import_module
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import NamedTuple
 
 import numpy as np
@@ -53,12 +53,6 @@ def not_testable(why: str) -> str:
     return f"{NOT_TESTABLE}: {why}"
 
 
-def judge_of(place: str) -> Callable[[dict[str, pd.DataFrame]], Iterable[Claim]]:
-    """Return the function of "palpate.studies.<study>.claims:function"."""
-    module, _, function = place.partition(":")
-    return getattr(import_module(module), function)
-
-
 def gather(places: Mapping[str, Sequence[str]], tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Tabulate claims.csv: what functions judge, by paper and in the order of the functions, and their study.
 
@@ -67,7 +61,7 @@ def gather(places: Mapping[str, Sequence[str]], tables: Mapping[str, pd.DataFram
     rows = []
     for place, wanted in places.items():
         study = place.partition(":")[0].split(".")[-2]
-        rows += [(*claim, study) for claim in judge_of(place)({name: tables[name] for name in wanted})]
+        rows += [(*claim, study) for claim in resolve_name(place)({name: tables[name] for name in wanted})]
     found = pd.DataFrame(rows, columns=[*Claim._fields, "study"])
     return found.sort_values("paper", kind="stable", ignore_index=True)
 

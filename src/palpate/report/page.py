@@ -3,11 +3,10 @@
 import re
 import warnings
 from collections.abc import Collection, Mapping, Sequence
-from html import escape
 from pathlib import Path
 from typing import Any
 
-from palpate.files import write_whole
+from palpate.files import templates, write_whole
 from palpate.report import closing, declared, page_assets, template
 from palpate.report.report import Report
 from palpate.report.template import Part, Section
@@ -72,73 +71,23 @@ def _markdown(report: Report) -> str:
 
 
 def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str], alone: bool) -> str:
-    """Return the whole page."""
-    before = _lines("warnings", "Warnings", warned) + _lines("taken", "Taken from files", taken)
-    body = (
-        f'{_opening(parts, alone)}{before}\n<div class="page">\n{_navigation(parts)}\n<main>\n'
-        f"{''.join(_part(name, part) for name, part in parts.items())}</main>\n</div>\n"
-        f"<script>{page_assets.script()}</script>\n"
-    )
-    return page_assets.document("what accuracy costs", page_assets.style(), body)
-
-
-def _opening(parts: Mapping[str, Part], alone: bool) -> str:
-    """Show the question, the answer with its picture if a part has one, and each part's findings.
+    """Return the whole page: the question, and the first answer that a part offers; what was found; all parts.
 
     A page about one study alone has its name in the place of the question.
     """
-    name, first = next(iter(parts.items()), ("", None))
-    question = escape(first.title) if alone and first else QUESTION
-    answer = f"<p>One study, by <code>make {name}</code>.</p>" if alone else _answer(parts)
-    findings = "\n".join(
-        f'<li><a href="#{name}">{escape(part.title)}</a> <span class="finding">{" ".join(part.findings)}</span></li>'
-        for name, part in parts.items()
-        if part.findings
-    )
-    return (
-        f"<header>\n<p class='name'>palpate</p>\n<h1>{question}</h1>\n{answer}\n</header>\n"
-        f'<section class="findings" id="findings">\n<h2>In short</h2>\n<ul>\n{findings}\n</ul>\n</section>'
-    )
-
-
-def _lines(name: str, title: str, said: Sequence[str]) -> str:
-    """List what jobs said; nothing if that is nothing."""
-    if not said:
-        return ""
-    lines = "\n".join(f"<li>{escape(line)}</li>" for line in said)
-    return f'\n<section class="findings" id="{name}">\n<h2>{title}</h2>\n<ul>\n{lines}\n</ul>\n</section>'
-
-
-def _answer(parts: Mapping[str, Part]) -> str:
-    """Show what is measured and, beside its picture, the first answer that a part offers."""
     show = template.Html(Path(), {}, declared.table)
-    lead = f'<div class="lead">{show.convert(template.source(closing.HERE / "question.md", {}, show))}</div>'
-    for name, part in parts.items():
-        answer, figure = part.answer
-        if answer:
-            more = {name: "All scenes and limits"} | {key: p.invitation for key, p in parts.items() if p.invitation}
-            links = " · ".join(f'<a href="#{key}">{escape(text)}</a>' for key, text in more.items())
-            said = f'<div>\n{lead}\n<div class="answer">\n{answer}\n<p>{links}</p></div>\n</div>'
-            return f'<div class="first">\n{said}\n{figure}\n</div>'
-    return lead
-
-
-def _navigation(parts: Mapping[str, Part]) -> str:
-    """Link to all parts and their sections; the script marks the one that is read, and shows its sections only."""
-    items = ['<li><a href="#findings">In short</a></li>']
-    for name, part in parts.items():
-        links = "".join(f'<li><a href="#{key}">{escape(title)}</a></li>' for key, title, _ in part.sections)
-        items.append(f'<li><a href="#{name}">{escape(part.title)}</a>\n<ul>{links}</ul></li>')
-    return f'<nav aria-label="sections">\n<ul>{"".join(items)}</ul>\n</nav>'
-
-
-def _part(name: str, part: Part) -> str:
-    """Show one part: heading, introduction, sections."""
-    inside = "\n".join(
-        f'<section id="{key}">\n<h3>{escape(title)}</h3>\n{content}\n</section>'
-        for key, title, content in part.sections
+    lead = show.convert(template.source(closing.HERE / "question.md", {}, show))
+    answering = {name: part for name, part in parts.items() if part.answer[0]}
+    links = {name: "All scenes and limits" for name in list(answering)[:1]}
+    links |= {name: part.invitation for name, part in parts.items() if part.invitation}
+    said = [("warnings", "Warnings", warned), ("taken", "Taken from files", taken)]
+    body = (
+        templates(closing.HERE)
+        .get_template("page.html")
+        .render(parts=parts, alone=alone, question=QUESTION, lead=lead, answering=answering, links=links, said=said)
     )
-    return f'<section id="{name}">\n<h2>{escape(part.title)}</h2>\n{part.introduction}\n{inside}\n</section>\n'
+    body += f"<script>{page_assets.script()}</script>\n"
+    return page_assets.document("what accuracy costs", page_assets.style(), body)
 
 
 def too_heavy(page: str, parts: Mapping[str, Sequence[Section]]) -> str | None:

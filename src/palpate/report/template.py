@@ -18,7 +18,7 @@ import pandas as pd
 from markdown_it import MarkdownIt
 
 from palpate.errors import InputError
-from palpate.files import require_file
+from palpate.files import require_file, templates
 from palpate.report import markup, tables
 from palpate.report.model_looks import label, named, plain
 from palpate.report.words import capital, listed, metres, pascals, percent, seconds, spaced, span
@@ -189,13 +189,8 @@ def render(path: Path, name: str, values: Mapping[str, Any], show: Html) -> Part
 
 def source(path: Path, values: Mapping[str, Any], show: Html) -> str:
     """Return the Markdown of a template with its placeholders filled."""
-    environment = jinja2.Environment(
-        undefined=jinja2.StrictUndefined,
-        finalize=_shown,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        loader=jinja2.FileSystemLoader(path.parent),
-    )
+    environment = templates(path.parent)
+    environment.finalize = _shown
     environment.filters |= FILTERS
     calls = ("figure", "turnable", "embedded", "table", "folded", "fold", "finding", "answer", "invite", "failure")
     environment.globals |= WRITTEN | {call: getattr(show, call) for call in calls}

@@ -129,7 +129,7 @@ def powers(exponents: Mapping[str, float]) -> str:
 
 
 def free_mb() -> float:
-    """Return how much memory [MB] is free, or that the group of processes which this one is limited with may use."""
+    """Return the free memory [MB] of the machine, or of this process's control group where that is less."""
     import psutil
 
     free, group = psutil.virtual_memory().available / 1e6, Path("/sys/fs/cgroup")

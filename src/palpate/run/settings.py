@@ -1,10 +1,8 @@
 """The settings of a run: what they may be, their defaults, and how a file of them is read."""
 
 import json
-import math
 import re
 import sys
-from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -124,9 +122,6 @@ def complete(given: dict, file: Path, needs_study: bool = True) -> Any:
     """
     given = {name: {} if value is None and name != "studies" else value for name, value in given.items()}
     asked = asked_for(given)
-    for place, value in _leaves(given):
-        if isinstance(value, float) and not math.isfinite(value):
-            raise InputError(f"{file}: {place} is {value}; give a finite number.")
     try:
         config: Any = _model(*asked).model_validate(given)
     except ValidationError as error:
@@ -197,17 +192,6 @@ def _null(given: Any, made: Any, place: str = "") -> str:
         inside = [(f"{place}.{name}", given[name], made[name]) for name in given]
     found = (_null(inner, kept, at.removeprefix(".")) for at, inner, kept in inside)
     return next(filter(None, found), "")
-
-
-def _leaves(value: object, place: str = "") -> Iterator[tuple[str, object]]:
-    if isinstance(value, dict):
-        for name, inner in value.items():
-            yield from _leaves(inner, f"{place}.{name}" if place else str(name))
-    elif isinstance(value, list):
-        for i, inner in enumerate(value):
-            yield from _leaves(inner, f"{place}[{i}]")
-    else:
-        yield place, value
 
 
 if __name__ == "__main__":

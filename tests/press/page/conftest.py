@@ -10,7 +10,7 @@ from press.portable.conftest import made_up, touched  # noqa: F401
 from report import browser as chromium
 
 from palpate.bodies.make_body import make_body
-from palpate.press import coarse_rival
+from palpate.press.coarse_rival import coarse_answer, packed
 from palpate.press.page.page import Known, PressModel, press_document
 from palpate.studies.press.measure import place_of
 
@@ -24,15 +24,11 @@ def liver():
     return make_body("liver", LIVER.but(refinements=1))
 
 
-def _answer(body, path):
-    """The coarse mesh's answer for a body, as it comes back from its file, and its model of a page."""
-    coarse_rival.save(coarse_rival.coarse_answer(body, RADIUS_M), path)
-    return coarse_rival.load(path), PressModel("coarse", "coarse mesh", path.read_bytes(), info=INFO, kind="coarse")
-
-
 @pytest.fixture(scope="session")
-def answer(liver, tmp_path_factory):
-    return _answer(liver, tmp_path_factory.mktemp("press") / "coarse.bin")
+def answer(liver):
+    """The coarse mesh's answer for the liver, and its model of a page."""
+    made = coarse_answer(liver, RADIUS_M)
+    return made, PressModel("coarse", "coarse mesh", packed(made), info=INFO, kind="coarse")
 
 
 @pytest.fixture(scope="session")

@@ -228,3 +228,16 @@ def compiled(tmp_path_factory):
         return program
 
     return build
+
+
+@pytest.fixture(scope="session")
+def node():
+    """A function that runs a script with the JavaScript runtime and some files, and returns what it prints."""
+    if shutil.which("node") is None:
+        pytest.skip("there is no node")
+
+    def run(script, *files):
+        command = ["node", "-e", script, str(RUNTIMES / "palpate.js"), *map(str, files)]
+        return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+
+    return run

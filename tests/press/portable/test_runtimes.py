@@ -1,13 +1,12 @@
 """The runtimes in C and JavaScript answer as the one in Python, and stand files that were changed."""
 
 import json
-import shutil
 import subprocess
 import warnings
 
 import numpy as np
 import pytest
-from press.portable.conftest import RUNTIMES, headed
+from press.portable.conftest import headed
 
 CLOSE = 1e-5
 ASK = """
@@ -39,19 +38,6 @@ const press = { triangle: 0, weights: [1, 0, 0], force: [0, 0, 0] };
 for (const presses of [Array(17).fill(press), [{ ...press, moved: [0, 0, 0] }], [null], undefined])
   try { model.respond(presses); console.log("answered"); } catch (error) { console.log(error.message); }
 """
-
-
-@pytest.fixture(scope="session")
-def node():
-    """A function that runs a script with the JavaScript runtime and some files, and returns what it prints."""
-    if shutil.which("node") is None:
-        pytest.skip("there is no node")
-
-    def run(script, *files):
-        command = ["node", "-e", script, str(RUNTIMES / "palpate.js"), *map(str, files)]
-        return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
-
-    return run
 
 
 def compare(expected, found, least):

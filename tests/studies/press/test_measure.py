@@ -3,11 +3,9 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from palpate.benchmark.measuring import WARM_UP
-from palpate.press.page.page import press_models
 from palpate.studies.press.measure import CALLS, Known, measure
 
 TRUTH = np.zeros((4, 3))
@@ -45,16 +43,3 @@ def test_without_truths_only_the_time_is_said():
     press = {"triangle": 0, "weights": [1.0, 0.0, 0.0], "moved": [0.0, 0.0, -0.01]}
     table = measure("liver", {"contact_modes": (12, Model(1.0))}, [], [press], {"contact_modes": 1.5})
     assert np.isnan(table["rmse_of_peak"].iloc[0]) and table["samples"].iloc[0] == 0
-
-
-def test_models_of_the_page_have_their_files_and_truths(known, tmp_path):
-    rows = {"body": "liver", "contacts": 12, "samples": 2, "rmse_of_peak": 0.02, "rmse_of_peak_most": 0.05}
-    rows |= {"error_of_peak": 0.01, "doubted": 0, "online_median_s": 0.003, "online_p95_s": 0.004, "file_mb": 1.0}
-    table = pd.DataFrame([rows | {"model": name} for name in ("contact_modes", "coarse")])
-    paths = {name: tmp_path / name for name in ("contact_modes", "coarse")}
-    for name, path in paths.items():
-        path.write_text(name)
-    modes, coarse = press_models(table, paths, known, {"peak_m": 0.02, "hardest_n": 0.8, "more": 1})
-    assert modes.file == b"contact_modes" and modes.kind == "portable" and not modes.info
-    assert coarse.kind == "coarse" and coarse.info == {"peak_m": 0.02, "hardest_n": 0.8}
-    assert list(modes.truths) == known

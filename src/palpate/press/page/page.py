@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.files import write_whole
@@ -55,7 +54,7 @@ class PressModel:
     kind : "portable", or "coarse" for a file of palpate.press.coarse_rival
     advice : a sentence on its error and time
     nodes, triangles, info : (n, 3) [m], (t, 3) and the words of a file's header, of a model
-        behind a ``url``; of a coarse one peak and hardest_n alone
+        behind a ``url``; of one in a file SCALES alone
     """
 
     name: str
@@ -185,23 +184,21 @@ ABOUT = {
     "contact_modes": "Quadratic elements, reduced to shapes of presses.",
     "coarse": "Linear elements of the coarse mesh under small strains, as in a game.",
 }
+SCALES = ("peak_m", "hardest_n")
+"""Displacement and force of a full press, which scale colours, arrows and depths of the page."""
 
 
-def press_models(
-    table: pd.DataFrame, paths: Mapping[str, Path], known: Sequence[Known], info: Mapping
-) -> list[PressModel]:
-    """Return the models of the table press for a page, with their files, measured errors, and presses with truths.
+def model_in_page(
+    name: str, file: bytes, info: Mapping, measured: Any = None, truths: Sequence[Known] = ()
+) -> PressModel:
+    """Return the model ``name`` of ABOUT, whose ``file`` lies in the page.
 
-    info : the header of the portable model, whose peak scales the colours
+    info : has SCALES; measured : its row of the table press, or None; truths : presses that the page can show
     """
-    portable = {key: info[key] for key in ("peak_m", "hardest_n")}
-    found = []
-    for row in table.itertuples():
-        kind, more = ("coarse", portable) if row.model == "coarse" else ("portable", {})
-        file = paths[row.model].read_bytes()
-        advice = f"{ABOUT[row.model]} {worth(row)}"
-        found.append(PressModel(row.model, TITLES[row.model], file, advice=advice, truths=known, info=more, kind=kind))
-    return found
+    advice = ABOUT[name] if measured is None else f"{ABOUT[name]} {worth(measured)}"
+    scales = {key: info[key] for key in SCALES}
+    kind = "coarse" if name == "coarse" else "portable"
+    return PressModel(name, TITLES[name], file, advice=advice, truths=truths, info=scales, kind=kind)
 
 
 def held_nodes(body: Body) -> np.ndarray:

@@ -215,16 +215,16 @@ Progress = Callable[[str], Callable[[Sequence], Iterable]]
 def export_model(
     case: Case,
     model: ContactModes,
-    contacts: int | Sequence[int],
+    contacts: int,
     path: Path | str,
     progress: Progress = lambda _: iter,
     touches: Touches | None = None,
 ) -> None:
     """Write a portable file that answers presses anywhere on the body of ``case``, by contact modes as in ``model``.
 
-    contacts : number of fine surface nodes to prepare, spread over the surface, or the nodes themselves
+    contacts : number of fine surface nodes to prepare, spread over the surface
     touches : rigid instruments, and at how many places they are prepared
-    InputError for a body or a disc that the file cannot hold, and for nodes that cannot be pressed.
+    InputError for a body or a disc that the file cannot hold.
     """
     _refuse(case)
     nodes, checked = _places(case.body, contacts)
@@ -276,22 +276,17 @@ def _refuse(case: Case) -> None:
         raise InputError(f"bodies.{name} is a sheet, of which no portable model is made; export a solid body.")
 
 
-def _places(body: Body, contacts: int | Sequence[int]) -> tuple[list[int], list[int]]:
+def _places(body: Body, contacts: int) -> tuple[list[int], list[int]]:
     """Return the nodes to prepare, and those between them at which errors are measured."""
     able = between_contacts(body)
     points = body.fine.nodes[able]
-    if isinstance(contacts, int):
-        count = min(contacts, len(able) - 1)
-        if count < 1:
-            raise InputError(
-                f"bodies.{body.name}: {contacts} contacts are asked for; give at least 1 of {len(able) - 1}."
-            )
-        nodes = [int(able[row]) for row in spread_over(points, count)]
-    else:
-        nodes = [int(node) for node in contacts]
+    count = min(contacts, len(able) - 1)
+    if count < 1:
+        raise InputError(f"bodies.{body.name}: {contacts} contacts are asked for; give at least 1 of {len(able) - 1}.")
+    nodes = able[spread_over(points, count)].tolist()
     checked = min(max(len(nodes) // 4, CHECKED[0]), CHECKED[1], len(able) - len(nodes))
-    between = spread_out(points, body.fine.nodes[nodes], max(checked, 0))
-    return nodes, [int(able[row]) for row in between]
+    between = spread_out(points, body.fine.nodes[nodes], checked)
+    return nodes, able[between].tolist()
 
 
 def _linear_responses(

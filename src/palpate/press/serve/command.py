@@ -17,7 +17,7 @@ from palpate.benchmark.model import Case
 from palpate.errors import InputError
 from palpate.press.coarse_rival import coarse_answer, packed
 from palpate.press.finished_run import FinishedRun
-from palpate.press.page.page import ABOUT, TITLES, PressModel, held_nodes, press_document, worth
+from palpate.press.page.page import PressModel, held_nodes, model_in_page, press_document
 from palpate.press.portable.file import read
 from palpate.press.serve.knife import cut_level
 from palpate.press.serve.live_models import LiveModels
@@ -25,14 +25,12 @@ from palpate.press.serve.server import Answer, PressServer
 from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds, spaced
 
-CONTACT_MODES, COARSE = "contact_modes", "coarse"
+CONTACT_MODES = "contact_modes"
 CUT_TITLES = {"cut_elements": "elements for the knife", "cut_linear": "linear elements for the knife"}
 CUT_ABOUT = {
     "cut_elements": "Linear elements, doubled where the knife went, with the body's law.",
     "cut_linear": "Linear elements, doubled where the knife went, with one factor for all presses.",
 }
-SCALES = ("peak_m", "hardest_n")
-"""Displacement and force of a full press, which scale colours, arrows and depths of the page."""
 
 
 def press(
@@ -102,21 +100,15 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
     words |= {"peak_m": live.peak, "hardest_n": live.hardest}
     if models := [] if only else _in_file(run.folder(scene).parent / "press", case):
         words |= models[0].info  # or the same colour would be another displacement in the view beside
-    surface: dict[str, Any] = {"nodes": case.meshes.nodes_fine_surface, "triangles": case.meshes.triangles}
-    surface["info"] = words
-    models += [
-        PressModel(
-            name,
-            label(name, row["setting"]),
-            url=f"answer/{name}",
-            advice=f"Error {percent(row['rmse_of_peak'])} of the peak; "
-            f"{seconds(row['online_p95_s'])} for a given force.",
-            **surface,
-        )
-        for name, row in live.rows.items()
-    ]
-    models += _knives(live, surface)
-    models += _coarse(case, words)
+    served = partial(PressModel, nodes=case.meshes.nodes_fine_surface, triangles=case.meshes.triangles, info=words)
+    for name, row in live.rows.items():
+        about = f"Error {percent(row['rmse_of_peak'])} of the peak; {seconds(row['online_p95_s'])} for a given force."
+        models.append(served(name, label(name, row["setting"]), url=f"answer/{name}", advice=about))
+    for name in live.knives:
+        about = f"{CUT_ABOUT[name]} {1e3 * cut_level(body)[1]:.0f} mm long, they open where a cut severs most of one."
+        models.append(served(name, CUT_TITLES[name], url=f"answer/{name}", knife=f"cut/{name}", advice=about))
+    if (coarse := coarse_answer(body, case.radius_m)) is not None:
+        models.append(model_in_page("coarse", packed(coarse), words))
     return press_document(models, f"Press it: {spaced(scene)}", held_nodes(body))
 
 
@@ -125,34 +117,6 @@ def _in_file(folder: Path, case: Case) -> list[PressModel]:
     path, measured = folder / f"{CONTACT_MODES}.palpate", folder / "press.csv"
     if not path.is_file() or not isclose((model := read(path)).radius_m, case.radius_m, rel_tol=1e-6):
         return []
-    info, about = {key: model.info[key] for key in SCALES}, ABOUT[CONTACT_MODES]
-    if measured.is_file():
-        [row] = [row for row in pd.read_csv(measured).itertuples() if row.model == CONTACT_MODES]
-        about += f" {worth(row)}"
-    return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=about, info=info)]
-
-
-def _knives(live: LiveModels, surface: Mapping[str, Any]) -> list[PressModel]:
-    """Return the models that a knife cuts; surface : the fields of ``PressModel`` on the body's surface."""
-    if not live.knives:
-        return []
-    _, long = cut_level(live.case.body)
-    return [
-        PressModel(
-            name,
-            CUT_TITLES[name],
-            url=f"answer/{name}",
-            advice=f"{CUT_ABOUT[name]} {1e3 * long:.0f} mm long, they open where a cut severs most of one.",
-            knife=f"cut/{name}",
-            **surface,
-        )
-        for name in live.knives
-    ]
-
-
-def _coarse(case: Case, words: Mapping[str, float | str]) -> list[PressModel]:
-    """Return the coarse mesh's answer in a file, to stand beside the others, unless it would be too large."""
-    if (found := coarse_answer(case.body, case.radius_m)) is None:
-        return []
-    info = {key: words[key] for key in SCALES}
-    return [PressModel(COARSE, TITLES[COARSE], packed(found), advice=ABOUT[COARSE], info=info, kind=COARSE)]
+    rows = pd.read_csv(measured).itertuples() if measured.is_file() else ()
+    row = next((row for row in rows if row.model == CONTACT_MODES), None)
+    return [model_in_page(CONTACT_MODES, path.read_bytes(), model.info, row)]

@@ -17,8 +17,8 @@ from palpate.bodies.body_file import load
 from palpate.bodies.contacts import kept_contacts, spread_over
 from palpate.effects.instrument import Instrument
 from palpate.models.kinds import ContactModes
-from palpate.press import coarse_rival
-from palpate.press.page.page import Known, held_nodes, press_models, write_pages
+from palpate.press.coarse_rival import coarse_answer, packed
+from palpate.press.page.page import Known, held_nodes, model_in_page, write_pages
 from palpate.press.portable.file import read
 from palpate.run.job import steps
 from palpate.stores import stored
@@ -104,12 +104,11 @@ def _median(values: Sequence[float]) -> float:
 def export_model(
     input: Any, output: Any, say: Callable, settings: Settings, radius_m: float, seed: int, tolerance: float
 ) -> None:
-    """Prepare contact modes and a coarse mesh of a body for its page, for the rule of this name."""
+    """Prepare contact modes of a body for its page, for the rule of this name."""
     from palpate.press.portable import export
     from palpate.press.portable.touches import Touches
 
     body = load(input.body)
-    coarse_rival.save(coarse_rival.coarse_answer(body, radius_m), output.coarse)
     case = Case.untrained(body, "press", radius_m, seed, tolerance)
     model = ContactModes(modes=settings.modes, thinned=settings.thinned, target="limit")
     instruments = [Instrument(**dict(each)) for each in settings.instruments]
@@ -121,13 +120,16 @@ def export_model(
     export.export_model(case, model, settings.contacts, output.model, progress, touches)
 
 
-def write_press(input: Any, output: Any, contacts: int, samples: int) -> dict[str, pd.DataFrame]:
+def write_press(input: Any, output: Any, contacts: int, samples: int, radius_m: float) -> dict[str, pd.DataFrame]:
     """Measure the models of a body's page, and write the page, for the rule of this name."""
-    body, model, coarse = load(input.body), read(input.model), coarse_rival.load(input.coarse)
+    body, model = load(input.body), read(input.model)
     known = known_presses(body, input.truths, input.loads, samples)
     trials = trial_presses(body, contacts, 0.5 * model.info["peak_m"])
-    models = {"contact_modes": (contacts, model)} | ({"coarse": (0, coarse)} if coarse else {})
-    paths = {"contact_modes": Path(input.model), "coarse": Path(input.coarse)}
-    table = measure(body.name, models, known, trials, {name: p.stat().st_size / 1e6 for name, p in paths.items()})
-    write_pages(press_models(table, paths, known, model.info), body.name, held_nodes(body), output.section, output.page)
+    models: dict[str, tuple] = {"contact_modes": (contacts, model)}
+    files = {"contact_modes": Path(input.model).read_bytes()}
+    if (coarse := coarse_answer(body, radius_m)) is not None:
+        models["coarse"], files["coarse"] = (0, coarse), packed(coarse)
+    table = measure(body.name, models, known, trials, {name: len(file) / 1e6 for name, file in files.items()})
+    shown = [model_in_page(row.model, files[row.model], model.info, row, known) for row in table.itertuples()]
+    write_pages(shown, body.name, held_nodes(body), output.section, output.page)
     return {"table": table}

@@ -14,7 +14,7 @@ from palpate.benchmark.settings import FitOptions
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.errors import NotConverged
 from palpate.models import kinds
-from palpate.models.coarse_answers import fitting_to
+from palpate.models.coarse_answers import training_of
 from palpate.models.enrichment.ridge import LAMBDAS, dual_weights
 from palpate.models.near_buckling import NearBuckling
 
@@ -176,20 +176,21 @@ class Learnt(Solver):
     """
 
     def __init__(self, case: Case, model: kinds.PODOfLoads):
-        fitting, learn = fitting_to(case), gaussian_process
+        training, learn = training_of(case), gaussian_process
+        db = training.db
         if model.learner == "network":
             learn = network(model.hidden or HIDDEN)
-        self._contacts, self._buckling, training = contacts_of(case.body), NearBuckling(case), fitting.training
-        fine = training.fine.reshape(len(training.fine), -1)
+        self._contacts, self._buckling = contacts_of(case.body), NearBuckling(case)
+        fine = db.fine.reshape(len(db.fine), -1)
         values, vectors = np.linalg.eigh(fine @ fine.T)
         kept = np.argsort(values)[::-1][: model.modes]
         lengths = np.sqrt(np.maximum(values[kept], np.finfo(float).tiny))
         self._modes = (vectors[:, kept] / lengths).T @ fine
-        self._places = fitting.db.coarse_nodes / fitting.db.size
-        self._strength = float(np.sqrt(np.mean(np.sum(training.force**2, axis=1)))) or 1.0
-        places, forces = self._places[training.contact], training.force / self._strength
-        self._learnt = learn(places, forces, vectors[:, kept] * lengths, training.fold, fitting.options)
-        self._reach = float(np.linalg.norm(training.fine, axis=(1, 2)).max())
+        self._places = db.coarse_nodes / db.size
+        self._strength = float(np.sqrt(np.mean(np.sum(db.force**2, axis=1)))) or 1.0
+        places, forces = self._places[db.contact], db.force / self._strength
+        self._learnt = learn(places, forces, vectors[:, kept] * lengths, training.fold, training.options)
+        self._reach = float(np.linalg.norm(db.fine, axis=(1, 2)).max())
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Answer as ``Solver`` does; NotConverged beyond the guard LARGEST_NORM, Doubted where the body may buckle."""

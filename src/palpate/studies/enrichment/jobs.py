@@ -14,7 +14,7 @@ import pandas as pd
 from palpate.benchmark.database import Database, read
 from palpate.benchmark.settings import FitOptions, Regression
 from palpate.bodies.body_file import load
-from palpate.models.enrichment.features import describe, in_slots, kinds
+from palpate.models.enrichment.features import FEATURES, describe, in_slots
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
 from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem
@@ -46,7 +46,7 @@ def sweep_sigma(
             options = FitOptions(**dict(regression), split=split, seed=seed)
             train, test = sides(samples, split)
             sweeps.append(sweep_rows(db, train, test, protocol, options, labels))
-            methods = build(db, compliance, train, protocol, options)
+            methods = build(gather(db.take(train), protocol, options, compliance))
             tables.append(accuracy_rows(db, methods, protocol, test, {**labels, "split": split}))
             for name in shown:
                 file[f"{protocol}/{split}/{name}/sample"] = test
@@ -103,18 +103,18 @@ def sweep_rows(
     db: Database, train: np.ndarray, test: np.ndarray, protocol: str, options: FitOptions, labels: Mapping[str, str]
 ) -> pd.DataFrame:
     """Tabulate sigma_sweep.csv of one database: the mean test error of each blend at each width of its kernel."""
-    training = gather(db, train, protocol, options)
+    training = gather(db.take(train), protocol, options)
     rows = []
-    for features_name, features in kinds(db, options.neighbours).items():
-        known = DescribedSamples(features, training, options)
-        asked = describe(features, db.contact[test], db.coarse(protocol)[test])
-        slots = in_slots(features, db.contact[test], db.fine[test])
+    for features in FEATURES:
+        known = DescribedSamples(training, features)
+        asked = describe(known.features, db.contact[test], db.coarse(protocol)[test])
+        slots = in_slots(known.features, db.contact[test], db.fine[test])
         squared = squared_distances(known.described, asked)
         among, across, own = known.slots @ known.slots.T, known.slots @ slots.T, (slots**2).sum(axis=1)
         for kind in WEIGHTS:
             for sigma in known.sigmas:
                 blends = BlendWeights(kind, known.squared, sigma)(squared)
                 rmse = np.sqrt(blend_errors(blends, among, across, own) / db.fine.shape[1])
-                which = [labels["body"], labels["regime"], protocol, options.split, features_name, kind]
+                which = [labels["body"], labels["regime"], protocol, options.split, features, kind]
                 rows.append([*which, sigma, sigma / known.scale, rmse.mean(), (rmse / db.peaks[test]).mean()])
     return SIGMA_SWEEP.frame(rows)

@@ -12,11 +12,11 @@ from palpate.benchmark.ranking import RANGE, resampled
 from palpate.benchmark.settings import FitOptions, Regression
 from palpate.benchmark.split import split
 from palpate.bodies.settings import Body
-from palpate.models import interpolation
 from palpate.models.enrichment import paper_enrichment
 from palpate.models.enrichment.features import FEATURES, Features, kinds
 from palpate.models.enrichment.paper_enrichment import LITERAL, DescribedSamples, gaussian, inverse
-from palpate.models.enrichment.training_samples import Fitting, gather
+from palpate.models.enrichment.training_samples import gather
+from palpate.models.interpolation import Interpolation
 from palpate.run.job import steps
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
 from palpate.studies.enrichment.samples import SPLITS, sample_errors
@@ -50,16 +50,16 @@ def split_errors(db: Database, counts: tuple[int, int], number: int, options: Fi
     for kind in SPLITS:
         asked = options.model_copy(update={"split": kind, "seed": options.seed + number})
         train, test = split(db.contact, *counts, kind, asked.seed)
-        fitting = Fitting.of(db, train, "paper", asked)
+        training = gather(db.take(train), "paper", asked)
         methods: dict[tuple[str, str], Method] = {
             ("zero", "none"): Zero(db),
-            ("interpolation", "none"): interpolation.fit(fitting),
+            ("interpolation", "none"): Interpolation(db),
         }
         for features in FEATURES:
             readings = READINGS if kind == "contacts" else (PAPERS,)
-            methods |= {(features, weights): paper_enrichment.fit(fitting, features, weights) for weights in readings}
+            methods |= {(features, weights): paper_enrichment.fit(training, features, weights) for weights in readings}
             if kind == "contacts":
-                methods[features, "linear"] = paper_enrichment.LinearRegressor(fitting, features)
+                methods[features, "linear"] = paper_enrichment.LinearRegressor(training, features)
         yield _errors(db, methods, train, test, number, kind)
 
 
@@ -74,8 +74,8 @@ def growing_errors(
     for count in sorted({max(2, round(share * len(known))) for share in shares} - {len(known)}):
         kept = known[:count]
         some = train[np.isin(db.contact[train], kept)]
-        fitting = Fitting.of(db, some, "paper", asked)
-        methods = {(features, PAPERS): paper_enrichment.fit(fitting, features, PAPERS) for features in FEATURES}
+        training = gather(db.take(some), "paper", asked)
+        methods = {(features, PAPERS): paper_enrichment.fit(training, features, PAPERS) for features in FEATURES}
         yield _errors(db, methods, some, test, number, "contacts")
 
 
@@ -186,12 +186,12 @@ DATABASE_MEMORY = Table(
 
 def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.DataFrame:
     """Tabulate the memory [kB] that a query needs with each kind of feature, with node orders of all contacts."""
-    training = gather(db, train, "paper", options)
+    training = gather(db.take(train), "paper", options)
     rows = []
-    for name, features in kinds(db, options.neighbours).items():
-        known = DescribedSamples(features, training, options)
+    for name in FEATURES:
+        known = DescribedSamples(training, name)
         matrix = inverse(gaussian(known.squared, known.scale))
-        sizes = [known.described.nbytes, known.slots.nbytes, matrix.nbytes, _orders(features, db.coarse_surface)]
+        sizes = [known.described.nbytes, known.slots.nbytes, matrix.nbytes, _orders(known.features, db.coarse_surface)]
         rows.append([name, len(train), *(size / 1024 for size in sizes), sum(sizes) / 1024])
     return pd.DataFrame(rows, columns=DATABASE_MEMORY.columns[1:])
 

@@ -23,6 +23,7 @@ from palpate.bodies.body_file import load
 from palpate.models.enrichment.features import nearest_first
 from palpate.models.enrichment.methods import build
 from palpate.models.enrichment.paper_enrichment import gaussian, inverse, query_weights, squared_distances
+from palpate.models.enrichment.training_samples import gather
 from palpate.solvers.compliance import Compliance
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.stores import stored
@@ -241,7 +242,8 @@ def time_methods(
     body, db, compliance = load(input.body), read(input.database), stored(Compliance, input.compliance)
     train, test = sides(read_samples(input.samples), "samples")
     options = FitOptions(**dict(regression), split="samples", seed=seed)
-    methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
+    known = db.take(train)
+    methods = {protocol: build(gather(known, protocol, options, compliance)) for protocol in ("paper", "live")}
     samples, name = choose_samples(db.peaks, test), wildcards.body
     loads = pd.read_csv(input.loads).iloc[samples]
     fine, coarse = (solves(body, level, loads, tolerance) for level in (len(body.levels) - 1, 0))

@@ -2,11 +2,10 @@
 
 import time
 import timeit
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from palpate.errors import NotConverged
 
@@ -123,20 +122,3 @@ def processor_seconds(call: Call, least_s: float) -> float:
     timer = timeit.Timer(call, timer=time.thread_time)
     number = max(1, int(least_s / timer.timeit(number=1)))
     return timer.timeit(number=number) / number
-
-
-def timing_rows(
-    body: str, calls: Mapping[str, Sequence[Call]], repeats: int, means: Mapping[str, float]
-) -> pd.DataFrame:
-    """Return the rows of enrichment_timing.csv for a body: median time of each deformation, and the paper's mean.
-
-    calls : by method, one for each deformation d1, d2, …; means : the paper's, by method [s]
-    """
-    rows = []
-    for method, deformations in calls.items():
-        seconds = [measure([call], repeats).median_s for call in deformations]
-        row: dict[str, Any] = {"body": body, "method": method}
-        row |= {f"d{i}_s": value for i, value in enumerate(seconds, start=1)}
-        row |= {"mean_s": float(np.mean(seconds)), "paper_mean_s": means.get(method, np.nan)}
-        rows.append(row)
-    return pd.DataFrame(rows)

@@ -19,7 +19,7 @@ from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, De
 from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem
 from palpate.stores import stored
-from palpate.studies.enrichment.samples import accuracy_rows, predict, read_samples, sample_peaks, sides, split_counts
+from palpate.studies.enrichment.samples import SPLITS, accuracy_rows, predict, read_samples, sides
 from palpate.table_declaration import Table
 
 
@@ -54,6 +54,32 @@ def sweep_sigma(
     return {"sweep": pd.concat(sweeps), "accuracy": pd.concat(tables)}
 
 
+SPLIT_COUNTS = Table(
+    "splits",
+    "How many samples of each body and regime the methods learn from, and how many they are tested on.",
+    """
+    body regime split train test: a database, what is held out, and numbers of samples
+    """,
+)
+
+SAMPLE_PEAKS = Table(
+    "sample_peaks",
+    "The largest displacement of the surface in each sample.",
+    """
+    body regime sample peak_m: a sample, and its largest displacement [m]
+    """,
+)
+
+FEM_COST = Table(
+    "fem_cost",
+    "The work, the time and the last residual of each finite-element simulation on the fine mesh.",
+    """
+    body regime sample: a sample
+    newton_iterations linear_solves residual seconds: iterations, solves, last relative residual, and time [s]
+    """,
+)
+
+
 def tabulate_enrichment(input, output):
     """Put the tables of all bodies together, and draw their meshes, for the rule of this name."""
     from palpate.benchmark.static_responses import load_responses
@@ -62,13 +88,24 @@ def tabulate_enrichment(input, output):
 
     merge(input, output)
     style.save(mesh_levels.draw_mesh_levels([load(path) for path in input.bodies]), stem(output.meshes))
-    tables = {Path(path).parts[-3:-1]: read_samples(path) for path in input.samples}
-    costs = []
-    for path in map(Path, input.fine):
-        body, regime = path.parts[-3:-1]
-        costs.append(load_responses([path]).costs().assign(body=body, regime=regime))
-    columns = ["body", "regime", "sample", "newton_iterations", "linear_solves", "residual", "seconds"]
-    return {"sample_peaks": sample_peaks(tables), "splits": split_counts(tables), "fem_cost": pd.concat(costs)[columns]}
+    samples = pd.concat(_labelled(read_samples(path), path) for path in input.samples)
+    costs = pd.concat(_labelled(load_responses([path]).costs(), path) for path in map(Path, input.fine))
+    counts = [
+        [*names, kind, *((rows[kind] == side).sum() for side in ("train", "test"))]
+        for names, rows in samples.groupby(["body", "regime"], sort=False)
+        for kind in SPLITS
+    ]
+    return {
+        "sample_peaks": samples[SAMPLE_PEAKS.columns],
+        "splits": SPLIT_COUNTS.frame(counts),
+        "fem_cost": costs[FEM_COST.columns],
+    }
+
+
+def _labelled(table: pd.DataFrame, path: str | Path) -> pd.DataFrame:
+    """Return a ``table`` with the columns body and regime, the folders that the file ``path`` lies in."""
+    body, regime = Path(path).parts[-3:-1]
+    return table.assign(body=body, regime=regime)
 
 
 def draw_responses(input, output):

@@ -16,11 +16,13 @@ from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
+from palpate.bodies.particles import Particles
 from palpate.bodies.settings import Body as BodySettings
 from palpate.effects.bending import hinges
-from palpate.effects.triangles import shape_gradients
+from palpate.effects.springs import Springs, rest_lengths
+from palpate.effects.triangles import Triangles, shape_gradients
 from palpate.errors import InputError
-from palpate.linalg.block_pattern import gather
+from palpate.linalg.block_pattern import scatter, shared_pattern
 from palpate.linalg.multigrid import Factor
 from palpate.solvers.compliance import compute_compliance
 
@@ -29,8 +31,6 @@ if TYPE_CHECKING:
 
 RESIDUAL = 1e-6
 """Largest residual [N] under 1 N; of a surface that can move freely it is far larger, if there is an answer."""
-Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Nodes (e, k) of each part, gradients (e, k, 3), and stiffnesses (e,)."""
 
 
 def hollow_responses(body: Body, contacts: np.ndarray, thickness_m: float, springs: bool) -> np.ndarray:
@@ -41,9 +41,7 @@ def hollow_responses(body: Body, contacts: np.ndarray, thickness_m: float, sprin
     Raises InputError if the shell is free to move.
     """
     mesh, level = body.fine, len(body.levels) - 1
-    fold = hinge_parts(mesh.nodes, mesh.triangles, thickness_m, body.material)
-    stretch = spring_parts if springs else membrane_parts
-    matrix = stiffness([stretch(mesh.nodes, mesh.triangles, thickness_m, body.material), fold], len(mesh.nodes))
+    matrix = shell_stiffness(mesh.nodes, mesh.triangles, thickness_m, body.material, springs)
     kept = np.setdiff1d(mesh.surface, body.anchors[level])
     places = (3 * kept[:, None] + np.arange(3)).ravel()
     solve = _solver(matrix[places][:, places], body.name)
@@ -73,50 +71,45 @@ def _solver(matrix: sparse.csr_array, name: str) -> Callable[[np.ndarray], np.nd
     return solve
 
 
-def stiffness(parts: list[Parts], n_nodes: int) -> sparse.csr_array:
-    """Assemble the stiffness Σ w g gᵀ [N/m] of ``parts`` of gradients g and weights w as a sparse matrix (3n, 3n)."""
-    blocks = []
-    for nodes, gradients, weights in parts:
-        count = nodes.shape[1]
-        rows, columns = np.repeat(nodes, count, axis=1).ravel(), np.tile(nodes, (1, count)).ravel()
-        products = np.einsum("e,eai,ebj->eabij", weights, gradients, gradients, optimize=True)
-        blocks.append((rows, columns, products.reshape(-1, 3, 3)))
-    return gather(blocks, n_nodes).tocsr()
+def shell_stiffness(
+    nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material, springs: bool
+) -> sparse.csr_array:
+    """Assemble the stiffness (3n, 3n) [N/m] at rest of a shell that is stretched and bent.
+
+    springs : whether springs along the edges resist stretch, in place of elastic triangles
+    """
+    stretch: Springs | Triangles
+    if springs:
+        stretch = edge_springs(nodes, triangles, thickness_m, material)
+    else:
+        none = np.empty(0, dtype=np.int64)
+        masses, solid = np.zeros(len(nodes)), none.reshape(0, 4)
+        stretch = Triangles(Particles("shell", nodes, masses, none, triangles, solid, material, thickness_m))
+    couples, gradients, weights = hinge_angles(nodes, triangles, thickness_m, material)
+    pattern = shared_pattern([stretch.couples, couples], len(nodes))
+    values = np.zeros((len(pattern.indices), 3, 3))
+    stretch.add_stiffness(nodes, False, pattern.slots[0], values)
+    folds = np.einsum("e,eai,ebj->eabij", weights, gradients, gradients, optimize=True)
+    scatter(pattern.slots[1].ravel(), folds.reshape(-1, 3, 3), values)
+    return pattern.matrix(values).tocsr()
 
 
-def membrane_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:
-    """Return the three strains of each triangle in plane stress: change of area, stretch and shear (paper 3)."""
-    slopes, areas = shape_gradients(nodes, triangles)
-    first = nodes[triangles[:, 1]] - nodes[triangles[:, 0]]
-    first = first / np.linalg.norm(first, axis=1, keepdims=True)
-    normal = np.cross(first, nodes[triangles[:, 2]] - nodes[triangles[:, 0]])
-    second = np.cross(normal / np.linalg.norm(normal, axis=1, keepdims=True), first)
-    along, across = slopes[:, :, :1] * first[:, None], slopes[:, :, 1:] * second[:, None]
-    mixed = slopes[:, :, 1:] * first[:, None] + slopes[:, :, :1] * second[:, None]
-    mu, lam = material.shear_pa, material.lame_pa
-    plane = 2.0 * lam * mu / (lam + 2.0 * mu)
-    weights = thickness_m * areas
-    gradients = np.concatenate([along + across, along - across, mixed]) / np.sqrt(2.0)
-    moduli = (2.0 * (mu + plane), 2.0 * mu, 2.0 * mu)
-    return np.tile(triangles, (3, 1)), gradients, np.concatenate([modulus * weights for modulus in moduli])
-
-
-def spring_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:
-    """Return a spring along each edge of the stiffness E t ΣA/l², A the areas beside it (Van Gelder 1998)."""
+def edge_springs(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Springs:
+    """Return springs along the edges, of stiffness E t ΣA/l² with A the areas beside an edge (Van Gelder 1998)."""
     _, areas = shape_gradients(nodes, triangles)
     ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     pairs, edge = np.unique(ends, axis=0, return_inverse=True)
     around = np.bincount(edge.ravel(), np.repeat(areas, 3))
-    apart = nodes[pairs[:, 1]] - nodes[pairs[:, 0]]
-    length = np.linalg.norm(apart, axis=1)
-    direction = apart / length[:, None]
-    weights = material.young_pa * thickness_m * around / length**2
-    return pairs, np.stack([-direction, direction], axis=1), weights
+    length = rest_lengths(nodes, pairs)
+    return Springs(pairs, material.young_pa * thickness_m * around / length**2, length)
 
 
-def hinge_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:
-    """Return the angle at each inner edge, of stiffness D l²/ΣA with D = E t³/12(1 − ν²) (Grinspun et al. 2003).
+def hinge_angles(
+    nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the nodes (h, 4) of each inner edge, its angle's gradient (h, 4, 3) and stiffness (h,) [N m].
 
+    The stiffness is D l²/ΣA with D = E t³/12(1 − ν²) (Grinspun et al. 2003).
     Trap: hinges of triangles do not converge to a plate; a strip of mirrored cells bends 1.3 times as far as it should.
     The gradient of the angle is that of Bridson, Marino and Fedkiw (2003); a rotation of both triangles costs nothing.
     """

@@ -1,6 +1,6 @@
 """Compare contact-ordered with unordered features in several premises: errors with intervals, vectors, memory."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -215,25 +215,29 @@ PREMISE_BODIES = Table(
 TABLES = (PREMISES, PREMISE_BODIES, FEATURE_VECTORS, DATABASE_MEMORY)
 
 
-def compare(
-    bodies: Mapping[str, Any],
-    databases: Mapping[str, Database],
+def compare_premises(
+    input: Any,
+    say: Callable,
+    sampled: list[str],
+    bodies: dict[str, Body],
     settings: Premises,
-    options: FitOptions,
-    progress: Callable = iter,
+    regression: Regression,
+    seed: int,
 ) -> dict[str, pd.DataFrame]:
-    """Compare features in all premises, and return TABLES by name.
+    """Compare features in all premises, for the rule of this name, and return TABLES by name.
 
+    sampled : bodies with nonlinear samples, in ``input.databases``, each a premise of its own that has the body's name
     bodies : settings of bodies by name, with magnitudes, train and test where paper 1 has samples of them
-    databases : nonlinear samples by body, each a premise of its own that has the body's name
-    progress : wraps the list of names, as ``tqdm`` does
     """
+    options = FitOptions(**dict(regression), split="contacts", seed=seed)
+    databases = {name: read(path) for name, path in zip(sampled, input.databases, strict=True)}
     parts_of: list[list[pd.DataFrame]] = []
-    for name in progress([*databases, *settings.cases]):
+    for name in steps(say, "premise")([*databases, *settings.cases]):
         if case := settings.cases.get(name):
-            about, counts, drawn, every = _linear(name, case, bodies[case.body], settings, options.seed)
+            about, counts, drawn, every = _linear(name, case, bodies[case.body], settings, seed)
         else:  # each split holds out others of the same samples
-            every, counts = databases[name], (bodies[name].train, bodies[name].test)
+            entry: Any = bodies[name]
+            every, counts = databases[name], (entry.train, entry.test)
             about, drawn = [name, "nonlinear", "solid", "as the body"], [every] * settings.splits
         about += [len(np.unique(every.contact)), moved_share(every.fine)]
         parts = (
@@ -245,21 +249,6 @@ def compare(
         parts_of.append([rows.assign(premise=name) for rows in parts])
     by_table = zip(TABLES, zip(*parts_of, strict=True), strict=True)
     return {table.name: pd.concat(rows)[table.columns] for table, rows in by_table}
-
-
-def compare_premises(
-    input: Any,
-    say: Callable,
-    sampled: list[str],
-    bodies: dict[str, Body],
-    settings: Premises,
-    regression: Regression,
-    seed: int,
-) -> dict[str, pd.DataFrame]:
-    """Compare features in all premises, for the rule of this name; sampled : the bodies of ``input.databases``."""
-    options = FitOptions(**dict(regression), split="contacts", seed=seed)
-    databases = {name: read(path) for name, path in zip(sampled, input.databases, strict=True)}
-    return compare(bodies, databases, settings, options, steps(say, "premise"))
 
 
 def _linear(

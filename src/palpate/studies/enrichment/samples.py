@@ -18,6 +18,7 @@ from palpate.errors import InputError
 from palpate.files import read_table
 from palpate.solvers.compliance import Compliance
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.table_declaration import Table
 
 LOAD_TOLERANCE = 0.02
 """Relative difference from the wanted peak displacement up to which the search for a force has converged."""
@@ -129,26 +130,16 @@ def sides(samples: pd.DataFrame, kind: str) -> tuple[np.ndarray, np.ndarray]:
     return tuple(samples.loc[samples[kind] == side, "sample"].to_numpy() for side in ("train", "test"))
 
 
-def sample_peaks(tables: Mapping[tuple[str, str], pd.DataFrame]) -> pd.DataFrame:
-    """Return the rows of sample_peaks.csv from the tables of every body and regime."""
-    labelled = [table.assign(body=body, regime=regime) for (body, regime), table in tables.items()]
-    return pd.concat(labelled)[["body", "regime", "sample", "peak_m"]]
-
-
-def split_counts(tables: Mapping[tuple[str, str], pd.DataFrame]) -> pd.DataFrame:
-    """Return the rows of splits.csv from the tables of every body and regime: how many samples are on each side."""
-    rows = [
-        [body, regime, kind, *((table[kind] == side).sum() for side in ("train", "test"))]
-        for (body, regime), table in tables.items()
-        for kind in SPLITS
-    ]
-    return pd.DataFrame(rows, columns=["body", "regime", "split", "train", "test"])
-
-
-ACCURACY_COLUMNS = [
-    "body", "regime", "protocol", "split", "method", "sigma_m", "samples",
-    "rmse_m", "rmse_of_peak", "p95_of_peak", "max_of_peak",
-]  # fmt: skip
+ENRICHMENT_ACCURACY = Table(
+    "enrichment_accuracy",
+    "The test errors of each method in every body, regime, protocol and split; blends at their best width σ.",
+    """
+    body regime protocol split method: a database, what coarse nodes come from and what is held out, and a method
+    sigma_m samples: width of its kernel [m], and number of test samples
+    rmse_m rmse_of_peak: mean error [m], and over the peaks
+    p95_of_peak max_of_peak: 95th percentile and largest error / peak
+    """,
+)
 
 
 def predict(db: Database, method: Method, protocol: str, samples: np.ndarray) -> np.ndarray:
@@ -178,4 +169,4 @@ def accuracy_rows(
         row = table[list(Errors._fields)].mean().to_dict() | {"max_of_peak": table["max_of_peak"].max()}
         row |= {"protocol": protocol, "method": name, "sigma_m": method.sigma_m, "samples": len(test)}
         rows.append({**labels, **row})
-    return pd.DataFrame(rows)[ACCURACY_COLUMNS]
+    return ENRICHMENT_ACCURACY.frame(rows)

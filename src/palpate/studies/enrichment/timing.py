@@ -17,7 +17,7 @@ from palpate.benchmark.accuracy import Method
 from palpate.benchmark.database import Database, read
 from palpate.benchmark.presses import samples_in
 from palpate.benchmark.settings import FitOptions, Regression
-from palpate.benchmark.timing import Call, measure, processor_seconds, timing_rows
+from palpate.benchmark.timing import Call, measure, processor_seconds
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.models.enrichment.features import nearest_first
@@ -187,9 +187,12 @@ def timing_table(
     online = {name: queries(db, methods["paper"][method], "paper", samples) for name, method in PAPERS_TABLE.items()}
     corrected = queries(db, methods["live"]["detail_correction"], "live", samples)
     online["live_all_in"] = [partial(_in_turn, *pair) for pair in zip(coarse, corrected, strict=True)]
-    return pd.concat(
-        [timing_rows(body, {"fine_fem": fine}, FEM_REPEATS, means), timing_rows(body, online, repeats, means)]
-    )
+    rows = []
+    for method, deformations in ({"fine_fem": fine} | online).items():
+        calls = FEM_REPEATS if method == "fine_fem" else repeats
+        seconds = [measure([call], calls).median_s for call in deformations]
+        rows.append([body, method, *seconds, np.mean(seconds), means.get(method, np.nan)])
+    return ENRICHMENT_TIMING.frame(rows)
 
 
 ONLINE_COST = Table(

@@ -166,11 +166,13 @@ def kinds(db: Database, neighbours: int) -> dict[str, Features]:
     }
 
 
-def describe(features: Features, contact: np.ndarray, coarse: np.ndarray) -> np.ndarray:
-    """Return the feature vectors (k, r) [m] of k samples; contact (k,), coarse (k, N, 3) [m]."""
-    return np.array([features.view(int(c)).feature(x) for c, x in zip(contact, coarse, strict=True)])
+def describe(
+    features: Features, contact: np.ndarray, coarse: np.ndarray, fine: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the feature vectors (k, r) and the slots (k, 3n) [m] of k samples.
 
-
-def in_slots(features: Features, contact: np.ndarray, fine: np.ndarray) -> np.ndarray:
-    """Return the slots (k, 3n) [m] of k samples; contact (k,), fine (k, n, 3) [m]."""
-    return np.array([features.view(int(c)).to_slots(x) for c, x in zip(contact, fine, strict=True)])
+    contact : (k,); coarse, fine : displacements of all coarse and of the fine surface nodes, (k, N, 3) and (k, n, 3)
+    """
+    views = [features.view(int(c)) for c in contact]
+    described = np.array([view.feature(x) for view, x in zip(views, coarse, strict=True)])
+    return described, np.array([view.to_slots(x) for view, x in zip(views, fine, strict=True)])

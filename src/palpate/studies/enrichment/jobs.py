@@ -14,7 +14,7 @@ import pandas as pd
 from palpate.benchmark.database import Database, read
 from palpate.benchmark.settings import FitOptions, Regression
 from palpate.bodies.body_file import load
-from palpate.models.enrichment.features import FEATURES, describe, in_slots
+from palpate.models.enrichment.features import FEATURES, describe
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
 from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem
@@ -144,8 +144,7 @@ def sweep_rows(
     rows = []
     for features in FEATURES:
         known = DescribedSamples(training, features)
-        asked = describe(known.features, db.contact[test], db.coarse(protocol)[test])
-        slots = in_slots(known.features, db.contact[test], db.fine[test])
+        asked, slots = describe(known.features, db.contact[test], db.coarse(protocol)[test], db.fine[test])
         squared = squared_distances(known.described, asked)
         among, across, own = known.slots @ known.slots.T, known.slots @ slots.T, (slots**2).sum(axis=1)
         for kind in WEIGHTS:

@@ -83,11 +83,11 @@ COMPLEXITY = Table(
 )
 
 
-def complexity(samples: Sequence[int] | np.ndarray, seed: int) -> pd.DataFrame:
-    """Measure the time of each operation on random data for all its lengths r and numbers of ``samples`` k.
+def time_complexity(samples: list[int], seed: int) -> pd.DataFrame:
+    """Measure how the time of each operation on random data grows, for the rule of this name.
 
-    Returns the columns operation, r, k and seconds: processor time of one thread, the fastest of three turns. Trap: on
-    the clock, long calls are interrupted more often than short ones, which looks like a higher order.
+    Each is timed for all its lengths r and numbers of ``samples`` k: processor time of one thread, the fastest of three
+    turns. Trap: on the clock, long calls are interrupted more often than short ones, which looks like a higher order.
     """
     from threadpoolctl import threadpool_limits
 
@@ -99,13 +99,14 @@ def complexity(samples: Sequence[int] | np.ndarray, seed: int) -> pd.DataFrame:
             calls = [operation.prepare(r, k, random) for r, k in sizes]
             seconds = np.min([[processor_seconds(call, 2e-3) for call in calls] for _ in range(3)], axis=0)
             rows += [(name, r, k, taken) for (r, k), taken in zip(sizes, seconds, strict=True)]
-    return pd.DataFrame(rows, columns=["operation", "r", "k", "seconds"])
+    return complexity_rows(pd.DataFrame(rows, columns=["operation", "r", "k", "seconds"]))
 
 
 def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate complexity.csv from the times ``measured`` by ``complexity``: exponents with 95 % intervals.
+    """Tabulate complexity.csv from the times ``measured``, with the columns operation, r, k and seconds.
 
-    ``paper_exponent_r`` and ``_k`` are fitted to the paper's formula at the same sizes, so that r log r is a power.
+    Intervals are of 95 %. ``paper_exponent_r`` and ``_k`` are fitted to the paper's formula at the same sizes, so that
+    r log r is a power.
     """
     rows = []
     for name, operation in OPERATIONS.items():
@@ -252,8 +253,3 @@ def time_methods(
     fine, coarse = (solves(body, level, loads, tolerance) for level in (len(body.levels) - 1, 0))
     timing = timing_table(db, methods, fine, coarse, samples, name, repeats, published_means)
     return {"timing": timing, "cost": cost_table(db, methods, coarse, samples, name, repeats)}
-
-
-def time_complexity(samples: list[int], seed: int) -> pd.DataFrame:
-    """Measure how the time of paper 1's operations grows, for the rule of this name."""
-    return complexity_rows(complexity(samples, seed))

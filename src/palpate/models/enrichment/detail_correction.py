@@ -102,10 +102,8 @@ def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, train
         squared = unexplained[samples] - 2.0 * extra * across[samples] + extra**2 * inner[samples]
         return float(np.sqrt(np.maximum(squared, 0.0)).sum())
 
-    held_out = [training.fold == part for part in range(training.fold.max() + 1)]
-    folds = [(np.flatnonzero(part), np.flatnonzero(~part)) for part in held_out]
     candidates = [(penalty, bounded) for bounded in (True, False) for penalty in PENALTIES]
-    scores = [sum(error(part, solve(rest, *each)) for part, rest in folds) for each in candidates]
+    scores = [sum(error(part, solve(rest, *each)) for rest, part in training.folds) for each in candidates]
     everything = np.arange(len(ratios))
     if min(scores) >= error(everything, Scale(np.zeros(2))):
         return Scale(np.zeros(2))

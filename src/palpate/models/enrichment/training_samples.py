@@ -47,6 +47,12 @@ class Training:
             self._shared[name] = make()
         return self._shared[name]
 
+    @property
+    def folds(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """The numbers of the samples that are learnt from and of those that are held out, for each fold."""
+        held_out = [self.fold == part for part in range(self.fold.max() + 1)]
+        return [(np.flatnonzero(~part), np.flatnonzero(part)) for part in held_out]
+
     def errors(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
         """Compute the RMSE / peak of each candidate and sample, (candidates, k), by cross-validation.
 
@@ -54,8 +60,7 @@ class Training:
         blends(known, asked) : weights (candidates, known, asked) found from the known samples only
         """
         parts, order = [], []
-        for part in range(self.fold.max() + 1):
-            train, validation = np.flatnonzero(self.fold != part), np.flatnonzero(self.fold == part)
+        for train, validation in self.folds:
             squared = blend_errors(
                 blends(train, validation),
                 gram[np.ix_(train, train)],

@@ -181,7 +181,9 @@ def prepare(name: str, premise: "Case", entry: BodySettings) -> Premise:
     premise : its settings, which replace anchors, bed and refinements of those of the body, ``entry``
     Raises InputError if the body cannot be made, or if no contact faces the direction of the presses.
     """
-    body = make_body(premise.body, changed(premise, entry))
+    own = {key: value for key in ("anchors", "bed", "refinements") if (value := getattr(premise, key)) is not None}
+    without_anchors = {"anchors": None} if "bed" in own else {}  # a bed alone replaces anchors, too
+    body = make_body(premise.body, entry.but(**without_anchors | own))
     contacts = pressed_contacts(body, contacts_of(body))
     inward = -body.fine.normals[contacts]
     if premise.direction is not None:
@@ -192,12 +194,6 @@ def prepare(name: str, premise: "Case", entry: BodySettings) -> Premise:
     if not len(contacts):
         raise InputError(f"enrichment.premises.{name}: no contact faces direction; turn it or hold the body elsewhere.")
     return Premise(name, body, contacts, inward, *_pressed(body, premise, contacts, inward))
-
-
-def changed(premise: "Case", entry: BodySettings) -> BodySettings:
-    """Return the settings ``entry`` of a body with those that a premise replaces; a bed alone replaces anchors, too."""
-    own = {key: value for key in ("anchors", "bed", "refinements") if (value := getattr(premise, key)) is not None}
-    return entry.but(**({"anchors": None} if "bed" in own else {}) | own)
 
 
 THICKNESS_M = 0.002

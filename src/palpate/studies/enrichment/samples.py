@@ -81,12 +81,12 @@ def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: floa
 
     Returns it and the largest displacement over ``peak``, which is off 1 by more than LOAD_TOLERANCE if it fails.
     """
-    for _ in range(12):
+    for more in reversed(range(13)):
         reached = _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
-        if abs(reached / peak - 1.0) < LOAD_TOLERANCE:
-            return newtons, reached / peak
+        if not more or abs(reached / peak - 1.0) < LOAD_TOLERANCE:
+            break
         newtons *= np.clip(peak / reached, 0.5, 2.0)
-    return newtons, _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes) / peak
+    return newtons, reached / peak
 
 
 def _warn_of_missed(name: str, reached: np.ndarray) -> None:

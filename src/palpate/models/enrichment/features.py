@@ -16,7 +16,7 @@ import numpy as np
 from palpate.benchmark.database import Database
 from palpate.errors import InputError
 
-FEATURES = ("unordered", "ordered", "framed")  # kinds of feature vectors, which ``kinds`` makes
+FEATURES = ("unordered", "ordered", "framed")  # kinds of feature vectors, which ``features_of`` makes
 TIE = 1e-9  # lengths closer than this, relative to the body's size, are equal
 
 
@@ -157,13 +157,9 @@ class Ordered:
 Features = Unordered | Ordered
 
 
-def kinds(db: Database, neighbours: int) -> dict[str, Features]:
-    """Make the three kinds of feature, by their names in FEATURES."""
-    return {
-        "unordered": Unordered(db),
-        "ordered": Ordered(db, neighbours, framed=False),
-        "framed": Ordered(db, neighbours, framed=True),
-    }
+def features_of(db: Database, kind: str, neighbours: int) -> Features:
+    """Make one ``kind`` of feature, of those in FEATURES; neighbours : coarse nodes in those that are ordered."""
+    return Unordered(db) if kind == "unordered" else Ordered(db, neighbours, framed=kind == "framed")
 
 
 def describe(

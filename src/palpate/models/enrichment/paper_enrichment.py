@@ -14,7 +14,7 @@ from scipy.spatial.distance import cdist
 
 from palpate.benchmark.model import Case
 from palpate.models.coarse_answers import Enriched, enriched
-from palpate.models.enrichment.features import describe, kinds
+from palpate.models.enrichment.features import describe, features_of
 from palpate.models.enrichment.training_samples import Training
 from palpate.models.kinds import PaperEnrichment
 
@@ -128,7 +128,7 @@ class DescribedSamples:
 
     def __init__(self, training: Training, kind: str, neighbours: int | None = None):
         db, options = training.db, training.options
-        self.training, self.features = training, kinds(db, neighbours or options.neighbours)[kind]
+        self.training, self.features = training, features_of(db, kind, neighbours or options.neighbours)
         self.described, self.slots = describe(self.features, db.contact, training.coarse, db.fine)
         self.squared = squared_distances(self.described, self.described)
         self.scale = median_distance(self.squared)

@@ -13,7 +13,7 @@ from palpate.benchmark.settings import FitOptions, Regression
 from palpate.benchmark.split import split
 from palpate.bodies.settings import Body
 from palpate.models.enrichment import paper_enrichment
-from palpate.models.enrichment.features import FEATURES, Features, kinds
+from palpate.models.enrichment.features import FEATURES, Features, features_of
 from palpate.models.enrichment.paper_enrichment import LITERAL, DescribedSamples, gaussian, inverse
 from palpate.models.enrichment.training_samples import gather
 from palpate.models.interpolation import Interpolation
@@ -164,10 +164,11 @@ FEATURE_VECTORS = Table(
 def feature_rows(db: Database, neighbours: int) -> pd.DataFrame:
     """Tabulate the vectors of each kind of feature for the two samples of ``choose_alike``; axis is 0, 1 or 2."""
     tables = []
-    for name, kind in kinds(db, neighbours).items():
+    for name in FEATURES:
+        features = features_of(db, name, neighbours)
         for press, sample in enumerate(choose_alike(db), 1):
             contact = int(db.contact[sample])
-            vector = kind.view(contact).feature(db.coarse_paper[sample]) / db.peaks[sample]
+            vector = features.view(contact).feature(db.coarse_paper[sample]) / db.peaks[sample]
             node, axis = np.divmod(np.arange(len(vector)), 3)
             row = {"features": name, "press": press, "contact": contact, "node": node, "axis": axis}
             tables.append(pd.DataFrame(row | {"share_of_peak": vector}))
@@ -234,14 +235,14 @@ def compare_premises(
     parts_of: list[list[pd.DataFrame]] = []
     for name in steps(say, "premise")([*databases, *settings.cases]):
         if case := settings.cases.get(name):
-            about, counts, drawn, every = _linear(name, case, bodies[case.body], settings, seed)
+            about, counts, drawn, every = _linear_samples(name, case, bodies[case.body], settings, seed)
         else:  # each split holds out others of the same samples
             entry: Any = bodies[name]
             every, counts = databases[name], (entry.train, entry.test)
             about, drawn = [name, "nonlinear", "solid", "as the body"], [every] * settings.splits
         about += [len(np.unique(every.contact)), moved_share(every.fine)]
         parts = (
-            _summary(drawn, counts, settings, options),
+            _errors_of_splits(drawn, counts, settings, options),
             pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
             feature_rows(every, options.neighbours),
             memory_rows(drawn[0], np.arange(counts[0]), options),
@@ -251,7 +252,7 @@ def compare_premises(
     return {table.name: pd.concat(rows)[table.columns] for table, rows in by_table}
 
 
-def _linear(
+def _linear_samples(
     name: str, premise: Case, entry: Body, settings: Premises, seed: int
 ) -> tuple[list[Any], tuple[int, int], list[Database], Database]:
     """Make the samples of a premise with linear responses, at other contacts for each split.
@@ -269,10 +270,10 @@ def _linear(
     return [premise.body, "linear", premise.made_of, held], (train, test), drawn, every
 
 
-def _summary(
+def _errors_of_splits(
     databases: Sequence[Database], counts: tuple[int, int], settings: Premises, options: FitOptions
 ) -> pd.DataFrame:
-    """Tabulate the errors of one premise, as ``summarise`` does, with one split of each of ``databases``."""
+    """Split each of ``databases`` once, train and test on it, and tabulate the mean errors as ``summarise`` does."""
     errors: list[pd.DataFrame] = []
     for number, db in enumerate(databases):
         errors += split_errors(db, counts, number, options)

@@ -81,9 +81,9 @@ def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: floa
 
     Returns it and the largest displacement over ``peak``, which is off 1 by more than LOAD_TOLERANCE if it fails.
     """
-    for more in reversed(range(13)):
+    for tries_left in reversed(range(13)):
         reached = _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
-        if not more or abs(reached / peak - 1.0) < LOAD_TOLERANCE:
+        if not tries_left or abs(reached / peak - 1.0) < LOAD_TOLERANCE:
             break
         newtons *= np.clip(peak / reached, 0.5, 2.0)
     return newtons, reached / peak

@@ -43,9 +43,10 @@ def compare_with_published(input: Any) -> pd.DataFrame:
 
 
 def _found(theirs: np.ndarray) -> Iterator[tuple[str, float, float, float | None]]:
-    """Yield the name of each case, our value, its own error, and the difference if it is not that of the values.
+    """Yield the name of each case, palpate's value, its own error over it, and its difference from the published value.
 
-    theirs : (833, 3) [m], the published displacements of the hanging bar's nodes
+    The difference is None where it follows from both values. theirs : (833, 3) [m], the published displacements of the
+    hanging bar's nodes
     """
     ours = hanging_bar.on_its_mesh()
     largest = np.linalg.norm(ours - theirs, axis=1).max() / np.linalg.norm(theirs, axis=1).max()

@@ -3,7 +3,6 @@
 Responses are linear, so that one set of responses to unit forces serves any number of splits.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -34,41 +33,29 @@ RESIDUAL = 1e-6
 
 
 def hollow_responses(body: Body, contacts: np.ndarray, thickness_m: float, springs: bool) -> np.ndarray:
-    """Compute the displacements (contacts, 3, n_surface, 3) [m/N] of a body's surface, as a shell, under unit forces.
+    """Compute the displacements (contacts, 3, n_fine, 3) [m/N] of a body's surface, as a shell, under unit forces.
 
     contacts : coarse nodes; thickness_m : of the shell, which has the body's material
     springs : whether the shell stretches as springs along the edges do, in place of elastic triangles
-    Raises InputError if the shell is free to move.
+    Inner nodes do not move. Raises InputError if the shell is free to move.
     """
-    mesh, level = body.fine, len(body.levels) - 1
-    matrix = shell_stiffness(mesh.nodes, mesh.triangles, thickness_m, body.material, springs)
-    kept = np.setdiff1d(mesh.surface, body.anchors[level])
-    places = (3 * kept[:, None] + np.arange(3)).ravel()
-    solve = _solver(matrix[places][:, places], body.name)
-    found = np.zeros((len(contacts), 3, len(mesh.nodes), 3))
-    for row, node in enumerate(np.searchsorted(kept, contacts)):
-        for axis in range(3):
-            load = np.zeros((len(kept), 3))
-            load[node, axis] = 1.0
-            found[row, axis, kept] = solve(load)
-    return found[:, :, mesh.surface]
-
-
-def _solver(matrix: sparse.csr_array, name: str) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the function from loads (n, 3) [N] to displacements [m]; InputError, naming the body, if it is free."""
-    free = f"{name}: its surface alone is free to move; hold more of it (anchors)."
+    mesh, count = body.fine, len(contacts)
+    free = np.setdiff1d(mesh.surface, body.anchors[len(body.levels) - 1])
+    places = (3 * free[:, None] + np.arange(3)).ravel()
+    matrix = shell_stiffness(mesh.nodes, mesh.triangles, thickness_m, body.material, springs)[places][:, places]
+    units = np.zeros((len(free), 3, count, 3))
+    for axis in range(3):
+        units[np.searchsorted(free, contacts), axis, np.arange(count), axis] = 1.0
+    loads = units.reshape(len(places), -1)
     try:
-        factor = Factor(matrix)
-    except ValueError as error:
-        raise InputError(free) from error
-
-    def solve(load: np.ndarray) -> np.ndarray:
-        moved = factor.solve(load)
-        if not np.abs(matrix @ moved.ravel() - load.ravel()).max() < RESIDUAL:
-            raise InputError(free)
-        return moved
-
-    return solve
+        moved = Factor(matrix).solve(loads.reshape(len(free), 3, -1)).reshape(loads.shape)
+    except ValueError:  # singular
+        moved = np.full(loads.shape, np.nan)
+    if not np.abs(matrix @ moved - loads).max() < RESIDUAL:
+        raise InputError(f"{body.name}: its surface alone is free to move; hold more of it (anchors).")
+    found = np.zeros((count, 3, len(mesh.nodes), 3))
+    found[:, :, free] = moved.reshape(units.shape).transpose(2, 3, 0, 1)
+    return found
 
 
 def shell_stiffness(
@@ -206,10 +193,8 @@ def _pressed(body: Body, premise: "Case", contacts: np.ndarray, along: np.ndarra
         compliance = compute_compliance(body, 0.0, contacts=contacts)
         fine, coarse = compliance.fine, compliance.restricted
     else:
-        fine = hollow_responses(body, contacts, THICKNESS_M, premise.made_of == "springs")
-        coarse = np.zeros((len(contacts), 3, len(body.coarse.nodes), 3))
-        surface = body.coarse.surface
-        coarse[:, :, surface] = fine[:, :, np.searchsorted(body.fine.surface, surface)]
+        moved = hollow_responses(body, contacts, THICKNESS_M, premise.made_of == "springs")
+        fine, coarse = moved[:, :, body.fine.surface], moved[:, :, : len(body.coarse.nodes)]
     return tuple(np.einsum("cd,cdnk->cnk", along, each) for each in (fine, coarse))
 
 

@@ -137,10 +137,10 @@ class Ordered:
     def view(self, contact: int) -> View:
         """Return the order, and frame if framed, of a coarse surface node; InputError if it is none."""
         if contact not in self._views:
-            self._views[contact] = self._look(contact)
+            self._views[contact] = self._view_of(contact)
         return self._views[contact]
 
-    def _look(self, contact: int) -> View:
+    def _view_of(self, contact: int) -> View:
         """Return the view of a contact: its nearest nodes in order and, if framed, its frame."""
         if contact not in self._numbers:
             raise InputError(f"enrichment: contact {contact} is not a coarse surface node; choose one that is.")

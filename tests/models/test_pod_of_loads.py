@@ -82,8 +82,9 @@ def test_a_process_knows_what_is_linear_in_the_force():
     def targets(places, forces):
         return np.einsum("ki,ijm,kj->km", np.sin(places), turn, forces)
 
-    folds = np.arange(36) // 3 % 4
-    predict = pod_of_loads.gaussian_process(places, forces, targets(places, forces), folds, None)
+    fold = np.arange(36) // 3 % 4
+    folds = [(np.flatnonzero(fold != part), np.flatnonzero(fold == part)) for part in range(4)]
+    predict = pod_of_loads.gaussian_process(places, forces, targets(places, forces), folds, 1)
     place, force = np.full(3, 0.5), np.array([0.3, -0.2, 0.5])
     wanted = targets(place[None], force[None])[0]
     assert np.linalg.norm(predict(place, force) - wanted) < 0.1 * np.linalg.norm(wanted)

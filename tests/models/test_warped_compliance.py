@@ -133,7 +133,7 @@ def taught(pressed, base, residual, train=TRAIN, options=OPTIONS):
         fine.append(answer + (extra if spins is None else turn(spins, extra)))
     db = replace(db, fine=np.array(fine))
     method, plain = (LoadResidual(db, case.response, base) for _ in range(2))
-    return db, method.learn(gather(db, train, "live", options), options), plain
+    return db, method.learn(gather(db.take(train), "live", options)), plain
 
 
 def errors_of(method, db, rows):

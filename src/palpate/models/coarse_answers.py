@@ -11,7 +11,7 @@ import numpy as np
 from palpate.benchmark.accuracy import Method
 from palpate.benchmark.load import Load, Refused, loads_of
 from palpate.benchmark.model import Case, Solver
-from palpate.models.enrichment.training_samples import Fitting
+from palpate.models.enrichment.training_samples import Training, gather
 from palpate.models.fem_statics import LinearCoarse, Simulation
 
 LINEAR, LOOSE, CONVERGED = "linear", "loose", "converged"
@@ -44,19 +44,15 @@ def seen_with(case: Case, kind: str, coarse: Simulation | LinearCoarse) -> Case:
     return replace(case, database=replace(case.database, coarse_live=answers))
 
 
-def fitting_to(case: Case) -> Fitting:
-    """Return what a method is fitted to: all training samples of ``case``, of the live protocol.
-
-    InputError where they are too few to divide into folds.
-    """
-    db = case.use_training()
-    return Fitting.of(db, np.arange(len(db.contact)), "live", case.options)
+def training_of(case: Case) -> Training:
+    """Return all training samples of ``case``, of the live protocol; InputError where no folds can be made of them."""
+    return gather(case.use_training(), "live", case.options)
 
 
-def enriched(case: Case, kind: str, samples: int | None, fit: Callable[[Fitting], Method]) -> "Enriched":
+def enriched(case: Case, kind: str, samples: int | None, fit: Callable[[Training], Method]) -> "Enriched":
     """Return a method that ``fit`` trains on ``samples`` samples, None all, with coarse answers of a ``kind``."""
     coarse = coarse_solver(case, kind)
-    return Enriched(fit(fitting_to(seen_with(case, kind, coarse).first(samples))), coarse)
+    return Enriched(fit(training_of(seen_with(case, kind, coarse).first(samples))), coarse)
 
 
 class Enriched(Solver):

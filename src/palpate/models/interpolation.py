@@ -7,7 +7,6 @@ from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Solver
 from palpate.models import kinds
 from palpate.models.coarse_answers import coarse_solver
-from palpate.models.enrichment.training_samples import Fitting
 
 
 class Interpolation:
@@ -21,11 +20,6 @@ class Interpolation:
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
         return self._prolongation @ coarse
-
-
-def fit(fitting: Fitting) -> Interpolation:
-    """Take the meshes; nothing is learnt."""
-    return Interpolation(fitting.db)
 
 
 class Interpolated(Solver):

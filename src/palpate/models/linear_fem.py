@@ -5,15 +5,9 @@ Linear responses superpose; for prescribed disc displacements the forces follow 
 
 from palpate.benchmark.model import Case
 from palpate.models import kinds
-from palpate.models.enrichment.training_samples import Fitting
 from palpate.models.limit import at_limit
 from palpate.models.warped_compliance import Stored
 from palpate.models.warped_response import LinearFem
-
-
-def fit(fitting: Fitting) -> LinearFem:
-    """Take the linear responses; nothing is learnt."""
-    return LinearFem(fitting.linear())
 
 
 def prepare(case: Case, model: kinds.LinearFEM) -> Stored:

@@ -10,11 +10,10 @@ from scipy.optimize import minimize
 
 from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Solver
-from palpate.benchmark.settings import FitOptions
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.errors import NotConverged
 from palpate.models import kinds
-from palpate.models.coarse_answers import fitting_to
+from palpate.models.coarse_answers import training_of
 from palpate.models.enrichment.ridge import LAMBDAS, dual_weights
 from palpate.models.near_buckling import NearBuckling
 
@@ -28,40 +27,43 @@ DESCENTS = 300
 """Iterations of L-BFGS that a network is trained for."""
 
 
+Folds = Sequence[tuple[np.ndarray, np.ndarray]]
+"""The numbers of the samples that are learnt from and of those that are held out, for each fold."""
+
+
 def gaussian_process(
-    places: np.ndarray, forces: np.ndarray, targets: np.ndarray, fold: np.ndarray, options: FitOptions
+    places: np.ndarray, forces: np.ndarray, targets: np.ndarray, folds: Folds, seed: int
 ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """Fit the mean of a Gaussian process; cross-validation chooses reach ℓ, share q of the square, and noise.
 
     Its covariance is exp(−‖p − p'‖²/2ℓ²) (f·f' + q (f·f')²) of places p and forces f: near contacts answer alike, and
     nearly in proportion to the force.
     """
-    away = np.sum((places[:, None] - places) ** 2, axis=2)
-    products = forces @ forces.T
+
+    def covariance(away: np.ndarray, products: np.ndarray, reach: float, square: float) -> np.ndarray:
+        return np.exp(-0.5 * away / reach**2) * (products + square * products**2)
+
+    away, products = np.sum((places[:, None] - places) ** 2, axis=2), forces @ forces.T
     best: tuple[float, tuple[float, float, float]] = (np.inf, (1.0, 0.0, 1.0))
     for reach in REACHES:
         for square in SQUARES:
-            kernel = np.exp(-0.5 * away / reach**2) * (products + square * products**2)
-            wrong = _held_out(kernel, targets, fold)
+            wrong = _held_out(covariance(away, products, reach, square), targets, folds)
             at = int(wrong.argmin())
             best = min(best, (float(wrong[at]), (reach, square, float(LAMBDAS[at]))))
     reach, square, noise = best[1]
-    kernel = np.exp(-0.5 * away / reach**2) * (products + square * products**2)
+    kernel = covariance(away, products, reach, square)
     dual = dual_weights(kernel, np.eye(len(kernel)), np.array([noise]))[0] @ targets
 
     def predict(place: np.ndarray, force: np.ndarray) -> np.ndarray:
-        product = forces @ force
-        near = np.exp(-0.5 * np.sum((places - place) ** 2, axis=1) / reach**2)
-        return (near * (product + square * product**2)) @ dual
+        return covariance(np.sum((places - place) ** 2, axis=1), forces @ force, reach, square) @ dual
 
     return predict
 
 
-def _held_out(kernel: np.ndarray, targets: np.ndarray, fold: np.ndarray) -> np.ndarray:
+def _held_out(kernel: np.ndarray, targets: np.ndarray, folds: Folds) -> np.ndarray:
     """Return the mean relative errors of held-out samples, for each of LAMBDAS, (len(LAMBDAS),)."""
     total = np.zeros(len(LAMBDAS))
-    for part in range(fold.max() + 1):
-        train, validation = np.flatnonzero(fold != part), np.flatnonzero(fold == part)
+    for train, validation in folds:
         weights = dual_weights(kernel[np.ix_(train, train)], kernel[np.ix_(train, validation)], LAMBDAS)
         predicted = np.swapaxes(weights, 1, 2) @ targets[train]
         total += _relative(predicted, targets[validation]).sum(axis=-1)
@@ -81,7 +83,7 @@ def network(hidden: int) -> Callable:
     """
 
     def learn(
-        places: np.ndarray, forces: np.ndarray, targets: np.ndarray, fold: np.ndarray, options: FitOptions
+        places: np.ndarray, forces: np.ndarray, targets: np.ndarray, folds: Folds, seed: int
     ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
         powers, size = _powers(forces), float(np.abs(targets).max()) or 1.0
         scaled = targets / size
@@ -89,18 +91,17 @@ def network(hidden: int) -> Callable:
         spread = np.where(spread > 0.0, spread, 1.0)
         about = (places - middle) / spread
 
-        def trained(rows: np.ndarray, decay: float) -> list[np.ndarray]:
-            return _trained(about[rows], powers[rows], scaled[rows], hidden, decay, options.seed)
+        def trained(rows: np.ndarray | slice, decay: float) -> list[np.ndarray]:
+            return _trained(about[rows], powers[rows], scaled[rows], hidden, decay, seed)
 
         def error(decay: float) -> float:
             total = 0.0
-            for part in range(fold.max() + 1):
-                train, validation = fold != part, fold == part
+            for train, validation in folds:
                 predicted = _layered(trained(train, decay), about[validation], powers[validation])[2]
                 total += float(_relative(predicted, scaled[validation]).sum())
             return total
 
-        weights = trained(fold >= 0, min(DECAYS, key=error))
+        weights = trained(slice(None), min(DECAYS, key=error))
 
         def answer(place: np.ndarray, force: np.ndarray) -> np.ndarray:
             return size * _layered(weights, ((place - middle) / spread)[None], _powers(force[None]))[2][0]
@@ -171,25 +172,26 @@ LARGEST_NORM = 1.5
 class Learnt(Solver):
     """POD modes about rest of fine displacements, whose coefficients are learnt from the load.
 
-    A learner takes places and forces (k, 3), coefficients (k, m) and folds (k,), and returns a function of one place
+    A learner takes places and forces (k, 3), coefficients (k, m), folds and a seed, and returns a function of one place
     and force. Places are over the body's size, forces over the root mean square of the training samples'.
     """
 
     def __init__(self, case: Case, model: kinds.PODOfLoads):
-        fitting, learn = fitting_to(case), gaussian_process
+        training, learn = training_of(case), gaussian_process
+        db = training.db
         if model.learner == "network":
             learn = network(model.hidden or HIDDEN)
-        self._contacts, self._buckling, training = contacts_of(case.body), NearBuckling(case), fitting.training
-        fine = training.fine.reshape(len(training.fine), -1)
+        self._contacts, self._buckling = contacts_of(case.body), NearBuckling(case)
+        fine = db.fine.reshape(len(db.fine), -1)
         values, vectors = np.linalg.eigh(fine @ fine.T)
         kept = np.argsort(values)[::-1][: model.modes]
         lengths = np.sqrt(np.maximum(values[kept], np.finfo(float).tiny))
         self._modes = (vectors[:, kept] / lengths).T @ fine
-        self._places = fitting.db.coarse_nodes / fitting.db.size
-        self._strength = float(np.sqrt(np.mean(np.sum(training.force**2, axis=1)))) or 1.0
-        places, forces = self._places[training.contact], training.force / self._strength
-        self._learnt = learn(places, forces, vectors[:, kept] * lengths, training.fold, fitting.options)
-        self._reach = float(np.linalg.norm(training.fine, axis=(1, 2)).max())
+        self._places = db.coarse_nodes / db.size
+        self._strength = float(np.sqrt(np.mean(np.sum(db.force**2, axis=1)))) or 1.0
+        places, forces = self._places[db.contact], db.force / self._strength
+        self._learnt = learn(places, forces, vectors[:, kept] * lengths, training.folds, training.options.seed)
+        self._reach = float(np.linalg.norm(db.fine, axis=(1, 2)).max())
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Answer as ``Solver`` does; NotConverged beyond the guard LARGEST_NORM, Doubted where the body may buckle."""

@@ -8,13 +8,13 @@ import numpy as np
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Solver, held_mb
-from palpate.benchmark.settings import FitOptions
 from palpate.bodies.contacts import row_of
 from palpate.models import kinds
+from palpate.models.coarse_answers import training_of
 from palpate.models.depths import Discs
 from palpate.models.enrichment.features import Ordered
 from palpate.models.enrichment.ridge import KernelRidge
-from palpate.models.enrichment.training_samples import Training, convinces, gather
+from palpate.models.enrichment.training_samples import Training, convinces
 from palpate.models.limit import at_limit
 from palpate.models.near_buckling import NearBuckling
 from palpate.models.warped_response import LinearFem, WarpedResponse, turn
@@ -45,12 +45,13 @@ class LoadResidual:
         self._learnt: KernelRidge | None = None
         self.kind = ""
 
-    def learn(self, training: Training, options: FitOptions) -> "LoadResidual":
+    def learn(self, training: Training) -> "LoadResidual":
         """Fit the residual to training samples; their coarse displacements are not used."""
-        samples = list(zip(training.contact.tolist(), training.force, strict=True))
+        db = training.db
+        samples = list(zip(db.contact.tolist(), db.force, strict=True))
         answers = [self._base.answer(*sample) for sample in samples]
-        residuals = np.array([u - answer for u, (answer, _) in zip(training.fine, answers, strict=True)])
-        plain = np.sqrt(np.mean(np.sum(residuals**2, axis=2), axis=1)) / training.peaks
+        residuals = np.array([u - answer for u, (answer, _) in zip(db.fine, answers, strict=True)])
+        plain = np.sqrt(np.mean(np.sum(residuals**2, axis=2), axis=1)) / db.peaks
         backward = [e if w is None else turn(-w, e) for e, (_, w) in zip(residuals, answers, strict=True)]
         candidates = {}
         for kind in KINDS:
@@ -58,7 +59,7 @@ class LoadResidual:
             targets = [e.ravel() for e in backward]
             if kind == "force":
                 targets = [self._views.view(c).to_slots(e) for (c, _), e in zip(samples, backward, strict=True)]
-            candidates[kind] = KernelRidge(described, np.array(targets), training, options, power=2)
+            candidates[kind] = KernelRidge(described, np.array(targets), training, power=2)
         best = min(candidates, key=lambda kind: candidates[kind].score)
         if convinces(candidates[best].errors, plain, training.fold):
             self.kind, self._learnt = best, candidates[best]
@@ -88,9 +89,8 @@ class Stored(Solver):
     def __init__(self, case: Case, base: Base, samples: int | None):
         self._base, self._residual, self._discs, self._buckling = base, None, Discs(case), NearBuckling(case)
         if samples != 0:
-            db = case.first(samples).use_training()
-            residual = LoadResidual(case.meshes, case.use_compliance(), base)
-            self._residual = residual.learn(gather(db, np.arange(len(db.contact)), "live", case.options), case.options)
+            training = training_of(case.first(samples))
+            self._residual = LoadResidual(case.meshes, case.use_compliance(), base).learn(training)
 
     @property
     def memory_mb(self) -> float:

@@ -1,6 +1,7 @@
 """The corotated two-level correction: exact where it must be, on a body that is really simulated."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -106,7 +107,7 @@ def test_a_scale_is_learnt_that_helps_on_other_contacts(slab_compliance, db, pro
     test = np.setdiff1d(np.arange(len(db.contact)), train)
     plain, learnt = (DetailCorrection(db, slab_compliance, protocol) for _ in range(2))
     assert not plain.scale.beta.any()
-    learnt.learn(gather(db, train, protocol, OPTIONS), OPTIONS)
+    learnt.learn(gather(db.take(train), protocol, OPTIONS))
     rivals = [np.mean([error(m, db, protocol, i) for i in test]) for m in (learnt, plain, Interpolation(db))]
     assert rivals[0] <= rivals[1] < 0.5 * rivals[2]
 
@@ -125,7 +126,7 @@ def test_the_rest_is_learnt_in_the_turned_frame(slab_compliance, db):
     test = np.arange(0, k, 5)
     train = np.setdiff1d(np.arange(k), test)
     settings = OPTIONS.but(split="samples", sigma_relative=Widths(min=0.1, max=100, count=7))
-    learnt.learn(gather(world, train, "live", settings), settings)
+    learnt.learn(gather(world.take(train), "live", settings))
     assert np.isnan(plain.sigma_m) and learnt.sigma_m > 0
     errors = [np.mean([error(m, world, "live", i) for i in test]) for m in (learnt, plain)]
     assert errors[0] < 0.1 * errors[1]
@@ -151,8 +152,7 @@ def scaled_world():
     detail = 1e-3 * random.normal(size=(40, 30, 3))
     ratios = 1.0 + 0.2 * random.normal(size=(40, 2))
     peaks = random.uniform(0.01, 0.03, 40)
-    empty = np.zeros((40, 0, 3))
-    training = Training(empty, empty, contact, np.zeros((40, 3)), peaks, contact % 5)
+    training = Training(SimpleNamespace(contact=contact, peaks=peaks), "live", OPTIONS, contact % 5)
     return random, ratios, detail, training
 
 
@@ -180,9 +180,9 @@ def test_learns_nothing_from_nothing(scaled_world):
 def test_does_not_believe_what_other_contacts_contradict(scaled_world):
     """Each fold wants the opposite of the rest: no scale generalises, so none is applied."""
     _, ratios, detail, training = scaled_world
-    sign = np.where(training.contact % 2, 1.0, -1.0)
+    sign = np.where(training.db.contact % 2, 1.0, -1.0)
     missing = (1.0 + sign * ((ratios - 1.0) @ BETA))[:, None, None] * detail
-    alternating = replace(training, fold=training.contact % 2)
+    alternating = replace(training, fold=training.db.contact % 2)
     assert not fit_scale(ratios, detail, missing, alternating).beta.any()
 
 
@@ -190,7 +190,7 @@ def test_bounds_are_those_of_the_samples_only_where_that_helps_at_other_contacts
     """A scale that saturates at a contact of large ratios is bounded; one that goes on growing is not."""
     _, ratios, detail, training = scaled_world
     ratios = ratios.copy()
-    ratios[training.contact % 5 == 0, 0] += 2.0  # a fold beyond all others
+    ratios[training.db.contact % 5 == 0, 0] += 2.0  # a fold beyond all others
     beta = np.array([0.5, 0.0])
     growing = fit_scale(ratios, detail, scaled(beta, ratios, detail), training)
     assert growing.beta == pytest.approx(beta, abs=1e-3) and np.isinf([growing.low, growing.high]).all()

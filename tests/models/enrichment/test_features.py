@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from palpate.errors import InputError
-from palpate.models.enrichment.features import body_axis, contact_frame, kinds, nearest_first
+from palpate.models.enrichment.features import body_axis, contact_frame, features_of, nearest_first
 
 
 def turned(db, angle):
@@ -24,7 +24,7 @@ def turned(db, angle):
 
 @pytest.mark.parametrize(("name", "length"), [("unordered", 546), ("ordered", 30), ("framed", 30)])
 def test_slots_and_back(db, name, length):
-    view = kinds(db, 10)[name].view(int(db.contact[3]))
+    view = features_of(db, name, 10).view(int(db.contact[3]))
     assert view.feature(db.coarse_paper[3]).shape == (length,)
     again = view.from_slots(view.to_slots(db.fine[3]))
     assert again == pytest.approx(db.fine[3], abs=1e-16)
@@ -35,7 +35,7 @@ def test_slots_and_back(db, name, length):
 @pytest.mark.parametrize("name", ["ordered", "framed"])
 def test_nearest_nodes_come_first(db, name):
     contact = int(db.contact[5])
-    view = kinds(db, 10)[name].view(contact)
+    view = features_of(db, name, 10).view(contact)
     assert view.coarse[0] == contact
     for nodes, order in ((db.coarse_nodes, view.coarse), (db.nodes_fine_surface, view.slots)):
         distance = np.linalg.norm(nodes[order] - db.coarse_nodes[contact], axis=1)
@@ -53,7 +53,7 @@ def test_framed_is_blind_to_a_turn_about_the_axis(db, place):
     coarse, fine = np.empty_like(db.coarse_paper[0]), np.empty_like(db.fine[0])
     coarse[coarse_map] = db.coarse_paper[0] @ rotation.T
     fine[fine_map] = db.fine[0] @ rotation.T
-    framed = kinds(db, 10)["framed"]
+    framed = features_of(db, "framed", 10)
     here, there = framed.view(contact), framed.view(int(coarse_map[contact]))
     assert there.feature(coarse) == pytest.approx(here.feature(db.coarse_paper[0]), abs=1e-15)
     assert there.to_slots(fine) == pytest.approx(here.to_slots(db.fine[0]), abs=1e-15)
@@ -64,14 +64,14 @@ def test_ties_are_the_same_in_a_jittered_mesh(db):
     jittered = replace(db, coarse_nodes=db.coarse_nodes + jitter)
     for name in ("ordered", "framed"):
         for contact in map(int, db.coarse_surface[::7]):
-            here, there = kinds(db, 10)[name].view(contact), kinds(jittered, 10)[name].view(contact)
+            here, there = features_of(db, name, 10).view(contact), features_of(jittered, name, 10).view(contact)
             assert np.array_equal(here.coarse, there.coarse)
             assert np.array_equal(here.slots, there.slots)
 
 
 def test_a_contact_off_the_surface_is_refused(db):
     with pytest.raises(InputError, match="contact 100000 is not a coarse surface node"):
-        kinds(db, 10)["ordered"].view(100000)
+        features_of(db, "ordered", 10).view(100000)
 
 
 def test_ties_go_by_number_and_framed_ones_by_position_whatever_the_rounding():

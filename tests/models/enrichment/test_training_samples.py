@@ -17,7 +17,7 @@ def test_folds_are_even_and_as_many_as_there_are_contacts(settings):
 
 
 def test_folds_hold_out_whole_contacts(db, settings):
-    fold = gather(db, np.arange(24), "paper", settings.model_copy(update={"split": "contacts"})).fold
+    fold = gather(db, "paper", settings.model_copy(update={"split": "contacts"})).fold
     for contact in np.unique(db.contact):
         assert len(set(fold[db.contact == contact])) == 1
     assert len(set(fold)) == 5
@@ -33,16 +33,16 @@ def test_inner_products_measure_the_error():
 
 def test_scores_are_relative_errors_of_held_out_samples(db, settings):
     """A candidate that always answers with the first known sample, scored by hand."""
-    training = gather(db, np.arange(24), "paper", settings)
+    training = gather(db, "paper", settings)
 
     def first(known, asked):
         weights = np.zeros((1, len(known), len(asked)))
         weights[:, 0] = 1
         return weights
 
-    fine = training.fine.reshape(24, -1)
-    guesses = training.fine[[np.flatnonzero(training.fold != fold)[0] for fold in training.fold]]
-    by_hand = np.sqrt(np.mean(np.sum((guesses - training.fine) ** 2, axis=2), axis=1)) / db.peaks
+    fine = db.fine.reshape(24, -1)
+    guesses = db.fine[[np.flatnonzero(training.fold != fold)[0] for fold in training.fold]]
+    by_hand = np.sqrt(np.mean(np.sum((guesses - db.fine) ** 2, axis=2), axis=1)) / db.peaks
     assert training.errors(fine @ fine.T, first) == pytest.approx(by_hand[None], rel=1e-8)
 
 

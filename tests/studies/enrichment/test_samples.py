@@ -14,7 +14,7 @@ from palpate.errors import InputError
 from palpate.models.interpolation import Interpolation
 from palpate.run.job import write_table
 from palpate.studies.enrichment.samples import (
-    ACCURACY_COLUMNS,
+    ENRICHMENT_ACCURACY,
     SAMPLE_COLUMNS,
     SPLITS,
     accuracy_rows,
@@ -114,7 +114,7 @@ def test_rows_are_made_of_sample_errors(db):
     labels = {"body": "cylinder", "regime": "small", "split": "contacts"}
     methods = {"nothing": Nothing(), "interpolation": Interpolation(db)}
     table = accuracy_rows(db, methods, "live", test, labels)
-    assert table.columns.tolist() == ACCURACY_COLUMNS
+    assert table.columns.tolist() == ENRICHMENT_ACCURACY.columns
     assert table["method"].tolist() == ["nothing", "interpolation"]
     nothing = table.iloc[0]
     assert (nothing[list(labels)] == list(labels.values())).all()

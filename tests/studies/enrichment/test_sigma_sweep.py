@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.models.enrichment.features import kinds
+from palpate.models.enrichment.features import FEATURES
 from palpate.models.enrichment.paper_enrichment import Blend, DescribedSamples
 from palpate.models.enrichment.training_samples import gather
 from palpate.studies.enrichment.jobs import sweep_rows
@@ -26,9 +26,9 @@ def test_every_width_has_a_row(table):
 
 
 def test_every_row_is_the_error_of_the_method_and_cross_validation_chooses_one(db, settings, table):
-    training = gather(db, TRAIN, "live", settings)
-    for name, features in kinds(db, settings.neighbours).items():
-        known = DescribedSamples(features, training, settings)
+    training = gather(db.take(TRAIN), "live", settings)
+    for name in FEATURES:
+        known = DescribedSamples(training, name)
         for _, row in table[table["features"] == name].iterrows():
             method = Blend(known, row["weights"], row["sigma_m"])
             direct = sample_errors(db, method, "live", TEST)

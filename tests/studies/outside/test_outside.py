@@ -1,6 +1,7 @@
 """Published values are met, from values in the repository, and what is left is said."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,7 +23,6 @@ from skfem.helpers import ddot, div, sym_grad
 from palpate.benchmark.richardson import number_limits
 from palpate.bodies.material import Material
 from palpate.effects.law import fault, law_of
-from palpate.files import read_yaml
 from palpate.studies.outside import compare, hanging_bar, prisms
 from palpate.studies.outside.supported import Supported, block
 
@@ -31,8 +31,8 @@ FOLDER = Path(compare.__file__).parent
 
 @pytest.fixture(scope="module")
 def table():
-    published = read_yaml(FOLDER / "published.yaml")
-    return compare.compare(4, published, hanging_bar.read_displacements(FOLDER / "hanging_bar.csv")).set_index("case")
+    files = SimpleNamespace(published=FOLDER / "published.yaml", displacements=FOLDER / "hanging_bar.csv")
+    return compare.compare_with_published(files).set_index("case")
 
 
 @pytest.mark.slow

@@ -28,10 +28,7 @@ STAGES = {
 }
 
 
-@pytest.mark.parametrize(
-    "component",
-    [name if name in ("triangles", "particles") else pytest.param(name, marks=pytest.mark.slow) for name in COMPONENTS],
-)
+@pytest.mark.parametrize("component", COMPONENTS)
 def test_every_component_runs_at_its_sizes(component, monkeypatch):
     monkeypatch.setattr(measure_scaling, "LONG_S", 0.01)  # how well it is timed does not matter here
     table = measure(component, SIZES.get(component, [1]))

@@ -13,14 +13,13 @@ import numpy as np
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case, Solver
-from palpate.benchmark.settings import FitOptions
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.linalg.polar import signed_svd
 from palpate.models import kinds
-from palpate.models.coarse_answers import Enriched, coarse_solver, seen_with
+from palpate.models.coarse_answers import Enriched, coarse_solver, seen_with, training_of
 from palpate.models.enrichment.ridge import KernelRidge
-from palpate.models.enrichment.training_samples import Fitting, Training, convinces, gather
+from palpate.models.enrichment.training_samples import Training, convinces
 from palpate.models.limit import ToLimit
 from palpate.solvers.compliance import Compliance
 
@@ -83,9 +82,10 @@ def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, train
     contacts if the split does, chooses the ridge's penalty, whether the scale is clipped to those of the samples, and
     whether it is 1 instead.
     """
-    inner = _inner(detail, detail) / training.peaks**2
-    across = _inner(missing - detail, detail) / training.peaks**2
-    unexplained = _inner(missing - detail, missing - detail) / training.peaks**2
+    peaks = training.db.peaks
+    inner = _inner(detail, detail) / peaks**2
+    across = _inner(missing - detail, detail) / peaks**2
+    unexplained = _inner(missing - detail, missing - detail) / peaks**2
 
     def solve(samples: np.ndarray, penalty: float, bounded: bool) -> Scale:
         regressors = ratios[samples] - 1.0
@@ -102,10 +102,8 @@ def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, train
         squared = unexplained[samples] - 2.0 * extra * across[samples] + extra**2 * inner[samples]
         return float(np.sqrt(np.maximum(squared, 0.0)).sum())
 
-    held_out = [training.fold == part for part in range(training.fold.max() + 1)]
-    folds = [(np.flatnonzero(part), np.flatnonzero(~part)) for part in held_out]
     candidates = [(penalty, bounded) for bounded in (True, False) for penalty in PENALTIES]
-    scores = [sum(error(part, solve(rest, *each)) for part, rest in folds) for each in candidates]
+    scores = [sum(error(part, solve(rest, *each)) for rest, part in training.folds) for each in candidates]
     everything = np.arange(len(ratios))
     if min(scores) >= error(everything, Scale(np.zeros(2))):
         return Scale(np.zeros(2))
@@ -161,19 +159,20 @@ class DetailCorrection:
         self.scale = Scale(np.zeros(2))
         self._residual: KernelRidge | None = None
 
-    def learn(self, training: Training, options: FitOptions) -> "DetailCorrection":
+    def learn(self, training: Training) -> "DetailCorrection":
         """Fit the scale, then the residual, to training samples; only of a correction that is ``turned``."""
-        samples = zip(training.coarse, training.contact.tolist(), training.force, strict=True)
+        db = training.db
+        samples = zip(training.coarse, db.contact.tolist(), db.force, strict=True)
         queries = [self._query(*sample) for sample in samples]
-        missing = training.fine - np.array([q.interpolated for q in queries])
+        missing = db.fine - np.array([q.interpolated for q in queries])
         ratios, detail = np.array([q.ratios for q in queries]), np.array([q.detail for q in queries])
         self.scale = fit_scale(ratios, detail, missing, training)
         residual = missing - self.scale.of(ratios)[:, None, None] * detail
-        plain = np.sqrt(np.mean(np.sum(residual**2, axis=2), axis=1)) / training.peaks
+        plain = np.sqrt(np.mean(np.sum(residual**2, axis=2), axis=1)) / db.peaks
         turns = [q.turned.transpose(0, 2, 1) for q in queries if q.turned is not None]
         unturned = np.array([_turn(*pair).ravel() for pair in zip(turns, residual, strict=True)])
         described = training.coarse[:, self._surface].reshape(len(queries), -1)
-        learnt = KernelRidge(described, unturned, training, options)
+        learnt = KernelRidge(described, unturned, training)
         if convinces(learnt.errors, plain, training.fold):
             self._residual, self.sigma_m = learnt, learnt.sigma_m
         return self
@@ -210,9 +209,9 @@ def _turn(rotations: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return (rotations @ vectors[:, :, None])[:, :, 0]
 
 
-def fit(fitting: Fitting, turned: bool = True, learnt: bool = True) -> DetailCorrection:
-    method = DetailCorrection(fitting.db, fitting.linear(), fitting.protocol, turned)
-    return method.learn(fitting.training, fitting.options) if learnt else method
+def fit(training: Training, turned: bool = True, learnt: bool = True) -> DetailCorrection:
+    method = DetailCorrection(training.db, training.linear(), training.protocol, turned)
+    return method.learn(training) if learnt else method
 
 
 def prepare(case: Case, model: kinds.DetailCorrection) -> Solver:
@@ -220,7 +219,6 @@ def prepare(case: Case, model: kinds.DetailCorrection) -> Solver:
     coarse = coarse_solver(case, model.coarse)
     method = DetailCorrection(case.meshes, case.use_compliance(), "live", model.turned)
     if model.samples != 0:
-        db = seen_with(case, model.coarse, coarse).first(model.samples).use_training()
-        method.learn(gather(db, np.arange(len(db.contact)), "live", case.options), case.options)
+        method.learn(training_of(seen_with(case, model.coarse, coarse).first(model.samples)))
     solver = Enriched(method, coarse)
     return ToLimit(case, solver, case.use_compliance().fine) if model.target else solver

@@ -16,7 +16,7 @@ import numpy as np
 from palpate.benchmark.database import Database
 from palpate.errors import InputError
 
-FEATURES = ("unordered", "ordered", "framed")  # kinds of feature vectors, which ``kinds`` makes
+FEATURES = ("unordered", "ordered", "framed")  # kinds of feature vectors, which ``features_of`` makes
 TIE = 1e-9  # lengths closer than this, relative to the body's size, are equal
 
 
@@ -137,10 +137,10 @@ class Ordered:
     def view(self, contact: int) -> View:
         """Return the order, and frame if framed, of a coarse surface node; InputError if it is none."""
         if contact not in self._views:
-            self._views[contact] = self._look(contact)
+            self._views[contact] = self._view_of(contact)
         return self._views[contact]
 
-    def _look(self, contact: int) -> View:
+    def _view_of(self, contact: int) -> View:
         """Return the view of a contact: its nearest nodes in order and, if framed, its frame."""
         if contact not in self._numbers:
             raise InputError(f"enrichment: contact {contact} is not a coarse surface node; choose one that is.")
@@ -157,20 +157,18 @@ class Ordered:
 Features = Unordered | Ordered
 
 
-def kinds(db: Database, neighbours: int) -> dict[str, Features]:
-    """Make the three kinds of feature, by their names in FEATURES."""
-    return {
-        "unordered": Unordered(db),
-        "ordered": Ordered(db, neighbours, framed=False),
-        "framed": Ordered(db, neighbours, framed=True),
-    }
+def features_of(db: Database, kind: str, neighbours: int) -> Features:
+    """Make one ``kind`` of feature, of those in FEATURES; neighbours : coarse nodes in those that are ordered."""
+    return Unordered(db) if kind == "unordered" else Ordered(db, neighbours, framed=kind == "framed")
 
 
-def describe(features: Features, contact: np.ndarray, coarse: np.ndarray) -> np.ndarray:
-    """Return the feature vectors (k, r) [m] of k samples; contact (k,), coarse (k, N, 3) [m]."""
-    return np.array([features.view(int(c)).feature(x) for c, x in zip(contact, coarse, strict=True)])
+def describe(
+    features: Features, contact: np.ndarray, coarse: np.ndarray, fine: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the feature vectors (k, r) and the slots (k, 3n) [m] of k samples.
 
-
-def in_slots(features: Features, contact: np.ndarray, fine: np.ndarray) -> np.ndarray:
-    """Return the slots (k, 3n) [m] of k samples; contact (k,), fine (k, n, 3) [m]."""
-    return np.array([features.view(int(c)).to_slots(x) for c, x in zip(contact, fine, strict=True)])
+    contact : (k,); coarse, fine : displacements of all coarse and of the fine surface nodes, (k, N, 3) and (k, n, 3)
+    """
+    views = [features.view(int(c)) for c in contact]
+    described = np.array([view.feature(x) for view, x in zip(views, coarse, strict=True)])
+    return described, np.array([view.to_slots(x) for view, x in zip(views, fine, strict=True)])

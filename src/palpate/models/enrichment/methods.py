@@ -1,52 +1,35 @@
-"""Register every way of enriching a coarse deformation, by names.
+"""Register every way of enriching a coarse deformation, by names."""
 
-No module is imported before its method is fitted.
-"""
+from collections.abc import Callable
+from functools import partial
 
-from __future__ import annotations
+from palpate.benchmark.accuracy import Method
+from palpate.models.enrichment import detail_correction, paper_enrichment
+from palpate.models.enrichment.features import FEATURES
+from palpate.models.enrichment.paper_enrichment import WEIGHTS
+from palpate.models.enrichment.pod_rbf import PodRbf
+from palpate.models.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
+from palpate.models.enrichment.training_samples import Training
+from palpate.models.interpolation import Interpolation
+from palpate.models.warped_response import LinearFem
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from palpate.benchmark.accuracy import Method
-    from palpate.benchmark.database import Database
-    from palpate.benchmark.settings import FitOptions
-    from palpate.solvers.compliance import Compliance
-
-
-# module, and the keywords that its function ``fit`` gets beside a ``Fitting``
-METHODS: dict[str, tuple[str, dict]] = {
-    f"{features}_{weights}": ("palpate.models.enrichment.paper_enrichment", {"features": features, "weights": weights})
-    for features in ("unordered", "ordered", "framed")
-    for weights in ("signed", "nonnegative_a", "nonnegative_b", "clipped")
+METHODS: dict[str, Callable[[Training], Method]] = {
+    f"{features}_{weights}": partial(paper_enrichment.fit, features=features, weights=weights)
+    for features in FEATURES
+    for weights in WEIGHTS
 } | {
-    "interpolation": ("palpate.models.interpolation", {}),
-    "ridge_upsampling": ("palpate.models.enrichment.ridge", {"kernel": False}),
-    "kernel_ridge_detail": ("palpate.models.enrichment.ridge", {"kernel": True}),
-    "pod_rbf": ("palpate.models.enrichment.pod_rbf", {}),
-    "linear_fem": ("palpate.models.linear_fem", {}),
-    "detail_correction_unturned": ("palpate.models.enrichment.detail_correction", {"turned": False, "learnt": False}),
-    "detail_correction_untaught": ("palpate.models.enrichment.detail_correction", {"learnt": False}),
-    "detail_correction": ("palpate.models.enrichment.detail_correction", {}),
+    "interpolation": lambda training: Interpolation(training.db),
+    "ridge_upsampling": RidgeUpsampling,
+    "kernel_ridge_detail": KernelRidgeDetail,
+    "pod_rbf": PodRbf,
+    "linear_fem": lambda training: LinearFem(training.linear()),
+    "detail_correction_unturned": partial(detail_correction.fit, turned=False, learnt=False),
+    "detail_correction_untaught": partial(detail_correction.fit, learnt=False),
+    "detail_correction": detail_correction.fit,
 }
-"""The methods by the names, and in the order, of the tables."""
+"""What fits each method to training samples, by the names, and in the order, of the tables."""
 
 
-def build(
-    db: Database, compliance: Compliance, train: np.ndarray, protocol: str, options: FitOptions
-) -> dict[str, Method]:
-    """Fit every method to the samples ``train`` of one protocol; the names and order are those of METHODS.
-
-    compliance : linear responses of the fine and coarse meshes, for the methods that use physics
-    """
-    # imported here, so that names alone cost nothing, and by name, so that whoever reads imports finds them
-    from palpate.models import interpolation, linear_fem
-    from palpate.models.enrichment import detail_correction, paper_enrichment, pod_rbf, ridge
-    from palpate.models.enrichment.training_samples import Fitting
-
-    modules = (paper_enrichment, detail_correction, interpolation, linear_fem, pod_rbf, ridge)
-    fits = {module.__name__: module.fit for module in modules}
-    fitting = Fitting.of(db, train, protocol, options, compliance)
-    return {name: fits[place](fitting, **what) for name, (place, what) in METHODS.items()}
+def build(training: Training) -> dict[str, Method]:
+    """Fit every method to the samples of ``training``; the names and order are those of METHODS."""
+    return {name: fit(training) for name, fit in METHODS.items()}

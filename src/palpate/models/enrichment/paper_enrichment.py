@@ -13,10 +13,9 @@ from scipy.optimize import nnls
 from scipy.spatial.distance import cdist
 
 from palpate.benchmark.model import Case
-from palpate.benchmark.settings import FitOptions
-from palpate.models.coarse_answers import Enriched, coarse_solver, fitting_to, seen_with
-from palpate.models.enrichment.features import Features, describe, in_slots, kinds
-from palpate.models.enrichment.training_samples import Fitting, Training
+from palpate.models.coarse_answers import Enriched, enriched
+from palpate.models.enrichment.features import describe, features_of
+from palpate.models.enrichment.training_samples import Training
 from palpate.models.kinds import PaperEnrichment
 
 WEIGHTS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")  # kinds of weights, which ``BlendWeights`` explains
@@ -122,14 +121,15 @@ def normalise(blend: np.ndarray, w: np.ndarray) -> np.ndarray:
 class DescribedSamples:
     """The training samples described by one kind of feature, shared by all kinds of weights.
 
+    kind : one of FEATURES; neighbours : nodes of an ordered one, None for those of the training's options
     described : (k, r) features [m]; slots : (k, 3n) fine displacements [m]
     squared : (k, k) squared distances between features [m²]; scale : their median distance [m]
     """
 
-    def __init__(self, features: Features, training: Training, options: FitOptions):
-        self.features, self.training = features, training
-        self.described = describe(features, training.contact, training.coarse)
-        self.slots = in_slots(features, training.contact, training.fine)
+    def __init__(self, training: Training, kind: str, neighbours: int | None = None):
+        db, options = training.db, training.options
+        self.training, self.features = training, features_of(db, kind, neighbours or options.neighbours)
+        self.described, self.slots = describe(self.features, db.contact, training.coarse, db.fine)
         self.squared = squared_distances(self.described, self.described)
         self.scale = median_distance(self.squared)
         widths = options.sigma_relative
@@ -161,13 +161,9 @@ class Blend:
         return view.from_slots(weights @ self._slots)
 
 
-def fit(fitting: Fitting, features: str, weights: str, neighbours: int | None = None) -> Blend:
+def fit(training: Training, features: str, weights: str, neighbours: int | None = None) -> Blend:
     """Return a regressor, with σ by cross-validation; ``neighbours`` replaces those of the options."""
-    length = fitting.options.neighbours if neighbours is None else neighbours
-    samples = fitting.share(
-        (features, length),
-        lambda: DescribedSamples(kinds(fitting.db, length)[features], fitting.training, fitting.options),
-    )
+    samples = training.share((features, neighbours), lambda: DescribedSamples(training, features, neighbours))
     return Blend(samples, weights, samples.choose_sigma(weights))
 
 
@@ -190,12 +186,10 @@ class LinearRegressor:
 
     sigma_m = np.nan
 
-    def __init__(self, fitting: Fitting, features: str):
-        training = fitting.training
-        self._features = kinds(fitting.db, fitting.options.neighbours)[features]
-        self._described = describe(self._features, training.contact, training.coarse)
-        slots = in_slots(self._features, training.contact, training.fine)
-        self._dual = inverse(self._described @ self._described.T) @ slots
+    def __init__(self, training: Training, features: str):
+        samples = training.share((features, None), lambda: DescribedSamples(training, features))
+        self._features, self._described = samples.features, samples.described
+        self._dual = inverse(self._described @ self._described.T) @ samples.slots
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         view = self._features.view(contact)
@@ -204,9 +198,11 @@ class LinearRegressor:
 
 def prepare(case: Case, model: PaperEnrichment) -> Enriched:
     """Return the regressor on coarse answers, with σ by cross-validation and nodes ordered around all contacts."""
-    coarse = coarse_solver(case, model.coarse)
-    fitting = fitting_to(seen_with(case, model.coarse, coarse).first(model.samples))
-    method = fit(fitting, model.features, model.weights, model.neighbours)
-    for contact in fitting.db.coarse_surface:
-        method.features.view(int(contact))  # which keeps the order of its nodes, so that no query sorts
-    return Enriched(method, coarse)
+
+    def ordered(training: Training) -> Blend:
+        method = fit(training, model.features, model.weights, model.neighbours)
+        for contact in training.db.coarse_surface:
+            method.features.view(int(contact))  # which keeps the order of its nodes, so that no query sorts
+        return method
+
+    return enriched(case, model.coarse, model.samples, ordered)

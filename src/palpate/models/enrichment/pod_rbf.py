@@ -9,12 +9,11 @@ from functools import partial
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
-from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case
 from palpate.models import kinds
 from palpate.models.coarse_answers import Enriched, enriched
 from palpate.models.enrichment.paper_enrichment import median_distance, squared_distances
-from palpate.models.enrichment.training_samples import Fitting, Training
+from palpate.models.enrichment.training_samples import Training
 
 KERNELS = [("linear", 1.0)] + [
     (name, shape) for name in ("multiquadric", "gaussian") for shape in np.geomspace(0.01, 10, 7).tolist()
@@ -30,12 +29,12 @@ class PodRbf:
 
     sigma_m = np.nan
 
-    def __init__(self, db: Database, training: Training, modes: int | None = None):
-        self._surface = db.coarse_surface
+    def __init__(self, training: Training, modes: int | None = None):
+        self._surface = training.db.coarse_surface
         described = training.coarse[:, self._surface].reshape(len(training.coarse), -1)
         # unit median distance: RBFInterpolator's ε and its constant term then mean the same for every body
         self._scale = median_distance(squared_distances(described, described))
-        fine = training.fine.reshape(len(training.fine), -1)
+        fine = training.db.fine.reshape(len(described), -1)
         kernel, shape, modes = self._choose(training, described / self._scale, fine @ fine.T, modes)
         self._mean = fine.mean(axis=0)
         gram = (fine - self._mean) @ (fine - self._mean).T
@@ -70,10 +69,6 @@ class PodRbf:
         return *KERNELS[best // len(counts)], int(counts[best % len(counts)])
 
 
-def fit(fitting: Fitting, modes: int | None = None) -> PodRbf:
-    return PodRbf(fitting.db, fitting.training, modes)
-
-
 def _interpolator(points: np.ndarray, values: np.ndarray, kernel: str, shape: float) -> RBFInterpolator:
     # a trace of smoothing keeps duplicate samples from making the system singular
     return RBFInterpolator(points, values, kernel=kernel, epsilon=shape, degree=0, smoothing=1e-10)
@@ -81,4 +76,4 @@ def _interpolator(points: np.ndarray, values: np.ndarray, kernel: str, shape: fl
 
 def prepare(case: Case, model: kinds.PODRBF) -> Enriched:
     """Choose kernel and width by cross-validation on the training samples."""
-    return enriched(case, model.coarse, None, partial(fit, modes=model.modes))
+    return enriched(case, model.coarse, None, partial(PodRbf, modes=model.modes))

@@ -4,17 +4,13 @@ Both are solved in dual form, (K + λ I)⁻¹ of the k × k kernel matrix, becau
 than there are samples. All settings are chosen by cross-validation on the training samples.
 """
 
-from functools import partial
-
 import numpy as np
 
-from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case
-from palpate.benchmark.settings import FitOptions
 from palpate.models import kinds
 from palpate.models.coarse_answers import Enriched, enriched
 from palpate.models.enrichment.paper_enrichment import eigen, gaussian, median_distance, squared_distances
-from palpate.models.enrichment.training_samples import Fitting, Training
+from palpate.models.enrichment.training_samples import Training
 
 LAMBDAS = np.geomspace(1e-12, 1e2, 29)  # the λ tried, relative to the mean eigenvalue of the kernel matrix
 
@@ -45,10 +41,15 @@ def _solve(kernel: np.ndarray, targets: np.ndarray, relative: float) -> np.ndarr
     return dual_weights(kernel, np.eye(len(kernel)), np.array([relative]))[0] @ targets
 
 
-def _detail(db: Database, training: Training) -> np.ndarray:
+def _described(training: Training) -> np.ndarray:
+    """Return the coarse surface displacements of the training samples, (k, 3m) [m]."""
+    return training.coarse[:, training.db.coarse_surface].reshape(len(training.coarse), -1)
+
+
+def _detail(training: Training) -> np.ndarray:
     """Return what linear interpolation lacks, fine − P coarse, (k, 3n) [m]."""
-    interpolated = np.array([db.prolongation @ coarse for coarse in training.coarse])
-    return (training.fine - interpolated).reshape(len(interpolated), -1)
+    interpolated = np.array([training.db.prolongation @ coarse for coarse in training.coarse])
+    return (training.db.fine - interpolated).reshape(len(interpolated), -1)
 
 
 class RidgeUpsampling:
@@ -59,16 +60,15 @@ class RidgeUpsampling:
 
     sigma_m = np.nan
 
-    def __init__(self, db: Database, training: Training):
-        self._surface = db.coarse_surface
-        self._described = training.coarse[:, self._surface].reshape(len(training.coarse), -1)
+    def __init__(self, training: Training):
+        self._surface, self._described = training.db.coarse_surface, _described(training)
         kernel = self._described @ self._described.T
-        whole, detail = training.fine.reshape(len(training.fine), -1), _detail(db, training)
+        whole, detail = training.db.fine.reshape(len(kernel), -1), _detail(training)
         (to_zero, zero_lambda), (to_linear, linear_lambda) = (
             _choose(training, kernel, targets @ targets.T) for targets in (whole, detail)
         )
         linear = to_linear.mean() <= to_zero.mean()
-        self._prolongation = db.prolongation if linear else None
+        self._prolongation = training.db.prolongation if linear else None
         self._dual = _solve(kernel, detail, linear_lambda) if linear else _solve(kernel, whole, zero_lambda)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
@@ -84,12 +84,10 @@ class KernelRidge:
     ``errors`` (k,) are the cross-validated errors of the σ and λ chosen, RMSE / peak, and ``score`` is their mean.
     """
 
-    def __init__(
-        self, described: np.ndarray, targets: np.ndarray, training: Training, options: FitOptions, power: int = 1
-    ):
+    def __init__(self, described: np.ndarray, targets: np.ndarray, training: Training, power: int = 1):
         self._described, self._power = described, power
         squared, products = squared_distances(described, described), (described @ described.T) ** power
-        widths = options.sigma_relative
+        widths = training.options.sigma_relative
         sigmas = median_distance(squared) * np.geomspace(widths.min, widths.max, widths.count)
         gram = targets @ targets.T
         candidates = [_choose(training, products * gaussian(squared, sigma), gram) for sigma in sigmas]
@@ -108,22 +106,15 @@ class KernelRidge:
 class KernelRidgeDetail:
     """Linear interpolation plus its detail by kernel ridge on all coarse surface displacements."""
 
-    def __init__(self, db: Database, training: Training, options: FitOptions):
-        self._surface, self._prolongation = db.coarse_surface, db.prolongation
-        described = training.coarse[:, self._surface].reshape(len(training.coarse), -1)
-        self._learnt = KernelRidge(described, _detail(db, training), training, options)
+    def __init__(self, training: Training):
+        self._surface, self._prolongation = training.db.coarse_surface, training.db.prolongation
+        self._learnt = KernelRidge(_described(training), _detail(training), training)
         self.sigma_m = self._learnt.sigma_m
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         return self._prolongation @ coarse + self._learnt.predict(coarse[self._surface].ravel())
 
 
-def fit(fitting: Fitting, kernel: bool) -> RidgeUpsampling | KernelRidgeDetail:
-    if kernel:
-        return KernelRidgeDetail(fitting.db, fitting.training, fitting.options)
-    return RidgeUpsampling(fitting.db, fitting.training)
-
-
 def prepare(case: Case, model: kinds.Ridge) -> Enriched:
     """Choose widths and ridges by cross-validation on the training samples."""
-    return enriched(case, model.coarse, model.samples, partial(fit, kernel=model.kernel))
+    return enriched(case, model.coarse, model.samples, KernelRidgeDetail if model.kernel else RidgeUpsampling)

@@ -16,18 +16,42 @@ SMALLEST_M, LARGEST_M = 1e-100, 1e100  # displacements [m] whose squares and cub
 
 @dataclass(frozen=True, eq=False)
 class Training:
-    """k training samples: coarse (k, N, 3) [m], fine (k, n, 3) [m], contact (k,), force (k, 3) [N]
-    and peaks (k,) [m].
+    """The k training samples of one ``protocol`` and the data beside them that methods may use.
 
-    fold : (k,) the part each sample belongs to
+    db : these samples alone, and the meshes of their body
+    fold : (k,) the part of the cross-validation that each sample belongs to
+    responses : linear responses of the fine and coarse meshes, for methods that use physics; see ``linear``
     """
 
-    coarse: np.ndarray
-    fine: np.ndarray
-    contact: np.ndarray
-    force: np.ndarray
-    peaks: np.ndarray
+    db: Database
+    protocol: str
+    options: FitOptions
     fold: np.ndarray
+    responses: Compliance | None = None
+    _shared: dict[Hashable, Any] = field(default_factory=dict)
+
+    @property
+    def coarse(self) -> np.ndarray:
+        """The displacements of all coarse nodes, (k, N, 3) [m]."""
+        return self.db.coarse(self.protocol)
+
+    def linear(self) -> Compliance:
+        """Return the linear responses; InputError where there are none."""
+        if self.responses is None:
+            raise InputError("enrichment: a method needs linear responses and has none; compute them first.")
+        return self.responses
+
+    def share(self, name: Hashable, make: Callable[[], Any]) -> Any:
+        """Return what ``make`` makes, made once for all methods that ask for it by the same ``name``."""
+        if name not in self._shared:
+            self._shared[name] = make()
+        return self._shared[name]
+
+    @property
+    def folds(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """The numbers of the samples that are learnt from and of those that are held out, for each fold."""
+        held_out = [self.fold == part for part in range(self.fold.max() + 1)]
+        return [(np.flatnonzero(~part), np.flatnonzero(part)) for part in held_out]
 
     def errors(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
         """Compute the RMSE / peak of each candidate and sample, (candidates, k), by cross-validation.
@@ -36,34 +60,32 @@ class Training:
         blends(known, asked) : weights (candidates, known, asked) found from the known samples only
         """
         parts, order = [], []
-        for part in range(self.fold.max() + 1):
-            train, validation = np.flatnonzero(self.fold != part), np.flatnonzero(self.fold == part)
+        for train, validation in self.folds:
             squared = blend_errors(
                 blends(train, validation),
                 gram[np.ix_(train, train)],
                 gram[np.ix_(train, validation)],
                 gram.diagonal()[validation],
             )
-            parts.append(np.sqrt(squared / self.fine.shape[1]) / self.peaks[validation])
+            parts.append(np.sqrt(squared / self.db.fine.shape[1]) / self.db.peaks[validation])
             order.append(validation)
         return np.concatenate(parts, axis=-1)[..., np.argsort(np.concatenate(order))]
 
 
-def gather(db: Database, train: np.ndarray, protocol: str, options: FitOptions) -> Training:
-    """Return the samples ``train`` of ``db``, divided into folds.
+def gather(db: Database, protocol: str, options: FitOptions, responses: Compliance | None = None) -> Training:
+    """Return the training samples, all of ``db``, divided into folds.
 
     InputError if they are too few to divide, or so small or large that no body moves like that.
     """
-    for name, moved in (("fine", db.fine[train]), (f"coarse_{protocol}", db.coarse(protocol)[train])):
+    for name, moved in (("fine", db.fine), (f"coarse_{protocol}", db.coarse(protocol))):
         largest = float(np.abs(moved).max())
         if not (largest == 0.0 or SMALLEST_M <= largest <= LARGEST_M):
             raise InputError(
                 f"enrichment: displacements {name} are up to {largest:.0e} m, whose squares no number can hold; "
                 "check their unit."
             )
-    contact = db.contact[train]
-    fold = divide(contact if options.split == "contacts" else np.arange(len(train)), options)
-    return Training(db.coarse(protocol)[train], db.fine[train], contact, db.force[train], db.peaks[train], fold)
+    fold = divide(db.contact if options.split == "contacts" else np.arange(len(db.contact)), options)
+    return Training(db, protocol, options, fold, responses)
 
 
 def divide(group: np.ndarray, options: FitOptions) -> np.ndarray:
@@ -94,38 +116,3 @@ def blend_errors(weights: np.ndarray, among: np.ndarray, across: np.ndarray, own
     """
     squared = own - 2 * (weights * across).sum(axis=-2) + (weights * (among @ weights)).sum(axis=-2)
     return np.maximum(squared, 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Fitting:
-    """The training samples of one ``protocol`` and the data beside them that methods may use; no other sample is seen.
-
-    db : for its meshes
-    responses : linear responses of the fine and coarse meshes, for methods that use physics; see ``linear``
-    """
-
-    db: Database
-    training: Training
-    protocol: str
-    options: FitOptions
-    responses: Compliance | None = None
-    _shared: dict[Hashable, Any] = field(default_factory=dict)
-
-    @staticmethod
-    def of(
-        db: Database, train: np.ndarray, protocol: str, options: FitOptions, responses: Compliance | None = None
-    ) -> "Fitting":
-        """Gather the samples ``train`` of ``db``; InputError if they are too few to divide into folds."""
-        return Fitting(db, gather(db, train, protocol, options), protocol, options, responses)
-
-    def linear(self) -> Compliance:
-        """Return the linear responses; InputError where there are none."""
-        if self.responses is None:
-            raise InputError("enrichment: a method needs linear responses and has none; compute them first.")
-        return self.responses
-
-    def share(self, name: Hashable, make: Callable[[], Any]) -> Any:
-        """Return what ``make`` makes, made once for all methods that ask for it by the same ``name``."""
-        if name not in self._shared:
-            self._shared[name] = make()
-        return self._shared[name]

@@ -14,12 +14,12 @@ import pandas as pd
 from palpate.benchmark.database import Database, read
 from palpate.benchmark.settings import FitOptions, Regression
 from palpate.bodies.body_file import load
-from palpate.models.enrichment.features import describe, in_slots, kinds
+from palpate.models.enrichment.features import FEATURES, describe
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
 from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem
 from palpate.stores import stored
-from palpate.studies.enrichment.samples import accuracy_rows, predict, read_samples, sample_peaks, sides, split_counts
+from palpate.studies.enrichment.samples import SPLITS, accuracy_rows, predict, read_samples, sides
 from palpate.table_declaration import Table
 
 
@@ -46,12 +46,38 @@ def sweep_sigma(
             options = FitOptions(**dict(regression), split=split, seed=seed)
             train, test = sides(samples, split)
             sweeps.append(sweep_rows(db, train, test, protocol, options, labels))
-            methods = build(db, compliance, train, protocol, options)
+            methods = build(gather(db.take(train), protocol, options, compliance))
             tables.append(accuracy_rows(db, methods, protocol, test, {**labels, "split": split}))
             for name in shown:
                 file[f"{protocol}/{split}/{name}/sample"] = test
                 file[f"{protocol}/{split}/{name}/predicted"] = predict(db, methods[name], protocol, test)
     return {"sweep": pd.concat(sweeps), "accuracy": pd.concat(tables)}
+
+
+SPLIT_COUNTS = Table(
+    "splits",
+    "How many samples of each body and regime the methods learn from, and how many they are tested on.",
+    """
+    body regime split train test: a database, what is held out, and numbers of samples
+    """,
+)
+
+SAMPLE_PEAKS = Table(
+    "sample_peaks",
+    "The largest displacement of the surface in each sample.",
+    """
+    body regime sample peak_m: a sample, and its largest displacement [m]
+    """,
+)
+
+FEM_COST = Table(
+    "fem_cost",
+    "The work, the time and the last residual of each finite-element simulation on the fine mesh.",
+    """
+    body regime sample: a sample
+    newton_iterations linear_solves residual seconds: iterations, solves, last relative residual, and time [s]
+    """,
+)
 
 
 def tabulate_enrichment(input, output):
@@ -62,13 +88,24 @@ def tabulate_enrichment(input, output):
 
     merge(input, output)
     style.save(mesh_levels.draw_mesh_levels([load(path) for path in input.bodies]), stem(output.meshes))
-    tables = {Path(path).parts[-3:-1]: read_samples(path) for path in input.samples}
-    costs = []
-    for path in map(Path, input.fine):
-        body, regime = path.parts[-3:-1]
-        costs.append(stored(Responses, path).costs().assign(body=body, regime=regime))
-    columns = ["body", "regime", "sample", "newton_iterations", "linear_solves", "residual", "seconds"]
-    return {"sample_peaks": sample_peaks(tables), "splits": split_counts(tables), "fem_cost": pd.concat(costs)[columns]}
+    samples = pd.concat(_labelled(read_samples(path), path) for path in input.samples)
+    costs = pd.concat(_labelled(stored(Responses, path).costs(), path) for path in map(Path, input.fine))
+    counts = [
+        [*names, kind, *((rows[kind] == side).sum() for side in ("train", "test"))]
+        for names, rows in samples.groupby(["body", "regime"], sort=False)
+        for kind in SPLITS
+    ]
+    return {
+        "sample_peaks": samples[SAMPLE_PEAKS.columns],
+        "splits": SPLIT_COUNTS.frame(counts),
+        "fem_cost": costs[FEM_COST.columns],
+    }
+
+
+def _labelled(table: pd.DataFrame, path: str | Path) -> pd.DataFrame:
+    """Return a ``table`` with the columns body and regime, the folders that the file ``path`` lies in."""
+    body, regime = Path(path).parts[-3:-1]
+    return table.assign(body=body, regime=regime)
 
 
 def draw_responses(input, output):
@@ -103,18 +140,17 @@ def sweep_rows(
     db: Database, train: np.ndarray, test: np.ndarray, protocol: str, options: FitOptions, labels: Mapping[str, str]
 ) -> pd.DataFrame:
     """Tabulate sigma_sweep.csv of one database: the mean test error of each blend at each width of its kernel."""
-    training = gather(db, train, protocol, options)
+    training = gather(db.take(train), protocol, options)
     rows = []
-    for features_name, features in kinds(db, options.neighbours).items():
-        known = DescribedSamples(features, training, options)
-        asked = describe(features, db.contact[test], db.coarse(protocol)[test])
-        slots = in_slots(features, db.contact[test], db.fine[test])
+    for features in FEATURES:
+        known = DescribedSamples(training, features)
+        asked, slots = describe(known.features, db.contact[test], db.coarse(protocol)[test], db.fine[test])
         squared = squared_distances(known.described, asked)
         among, across, own = known.slots @ known.slots.T, known.slots @ slots.T, (slots**2).sum(axis=1)
         for kind in WEIGHTS:
             for sigma in known.sigmas:
                 blends = BlendWeights(kind, known.squared, sigma)(squared)
                 rmse = np.sqrt(blend_errors(blends, among, across, own) / db.fine.shape[1])
-                which = [labels["body"], labels["regime"], protocol, options.split, features_name, kind]
+                which = [labels["body"], labels["regime"], protocol, options.split, features, kind]
                 rows.append([*which, sigma, sigma / known.scale, rmse.mean(), (rmse / db.peaks[test]).mean()])
     return SIGMA_SWEEP.frame(rows)

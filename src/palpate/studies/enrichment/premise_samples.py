@@ -3,7 +3,6 @@
 Responses are linear, so that one set of responses to unit forces serves any number of splits.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -16,11 +15,13 @@ from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
+from palpate.bodies.particles import Particles
 from palpate.bodies.settings import Body as BodySettings
 from palpate.effects.bending import hinges
-from palpate.effects.triangles import shape_gradients
+from palpate.effects.springs import Springs, rest_lengths
+from palpate.effects.triangles import Triangles, shape_gradients
 from palpate.errors import InputError
-from palpate.linalg.block_pattern import gather
+from palpate.linalg.block_pattern import scatter, shared_pattern
 from palpate.linalg.multigrid import Factor
 from palpate.solvers.compliance import compute_compliance
 
@@ -29,94 +30,73 @@ if TYPE_CHECKING:
 
 RESIDUAL = 1e-6
 """Largest residual [N] under 1 N; of a surface that can move freely it is far larger, if there is an answer."""
-Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Nodes (e, k) of each part, gradients (e, k, 3), and stiffnesses (e,)."""
 
 
 def hollow_responses(body: Body, contacts: np.ndarray, thickness_m: float, springs: bool) -> np.ndarray:
-    """Compute the displacements (contacts, 3, n_surface, 3) [m/N] of a body's surface, as a shell, under unit forces.
+    """Compute the displacements (contacts, 3, n_fine, 3) [m/N] of a body's surface, as a shell, under unit forces.
 
     contacts : coarse nodes; thickness_m : of the shell, which has the body's material
     springs : whether the shell stretches as springs along the edges do, in place of elastic triangles
-    Raises InputError if the shell is free to move.
+    Inner nodes do not move. Raises InputError if the shell is free to move.
     """
-    mesh, level = body.fine, len(body.levels) - 1
-    fold = hinge_parts(mesh.nodes, mesh.triangles, thickness_m, body.material)
-    stretch = spring_parts if springs else membrane_parts
-    matrix = stiffness([stretch(mesh.nodes, mesh.triangles, thickness_m, body.material), fold], len(mesh.nodes))
-    kept = np.setdiff1d(mesh.surface, body.anchors[level])
-    places = (3 * kept[:, None] + np.arange(3)).ravel()
-    solve = _solver(matrix[places][:, places], body.name)
-    found = np.zeros((len(contacts), 3, len(mesh.nodes), 3))
-    for row, node in enumerate(np.searchsorted(kept, contacts)):
-        for axis in range(3):
-            load = np.zeros((len(kept), 3))
-            load[node, axis] = 1.0
-            found[row, axis, kept] = solve(load)
-    return found[:, :, mesh.surface]
-
-
-def _solver(matrix: sparse.csr_array, name: str) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the function from loads (n, 3) [N] to displacements [m]; InputError, naming the body, if it is free."""
-    free = f"{name}: its surface alone is free to move; hold more of it (anchors)."
+    mesh, count = body.fine, len(contacts)
+    free = np.setdiff1d(mesh.surface, body.anchors[len(body.levels) - 1])
+    places = (3 * free[:, None] + np.arange(3)).ravel()
+    matrix = shell_stiffness(mesh.nodes, mesh.triangles, thickness_m, body.material, springs)[places][:, places]
+    units = np.zeros((len(free), 3, count, 3))
+    for axis in range(3):
+        units[np.searchsorted(free, contacts), axis, np.arange(count), axis] = 1.0
+    loads = units.reshape(len(places), -1)
     try:
-        factor = Factor(matrix)
-    except ValueError as error:
-        raise InputError(free) from error
-
-    def solve(load: np.ndarray) -> np.ndarray:
-        moved = factor.solve(load)
-        if not np.abs(matrix @ moved.ravel() - load.ravel()).max() < RESIDUAL:
-            raise InputError(free)
-        return moved
-
-    return solve
+        moved = Factor(matrix).solve(loads.reshape(len(free), 3, -1)).reshape(loads.shape)
+    except ValueError:  # singular
+        moved = np.full(loads.shape, np.nan)
+    if not np.abs(matrix @ moved - loads).max() < RESIDUAL:
+        raise InputError(f"{body.name}: its surface alone is free to move; hold more of it (anchors).")
+    found = np.zeros((count, 3, len(mesh.nodes), 3))
+    found[:, :, free] = moved.reshape(units.shape).transpose(2, 3, 0, 1)
+    return found
 
 
-def stiffness(parts: list[Parts], n_nodes: int) -> sparse.csr_array:
-    """Assemble the stiffness Σ w g gᵀ [N/m] of ``parts`` of gradients g and weights w as a sparse matrix (3n, 3n)."""
-    blocks = []
-    for nodes, gradients, weights in parts:
-        count = nodes.shape[1]
-        rows, columns = np.repeat(nodes, count, axis=1).ravel(), np.tile(nodes, (1, count)).ravel()
-        products = np.einsum("e,eai,ebj->eabij", weights, gradients, gradients, optimize=True)
-        blocks.append((rows, columns, products.reshape(-1, 3, 3)))
-    return gather(blocks, n_nodes).tocsr()
+def shell_stiffness(
+    nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material, springs: bool
+) -> sparse.csr_array:
+    """Assemble the stiffness (3n, 3n) [N/m] at rest of a shell that is stretched and bent.
+
+    springs : whether springs along the edges resist stretch, in place of elastic triangles
+    """
+    stretch: Springs | Triangles
+    if springs:
+        stretch = edge_springs(nodes, triangles, thickness_m, material)
+    else:
+        none = np.empty(0, dtype=np.int64)
+        masses, solid = np.zeros(len(nodes)), none.reshape(0, 4)
+        stretch = Triangles(Particles("shell", nodes, masses, none, triangles, solid, material, thickness_m))
+    couples, gradients, weights = hinge_angles(nodes, triangles, thickness_m, material)
+    pattern = shared_pattern([stretch.couples, couples], len(nodes))
+    values = np.zeros((len(pattern.indices), 3, 3))
+    stretch.add_stiffness(nodes, False, pattern.slots[0], values)
+    folds = np.einsum("e,eai,ebj->eabij", weights, gradients, gradients, optimize=True)
+    scatter(pattern.slots[1].ravel(), folds.reshape(-1, 3, 3), values)
+    return pattern.matrix(values).tocsr()
 
 
-def membrane_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:
-    """Return the three strains of each triangle in plane stress: change of area, stretch and shear (paper 3)."""
-    slopes, areas = shape_gradients(nodes, triangles)
-    first = nodes[triangles[:, 1]] - nodes[triangles[:, 0]]
-    first = first / np.linalg.norm(first, axis=1, keepdims=True)
-    normal = np.cross(first, nodes[triangles[:, 2]] - nodes[triangles[:, 0]])
-    second = np.cross(normal / np.linalg.norm(normal, axis=1, keepdims=True), first)
-    along, across = slopes[:, :, :1] * first[:, None], slopes[:, :, 1:] * second[:, None]
-    mixed = slopes[:, :, 1:] * first[:, None] + slopes[:, :, :1] * second[:, None]
-    mu, lam = material.shear_pa, material.lame_pa
-    plane = 2.0 * lam * mu / (lam + 2.0 * mu)
-    weights = thickness_m * areas
-    gradients = np.concatenate([along + across, along - across, mixed]) / np.sqrt(2.0)
-    moduli = (2.0 * (mu + plane), 2.0 * mu, 2.0 * mu)
-    return np.tile(triangles, (3, 1)), gradients, np.concatenate([modulus * weights for modulus in moduli])
-
-
-def spring_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:
-    """Return a spring along each edge of the stiffness E t ΣA/l², A the areas beside it (Van Gelder 1998)."""
+def edge_springs(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Springs:
+    """Return springs along the edges, of stiffness E t ΣA/l² with A the areas beside an edge (Van Gelder 1998)."""
     _, areas = shape_gradients(nodes, triangles)
     ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     pairs, edge = np.unique(ends, axis=0, return_inverse=True)
     around = np.bincount(edge.ravel(), np.repeat(areas, 3))
-    apart = nodes[pairs[:, 1]] - nodes[pairs[:, 0]]
-    length = np.linalg.norm(apart, axis=1)
-    direction = apart / length[:, None]
-    weights = material.young_pa * thickness_m * around / length**2
-    return pairs, np.stack([-direction, direction], axis=1), weights
+    length = rest_lengths(nodes, pairs)
+    return Springs(pairs, material.young_pa * thickness_m * around / length**2, length)
 
 
-def hinge_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:
-    """Return the angle at each inner edge, of stiffness D l²/ΣA with D = E t³/12(1 − ν²) (Grinspun et al. 2003).
+def hinge_angles(
+    nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the nodes (h, 4) of each inner edge, its angle's gradient (h, 4, 3) and stiffness (h,) [N m].
 
+    The stiffness is D l²/ΣA with D = E t³/12(1 − ν²) (Grinspun et al. 2003).
     Trap: hinges of triangles do not converge to a plate; a strip of mirrored cells bends 1.3 times as far as it should.
     The gradient of the angle is that of Bridson, Marino and Fedkiw (2003); a rotation of both triangles costs nothing.
     """
@@ -188,7 +168,9 @@ def prepare(name: str, premise: "Case", entry: BodySettings) -> Premise:
     premise : its settings, which replace anchors, bed and refinements of those of the body, ``entry``
     Raises InputError if the body cannot be made, or if no contact faces the direction of the presses.
     """
-    body = make_body(premise.body, changed(premise, entry))
+    own = {key: value for key in ("anchors", "bed", "refinements") if (value := getattr(premise, key)) is not None}
+    without_anchors = {"anchors": None} if "bed" in own else {}  # a bed alone replaces anchors, too
+    body = make_body(premise.body, entry.but(**without_anchors | own))
     contacts = pressed_contacts(body, contacts_of(body))
     inward = -body.fine.normals[contacts]
     if premise.direction is not None:
@@ -201,12 +183,6 @@ def prepare(name: str, premise: "Case", entry: BodySettings) -> Premise:
     return Premise(name, body, contacts, inward, *_pressed(body, premise, contacts, inward))
 
 
-def changed(premise: "Case", entry: BodySettings) -> BodySettings:
-    """Return the settings ``entry`` of a body with those that a premise replaces; a bed alone replaces anchors, too."""
-    own = {key: value for key in ("anchors", "bed", "refinements") if (value := getattr(premise, key)) is not None}
-    return entry.but(**({"anchors": None} if "bed" in own else {}) | own)
-
-
 THICKNESS_M = 0.002
 """Of a body that is its surface only [m]."""
 
@@ -217,10 +193,8 @@ def _pressed(body: Body, premise: "Case", contacts: np.ndarray, along: np.ndarra
         compliance = compute_compliance(body, 0.0, contacts=contacts)
         fine, coarse = compliance.fine, compliance.restricted
     else:
-        fine = hollow_responses(body, contacts, THICKNESS_M, premise.made_of == "springs")
-        coarse = np.zeros((len(contacts), 3, len(body.coarse.nodes), 3))
-        surface = body.coarse.surface
-        coarse[:, :, surface] = fine[:, :, np.searchsorted(body.fine.surface, surface)]
+        moved = hollow_responses(body, contacts, THICKNESS_M, premise.made_of == "springs")
+        fine, coarse = moved[:, :, body.fine.surface], moved[:, :, : len(body.coarse.nodes)]
     return tuple(np.einsum("cd,cdnk->cnk", along, each) for each in (fine, coarse))
 
 

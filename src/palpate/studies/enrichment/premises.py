@@ -1,6 +1,6 @@
 """Compare contact-ordered with unordered features in several premises: errors with intervals, vectors, memory."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,11 @@ from palpate.benchmark.database import Database, read, split
 from palpate.benchmark.ranking import RANGE, resampled
 from palpate.benchmark.settings import FitOptions, Regression
 from palpate.bodies.settings import Body
-from palpate.models import interpolation
 from palpate.models.enrichment import paper_enrichment
-from palpate.models.enrichment.features import FEATURES, Features, kinds
+from palpate.models.enrichment.features import FEATURES, Features, features_of
 from palpate.models.enrichment.paper_enrichment import LITERAL, DescribedSamples, gaussian, inverse
-from palpate.models.enrichment.training_samples import Fitting, gather
+from palpate.models.enrichment.training_samples import gather
+from palpate.models.interpolation import Interpolation
 from palpate.run.job import steps
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
 from palpate.studies.enrichment.samples import SPLITS, sample_errors
@@ -49,16 +49,16 @@ def split_errors(db: Database, counts: tuple[int, int], number: int, options: Fi
     for kind in SPLITS:
         asked = options.model_copy(update={"split": kind, "seed": options.seed + number})
         train, test = split(db.contact, *counts, kind, asked.seed)
-        fitting = Fitting.of(db, train, "paper", asked)
+        training = gather(db.take(train), "paper", asked)
         methods: dict[tuple[str, str], Method] = {
             ("zero", "none"): Zero(db),
-            ("interpolation", "none"): interpolation.fit(fitting),
+            ("interpolation", "none"): Interpolation(db),
         }
         for features in FEATURES:
             readings = READINGS if kind == "contacts" else (PAPERS,)
-            methods |= {(features, weights): paper_enrichment.fit(fitting, features, weights) for weights in readings}
+            methods |= {(features, weights): paper_enrichment.fit(training, features, weights) for weights in readings}
             if kind == "contacts":
-                methods[features, "linear"] = paper_enrichment.LinearRegressor(fitting, features)
+                methods[features, "linear"] = paper_enrichment.LinearRegressor(training, features)
         yield _errors(db, methods, train, test, number, kind)
 
 
@@ -73,8 +73,8 @@ def growing_errors(
     for count in sorted({max(2, round(share * len(known))) for share in shares} - {len(known)}):
         kept = known[:count]
         some = train[np.isin(db.contact[train], kept)]
-        fitting = Fitting.of(db, some, "paper", asked)
-        methods = {(features, PAPERS): paper_enrichment.fit(fitting, features, PAPERS) for features in FEATURES}
+        training = gather(db.take(some), "paper", asked)
+        methods = {(features, PAPERS): paper_enrichment.fit(training, features, PAPERS) for features in FEATURES}
         yield _errors(db, methods, some, test, number, "contacts")
 
 
@@ -163,10 +163,11 @@ FEATURE_VECTORS = Table(
 def feature_rows(db: Database, neighbours: int) -> pd.DataFrame:
     """Tabulate the vectors of each kind of feature for the two samples of ``choose_alike``; axis is 0, 1 or 2."""
     tables = []
-    for name, kind in kinds(db, neighbours).items():
+    for name in FEATURES:
+        features = features_of(db, name, neighbours)
         for press, sample in enumerate(choose_alike(db), 1):
             contact = int(db.contact[sample])
-            vector = kind.view(contact).feature(db.coarse_paper[sample]) / db.peaks[sample]
+            vector = features.view(contact).feature(db.coarse_paper[sample]) / db.peaks[sample]
             node, axis = np.divmod(np.arange(len(vector)), 3)
             row = {"features": name, "press": press, "contact": contact, "node": node, "axis": axis}
             tables.append(pd.DataFrame(row | {"share_of_peak": vector}))
@@ -185,12 +186,12 @@ DATABASE_MEMORY = Table(
 
 def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.DataFrame:
     """Tabulate the memory [kB] that a query needs with each kind of feature, with node orders of all contacts."""
-    training = gather(db, train, "paper", options)
+    training = gather(db.take(train), "paper", options)
     rows = []
-    for name, features in kinds(db, options.neighbours).items():
-        known = DescribedSamples(features, training, options)
+    for name in FEATURES:
+        known = DescribedSamples(training, name)
         matrix = inverse(gaussian(known.squared, known.scale))
-        sizes = [known.described.nbytes, known.slots.nbytes, matrix.nbytes, _orders(features, db.coarse_surface)]
+        sizes = [known.described.nbytes, known.slots.nbytes, matrix.nbytes, _orders(known.features, db.coarse_surface)]
         rows.append([name, len(train), *(size / 1024 for size in sizes), sum(sizes) / 1024])
     return pd.DataFrame(rows, columns=DATABASE_MEMORY.columns[1:])
 
@@ -214,38 +215,6 @@ PREMISE_BODIES = Table(
 TABLES = (PREMISES, PREMISE_BODIES, FEATURE_VECTORS, DATABASE_MEMORY)
 
 
-def compare(
-    bodies: Mapping[str, Any],
-    databases: Mapping[str, Database],
-    settings: Premises,
-    options: FitOptions,
-    progress: Callable = iter,
-) -> dict[str, pd.DataFrame]:
-    """Compare features in all premises, and return TABLES by name.
-
-    bodies : settings of bodies by name, with magnitudes, train and test where paper 1 has samples of them
-    databases : nonlinear samples by body, each a premise of its own that has the body's name
-    progress : wraps the list of names, as ``tqdm`` does
-    """
-    parts_of: list[list[pd.DataFrame]] = []
-    for name in progress([*databases, *settings.cases]):
-        if case := settings.cases.get(name):
-            about, counts, drawn, every = _linear(name, case, bodies[case.body], settings, options.seed)
-        else:  # each split holds out others of the same samples
-            every, counts = databases[name], (bodies[name].train, bodies[name].test)
-            about, drawn = [name, "nonlinear", "solid", "as the body"], [every] * settings.splits
-        about += [len(np.unique(every.contact)), moved_share(every.fine)]
-        parts = (
-            _summary(drawn, counts, settings, options),
-            pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
-            feature_rows(every, options.neighbours),
-            memory_rows(drawn[0], np.arange(counts[0]), options),
-        )
-        parts_of.append([rows.assign(premise=name) for rows in parts])
-    by_table = zip(TABLES, zip(*parts_of, strict=True), strict=True)
-    return {table.name: pd.concat(rows)[table.columns] for table, rows in by_table}
-
-
 def compare_premises(
     input: Any,
     say: Callable,
@@ -255,13 +224,34 @@ def compare_premises(
     regression: Regression,
     seed: int,
 ) -> dict[str, pd.DataFrame]:
-    """Compare features in all premises, for the rule of this name; sampled : the bodies of ``input.databases``."""
+    """Compare features in all premises, for the rule of this name, and return TABLES by name.
+
+    sampled : bodies with nonlinear samples, in ``input.databases``, each a premise of its own that has the body's name
+    bodies : settings of bodies by name, with magnitudes, train and test where paper 1 has samples of them
+    """
     options = FitOptions(**dict(regression), split="contacts", seed=seed)
     databases = {name: read(path) for name, path in zip(sampled, input.databases, strict=True)}
-    return compare(bodies, databases, settings, options, steps(say, "premise"))
+    parts_of: list[list[pd.DataFrame]] = []
+    for name in steps(say, "premise")([*databases, *settings.cases]):
+        if case := settings.cases.get(name):
+            about, counts, drawn, every = _linear_samples(name, case, bodies[case.body], settings, seed)
+        else:  # each split holds out others of the same samples
+            entry: Any = bodies[name]
+            every, counts = databases[name], (entry.train, entry.test)
+            about, drawn = [name, "nonlinear", "solid", "as the body"], [every] * settings.splits
+        about += [len(np.unique(every.contact)), moved_share(every.fine)]
+        parts = (
+            _errors_of_splits(drawn, counts, settings, options),
+            pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
+            feature_rows(every, options.neighbours),
+            memory_rows(drawn[0], np.arange(counts[0]), options),
+        )
+        parts_of.append([rows.assign(premise=name) for rows in parts])
+    by_table = zip(TABLES, zip(*parts_of, strict=True), strict=True)
+    return {table.name: pd.concat(rows)[table.columns] for table, rows in by_table}
 
 
-def _linear(
+def _linear_samples(
     name: str, premise: Case, entry: Body, settings: Premises, seed: int
 ) -> tuple[list[Any], tuple[int, int], list[Database], Database]:
     """Make the samples of a premise with linear responses, at other contacts for each split.
@@ -279,10 +269,10 @@ def _linear(
     return [premise.body, "linear", premise.made_of, held], (train, test), drawn, every
 
 
-def _summary(
+def _errors_of_splits(
     databases: Sequence[Database], counts: tuple[int, int], settings: Premises, options: FitOptions
 ) -> pd.DataFrame:
-    """Tabulate the errors of one premise, as ``summarise`` does, with one split of each of ``databases``."""
+    """Split each of ``databases`` once, train and test on it, and tabulate the mean errors as ``summarise`` does."""
     errors: list[pd.DataFrame] = []
     for number, db in enumerate(databases):
         errors += split_errors(db, counts, number, options)

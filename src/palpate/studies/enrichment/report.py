@@ -16,17 +16,6 @@ from palpate.table_declaration import Table
 METHOD = "detail_correction"  # the method that is compared with those of the paper
 PAPERS_WEIGHTS = model_looks.PAPERS.partition("_")[2]
 
-ENRICHMENT_ACCURACY = Table(
-    "enrichment_accuracy",
-    "The test errors of each method in every body, regime, protocol and split; blends at their best width σ.",
-    """
-    body regime protocol split method: a database, what coarse nodes come from and what is held out, and a method
-    sigma_m samples: width of its kernel [m], and number of test samples
-    rmse_m rmse_of_peak: mean error [m], and over the peaks
-    p95_of_peak max_of_peak: 95th percentile and largest error / peak
-    """,
-)
-
 MESH_SIZES = Table(
     "mesh_sizes",
     "The size of each body's meshes, level 0 being the coarse one, beside the counts that paper 1 publishes.",
@@ -34,31 +23,6 @@ MESH_SIZES = Table(
     body level: a body, and a level of its meshes
     surface_nodes surface_triangles nodes tetrahedra: of this level
     paper_nodes paper_triangles: of the paper's surface
-    """,
-)
-
-SPLITS = Table(
-    "splits",
-    "How many samples of each body and regime the methods learn from, and how many they are tested on.",
-    """
-    body regime split train test: a database, what is held out, and numbers of samples
-    """,
-)
-
-SAMPLE_PEAKS = Table(
-    "sample_peaks",
-    "The largest displacement of the surface in each sample.",
-    """
-    body regime sample peak_m: a sample, and its largest displacement [m]
-    """,
-)
-
-FEM_COST = Table(
-    "fem_cost",
-    "The work, the time and the last residual of each finite-element simulation on the fine mesh.",
-    """
-    body regime sample: a sample
-    newton_iterations linear_solves residual seconds: iterations, solves, last relative residual, and time [s]
     """,
 )
 

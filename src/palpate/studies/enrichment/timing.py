@@ -23,6 +23,7 @@ from palpate.bodies.body_file import load
 from palpate.models.enrichment.features import nearest_first
 from palpate.models.enrichment.methods import build
 from palpate.models.enrichment.paper_enrichment import gaussian, inverse, query_weights, squared_distances
+from palpate.models.enrichment.training_samples import gather
 from palpate.solvers.compliance import Compliance
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.stores import stored
@@ -82,11 +83,11 @@ COMPLEXITY = Table(
 )
 
 
-def complexity(samples: Sequence[int] | np.ndarray, seed: int) -> pd.DataFrame:
-    """Measure the time of each operation on random data for all its lengths r and numbers of ``samples`` k.
+def time_complexity(samples: list[int], seed: int) -> pd.DataFrame:
+    """Measure how the time of each operation on random data grows, for the rule of this name.
 
-    Returns the columns operation, r, k and seconds: processor time of one thread, the fastest of three turns. Trap: on
-    the clock, long calls are interrupted more often than short ones, which looks like a higher order.
+    Each is timed for all its lengths r and numbers of ``samples`` k: processor time of one thread, the fastest of three
+    turns. Trap: on the clock, long calls are interrupted more often than short ones, which looks like a higher order.
     """
     from threadpoolctl import threadpool_limits
 
@@ -98,13 +99,14 @@ def complexity(samples: Sequence[int] | np.ndarray, seed: int) -> pd.DataFrame:
             calls = [operation.prepare(r, k, random) for r, k in sizes]
             seconds = np.min([[processor_seconds(call, 2e-3) for call in calls] for _ in range(3)], axis=0)
             rows += [(name, r, k, taken) for (r, k), taken in zip(sizes, seconds, strict=True)]
-    return pd.DataFrame(rows, columns=["operation", "r", "k", "seconds"])
+    return complexity_rows(pd.DataFrame(rows, columns=["operation", "r", "k", "seconds"]))
 
 
 def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate complexity.csv from the times ``measured`` by ``complexity``: exponents with 95 % intervals.
+    """Tabulate complexity.csv from the times ``measured``, with the columns operation, r, k and seconds.
 
-    ``paper_exponent_r`` and ``_k`` are fitted to the paper's formula at the same sizes, so that r log r is a power.
+    Intervals are of 95 %. ``paper_exponent_r`` and ``_k`` are fitted to the paper's formula at the same sizes, so that
+    r log r is a power.
     """
     rows = []
     for name, operation in OPERATIONS.items():
@@ -191,10 +193,8 @@ def timing_table(
     for method, deformations in calls.items():
         often = FEM_REPEATS if method == "fine_fem" else repeats
         seconds = [median_and_p95([call], often)[0] for call in deformations]
-        row: dict[str, Any] = {"body": body, "method": method}
-        row |= {f"d{i}_s": value for i, value in enumerate(seconds, start=1)}
-        rows.append(row | {"mean_s": float(np.mean(seconds)), "paper_mean_s": means.get(method, np.nan)})
-    return pd.DataFrame(rows)
+        rows.append([body, method, *seconds, np.mean(seconds), means.get(method, np.nan)])
+    return ENRICHMENT_TIMING.frame(rows)
 
 
 ONLINE_COST = Table(
@@ -256,14 +256,10 @@ def time_methods(
     body, db, compliance = load(input.body), read(input.database), stored(Compliance, input.compliance)
     train, test = sides(read_samples(input.samples), "samples")
     options = FitOptions(**dict(regression), split="samples", seed=seed)
-    methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
+    known = db.take(train)
+    methods = {protocol: build(gather(known, protocol, options, compliance)) for protocol in ("paper", "live")}
     samples, name = choose_samples(db.peaks, test), wildcards.body
     loads = pd.read_csv(input.loads).iloc[samples]
     fine, coarse = (solves(body, level, loads, tolerance) for level in (len(body.levels) - 1, 0))
     timing = timing_table(db, methods, fine, coarse, samples, name, repeats, published_means)
     return {"timing": timing, "cost": cost_table(db, methods, coarse, samples, name, repeats)}
-
-
-def time_complexity(samples: list[int], seed: int) -> pd.DataFrame:
-    """Measure how the time of paper 1's operations grows, for the rule of this name."""
-    return complexity_rows(complexity(samples, seed))

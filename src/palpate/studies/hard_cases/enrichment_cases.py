@@ -11,10 +11,10 @@ from palpate.benchmark.settings import FitOptions, Widths
 from palpate.bodies.body import Body, nest
 from palpate.bodies.simple_shapes import box
 from palpate.effects.patch_load import nodal_load
-from palpate.models.enrichment.features import FEATURES, kinds
+from palpate.models.enrichment.features import FEATURES
 from palpate.models.enrichment.methods import METHODS, build
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, DescribedSamples, gaussian, squared_distances
-from palpate.models.enrichment.training_samples import Training
+from palpate.models.enrichment.training_samples import Training, gather
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.hard_cases.stage import SOFT, Answer, Case, check_finite, refuses
@@ -113,17 +113,16 @@ def scaled(db: Database, factor: np.ndarray | float) -> Database:
 
 def methods(db: Database, train: np.ndarray, settings: FitOptions = SETTINGS) -> dict:
     """Fit all of METHODS with cross-validation on the samples ``train`` of the live protocol."""
-    return build(db, pressed()[2], train, "live", settings)
+    return build(gather(db.take(train), "live", settings, pressed()[2]))
 
 
 def blends(db: Database, train: np.ndarray, sigma: float | dict[str, float], settings: FitOptions = SETTINGS) -> dict:
     """Fit BLENDS to samples with a width of ``sigma`` median distances between features, or widths [m] by name."""
     fold = np.zeros(len(train), dtype=int)  # the width is given, so that no fold is needed and one sample is enough
-    learnt = db.take(train)
-    training = Training(learnt.coarse_live, learnt.fine, learnt.contact, learnt.force, learnt.peaks, fold)
+    training = Training(db.take(train), "live", settings, fold)
     fitted = {}
-    for name, features in kinds(db, settings.neighbours).items():
-        described = DescribedSamples(features, training, settings)
+    for name in FEATURES:
+        described = DescribedSamples(training, name)
         for kind in WEIGHTS:
             blend = f"{name}_{kind}"
             width = sigma[blend] if isinstance(sigma, dict) else sigma * described.scale

@@ -34,7 +34,9 @@ def draw_law(law) -> Figure:
     poissons = sorted(set(tables.where(law, changed=POISSON)["poisson"]))
 
     def shade_of(changed: str, name: str, poisson: float) -> str:
-        return colour(changed, name, poissons.index(poisson) if changed == POISSON else 0)
+        if changed == POISSON:
+            return POISSONS[poissons.index(poisson) % len(POISSONS)]
+        return UNIFORM[1] if changed == REGIONS else law_look(name)[1]
 
     handles: dict[str, Line2D] = {}
     for body, (errors, volume) in zip(names, axes.T, strict=True):
@@ -89,8 +91,3 @@ def label(changed: str, law: str, poisson: float) -> str:
     if changed == OWN:
         return f"{law_look(law)[0]}, ν = {poisson:g}"
     return {POISSON: f"ν = {poisson:g}", REGIONS: UNIFORM[0]}.get(changed, law_look(law)[0])
-
-
-def colour(changed: str, law: str, number: int) -> str:
-    """Return the colour of a change; ``number`` is the place of a Poisson's ratio among those of the table."""
-    return {POISSON: POISSONS[number % len(POISSONS)], REGIONS: UNIFORM[1]}.get(changed, law_look(law)[1])

@@ -35,16 +35,16 @@ def _doubted(table: pd.DataFrame) -> str:
     return listed([f"{label(*names)} ({span(own)})" for names, own in groups]) or "none"
 
 
-def _from(depths: pd.DataFrame) -> str:
+def _from_which_depth(depths: pd.DataFrame) -> str:
     """Describe from which depth on changes matter more than one mesh, from the earliest to the latest of them."""
     ends = [depths["from_depth"].min(), depths["from_depth"].max()] if len(depths) else [np.inf]
-    first, *latest = dict.fromkeys(map(_depth, ends))
+    first, *latest = dict.fromkeys(map(_depth_in_words, ends))
     if not latest:
         return first
     return f"{first} at the earliest" + (f" and {latest[0]} at the latest" if np.isfinite(ends[1]) else "")
 
 
-def _depth(share: float) -> str:
+def _depth_in_words(share: float) -> str:
     """Describe one depth from which on a change matters more."""
     if not np.isfinite(share):
         return "at no depth"
@@ -63,7 +63,7 @@ def summary(table: pd.DataFrame) -> pd.DataFrame:
         own = depths.loc[[names]] if names in depths.index else depths.iloc[:0]
         for mesh, name in MESHES.items():
             row |= {f"error of {name} [% of peak]": 100 * deepest[f"{mesh}_rmse_of_peak"].mean()}
-            row |= {f"more than that of {name}": _from(tables.where(own, mesh=mesh)) if len(own) else ""}
+            row |= {f"more than that of {name}": _from_which_depth(tables.where(own, mesh=mesh)) if len(own) else ""}
         row |= {"change of volume [%]": 100 * deepest["volume_change"].mean()}
         row |= {"least det F": deepest["least_det"].min()}
         row |= {"iterations": part["iterations"].mean(), "cycles": part["cycles"].mean()}

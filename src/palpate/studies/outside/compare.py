@@ -1,6 +1,6 @@
 """Compute what others published; limits are extrapolated from three meshes, with an estimate of their own error."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -29,18 +29,12 @@ CELLS = 4
 
 
 def compare_with_published(input: Any) -> pd.DataFrame:
-    """Compute and tabulate what others published, for the rule of this name."""
-    return compare(CELLS, read_yaml(input.published), hanging_bar.read_displacements(input.displacements))
+    """Compute the rows of OUTSIDE, for the rule of this name.
 
-
-def compare(cells: int, published: Mapping[str, Mapping], displacements: np.ndarray) -> pd.DataFrame:
-    """Return the rows of OUTSIDE.
-
-    cells : elements along a side of the coarsest mesh; published : the entries of published.yaml, by case
-    displacements : (833, 3) [m], those published of the hanging bar's nodes
+    published : the file of the published values by case; displacements : that of the hanging bar's nodes
     """
-    rows = []
-    for case, ours, error, difference in _found(cells, displacements):
+    published, rows = read_yaml(input.published), []
+    for case, ours, error, difference in _found(hanging_bar.read_displacements(input.displacements)):
         entry = published[case]
         value = float(entry["value"])
         apart = ours / value - 1.0 if difference is None else difference
@@ -48,20 +42,24 @@ def compare(cells: int, published: Mapping[str, Mapping], displacements: np.ndar
     return OUTSIDE.frame(rows)
 
 
-def _found(cells: int, theirs: np.ndarray) -> Iterator[tuple[str, float, float, float | None]]:
-    """Yield the name of each case, our value, its own error, and the difference if it is not that of the values."""
+def _found(theirs: np.ndarray) -> Iterator[tuple[str, float, float, float | None]]:
+    """Yield the name of each case, palpate's value, its own error over it, and its difference from the published value.
+
+    The difference is None where it follows from both values. theirs : (833, 3) [m], the published displacements of the
+    hanging bar's nodes
+    """
     ours = hanging_bar.on_its_mesh()
     largest = np.linalg.norm(ours - theirs, axis=1).max() / np.linalg.norm(theirs, axis=1).max()
     yield "bar_tip", -1e3 * ours[:, 2].min(), 0.0, None
     yield "bar_nodes", 1e3 * np.sqrt((ours**2).sum(axis=1).mean()), 0.0, float(largest)
-    yield from _limits(["bar_limit", "bar_energy"], hanging_bar.tip_and_energy, cells // 4)
+    yield from _limits(["bar_limit", "bar_energy"], hanging_bar.tip_and_energy, CELLS // 4)
     yield "squeezed", prisms.confined_stress(0.7), 0.0, None
     yield "stretched", prisms.confined_stress(1.5), 0.0, None
-    yield from _limits(["torsion"], prisms.torsion_constant, cells)
-    yield from _limits(["in_plane", "in_plane_pair"], prisms.plate_frequencies, cells // 2)
-    yield from _limits(["cook_incompressible"], prisms.cook_incompressible, cells)
-    yield from _limits(["cook_plane_strain"], prisms.cook_neo_hookean(plane=True), cells)
-    yield from _limits(["cook_free"], prisms.cook_neo_hookean(plane=False), cells)
+    yield from _limits(["torsion"], prisms.torsion_constant, CELLS)
+    yield from _limits(["in_plane", "in_plane_pair"], prisms.plate_frequencies, CELLS // 2)
+    yield from _limits(["cook_incompressible"], prisms.cook_incompressible, CELLS)
+    yield from _limits(["cook_plane_strain"], prisms.cook_neo_hookean(plane=True), CELLS)
+    yield from _limits(["cook_free"], prisms.cook_neo_hookean(plane=False), CELLS)
 
 
 def _limits(cases: list[str], of: Callable, cells: int) -> Iterator[tuple[str, float, float, None]]:

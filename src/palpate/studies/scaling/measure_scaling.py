@@ -19,8 +19,6 @@ from palpate.run.job import powers
 from palpate.table_declaration import Table
 
 if TYPE_CHECKING:
-    from palpate.benchmark.database import Database
-    from palpate.benchmark.settings import FitOptions
     from palpate.models.enrichment.training_samples import Training
 
 FITTED_SIZES = 4
@@ -185,8 +183,9 @@ def fine_nodes(count: int, meter: Meter) -> Size:
     from palpate.models.enrichment.detail_correction import DetailCorrection
     from palpate.solvers.compliance import Compliance
 
-    db, training, settings = _database(count, SAMPLES)
-    _paper(db, training, settings, meter)
+    training = _training(count, SAMPLES)
+    db = training.db
+    _paper(training, meter)
     contacts, coarse = db.coarse_surface[:CONTACTS], len(db.coarse_nodes)
     shapes = [(CONTACTS, 3, n, 3) for n in (count, coarse, coarse)]
     fine, restricted, middle = (np.random.default_rng(0).normal(size=shape) for shape in shapes)
@@ -198,28 +197,26 @@ def fine_nodes(count: int, meter: Meter) -> Size:
 
 def samples(count: int, meter: Meter) -> Size:
     """Measure the paper's enrichment with ``count`` samples."""
-    db, training, options = _database(FINE_NODES, count)
-    _paper(db, training, options, meter)
+    _paper(_training(FINE_NODES, count), meter)
     return "training samples", count
 
 
-def _paper(db: "Database", training: "Training", settings: "FitOptions", meter: Meter) -> None:
+def _paper(training: "Training", meter: Meter) -> None:
     """Measure a blend of contact-ordered features with non-negative weights (a), its width by cross-validation."""
-    from palpate.models.enrichment.features import kinds
     from palpate.models.enrichment.paper_enrichment import Blend, DescribedSamples
 
     def prepare() -> Blend:
-        known = DescribedSamples(kinds(db, settings.neighbours)["ordered"], training, settings)
+        known = DescribedSamples(training, "ordered")
         return Blend(known, "nonnegative_a", known.choose_sigma("nonnegative_a"))
 
-    blend = meter.once("paper 1: prepare", prepare)
+    blend, db = meter.once("paper 1: prepare", prepare), training.db
     meter.often("paper 1: query", blend.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])
 
 
-def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOptions"]:
+def _training(fine: int, count: int) -> "Training":
     """Make ``count`` samples of random displacements, of the liver's coarse mesh and of a ball with ``fine`` nodes.
 
-    Also returns training samples and options of the fit. The cost of blending does not depend on the displacements.
+    The cost of blending does not depend on the displacements.
     """
     from palpate.benchmark.database import Database
     from palpate.benchmark.settings import FitOptions, Widths
@@ -239,7 +236,7 @@ def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOption
     settings = FitOptions(
         neighbours=10, sigma_relative=Widths(min=0.1, max=10.0, count=5), folds=5, split="samples", seed=0
     )
-    return db, gather(db, np.arange(count), "live", settings), settings
+    return gather(db, "live", settings)
 
 
 COMPONENTS = {run.__name__: run for run in (fem, fine_nodes, samples, triangles, particles, cores)}

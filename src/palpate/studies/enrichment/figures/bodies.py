@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
+from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import Database
 from palpate.bodies.body import Body
 from palpate.files import read_hdf5
@@ -53,7 +54,7 @@ def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, 
     peaks = database.peaks
     chosen = _spread(predictions["detail_correction"].sample, peaks, database.contact)
     limit = peaks[chosen].max() * 1e3
-    views = render.same_scale([_view_of_sample(database, i) for i in chosen])
+    views = render.same_scale([camera(database, i, _clouds(database, i)) for i in chosen])
     aspect = views[0].width / views[0].height
 
     titles = ["rest,\nwith its load", "fine FEM", "coarse FEM", *map(model_looks.short, DEFORMED_BY)]
@@ -61,9 +62,8 @@ def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, 
     with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
         for row, i, view in zip(axes, chosen, views, strict=True):
             bare = stage.picture(view, [lambda s: _surface(s, body, database, "rest", 0.0, limit)])
-            for axis, (what, moved) in zip(row, _states(database, predictions, i), strict=True):
-                picture = _deformed(stage, view, body, database, i, (what, moved), limit)
-                style.place(axis, picture, _sample_caption(database, i, what, moved, peaks[i]))
+            for axis, (what, moved, caption) in zip(row, _states(database, predictions, i), strict=True):
+                style.place(axis, _deformed(stage, view, body, database, i, (what, moved), limit), caption)
                 if what != "rest":
                     style.outline(axis, bare)
     for axis, title in zip(axes[0], titles, strict=True):
@@ -86,22 +86,22 @@ def _spread(samples: np.ndarray, peaks: np.ndarray, contacts: np.ndarray) -> lis
 
 
 def _states(database, predictions, i):
-    """Yield the columns of one row: (kind, displacement of fine surface (n, 3) or all coarse nodes (N, 3) [m])."""
-    yield "rest", np.zeros_like(database.nodes_fine_surface)
-    yield "fine", database.fine[i]
-    yield "coarse", database.coarse_live[i]
+    """Yield the columns of one row: their kind, displacement, of fine surface or all coarse nodes [m], and caption."""
+    fine, coarse = database.fine[i], database.coarse_live[i]
+    yield "rest", np.zeros_like(fine), f"sample {i}: {np.linalg.norm(database.force[i]):.2g} N"
+    for what, moved in (("fine", fine), ("coarse", coarse)):
+        yield what, moved, f"peak {np.linalg.norm(moved, axis=1).max() * 1e3:.1f} mm"
     for method in DEFORMED_BY:
         at = np.flatnonzero(predictions[method].sample == i)[0]
-        yield "method", predictions[method].predicted[at]
+        moved = predictions[method].predicted[at]
+        yield "method", moved, f"error {100 * errors(moved, fine).rmse_of_peak:.2g} % of peak"
 
 
-def _view_of_sample(database, i) -> render.View:
-    rest = database.nodes_fine_surface
-    contact = database.contact[i]
-    axes = render.directions(rest, _normal(database, i))
-    force = database.force[i] / np.linalg.norm(database.force[i])
-    tail = database.coarse_nodes[contact] - _arrow(rest) * force
-    return render.frame(axes, [rest, rest + database.fine[i], tail[None]])
+def _clouds(database, i) -> list[np.ndarray]:
+    """Return what a picture of a sample shows: the body at rest and deformed, and the tail of the load's arrow."""
+    rest, force = database.nodes_fine_surface, database.force[i] / np.linalg.norm(database.force[i])
+    tail = database.coarse_nodes[database.contact[i]] - _arrow(rest) * force
+    return [rest, rest + database.fine[i], tail[None]]
 
 
 def _normal(database, i) -> np.ndarray:
@@ -116,16 +116,18 @@ def _arrow(nodes) -> float:
 
 def _deformed(stage, view, body, database, i, state, limit) -> np.ndarray:
     """Render one panel, (height, width, 3) uint8."""
-    rest = database.nodes_fine_surface
-    held = body.coarse.nodes[np.intersect1d(body.supported(0), body.coarse.surface)]
-    actors = [
-        lambda s: _surface(s, body, database, state[0], state[1], limit),
-        lambda s: s.dots(held, 0.07 * _arrow(rest)),
-    ]
-    if state[0] == "rest":
-        contact = database.coarse_nodes[database.contact[i]]
-        actors.append(lambda s: s.arrow(contact, database.force[i], _normal(database, i), _arrow(rest)))
+    what, moved = state
+    actors = [lambda s: _surface(s, body, database, what, moved, limit), lambda s: _held(s, body)]
+    if what == "rest":
+        contact, length = database.coarse_nodes[database.contact[i]], _arrow(database.nodes_fine_surface)
+        actors.append(lambda s: s.arrow(contact, database.force[i], _normal(database, i), length))
     return stage.picture(view, actors)
+
+
+def _held(stage, body) -> None:
+    """Add a dark ball at each node that is held or lies on a bed."""
+    mesh = body.coarse
+    stage.dots(mesh.nodes[np.intersect1d(body.supported(0), mesh.surface)], 0.07 * _arrow(mesh.nodes))
 
 
 def _surface(stage, body, database, what, moved, limit) -> None:
@@ -136,17 +138,6 @@ def _surface(stage, body, database, what, moved, limit) -> None:
     millimetres = None if what == "rest" else np.linalg.norm(moved, axis=1) * 1e3
     edges = what in ("rest", "coarse")
     stage.surface(nodes + moved, triangles, millimetres, (0, limit), style.DISPLACEMENT, edges=edges)
-
-
-def _sample_caption(database, i, what, moved, peak) -> str:
-    if what == "rest":
-        return f"sample {i}: {np.linalg.norm(database.force[i]):.2g} N"
-    if what == "fine":
-        return f"peak {peak * 1e3:.1f} mm"
-    if what == "coarse":
-        return f"peak {np.linalg.norm(moved, axis=1).max() * 1e3:.1f} mm"
-    error = np.sqrt(np.mean(np.sum((moved - database.fine[i]) ** 2, axis=1))) / peak
-    return f"error {100 * error:.2g} % of peak"
 
 
 JUDGED = ["interpolation", model_looks.PAPERS, "detail_correction"]
@@ -161,8 +152,9 @@ def draw_error_over_body(body: Body, database: Database, groups: dict[str, dict[
     Samples are ranked for each method by itself, by RMSE over the fine surface nodes / peak.
     """
     shown = {(g, m): ranked(database, groups[g][m]) for g in groups for m in JUDGED}
+    rest = database.nodes_fine_surface
     scale = limits([field for picks in shown.values() for _, field, _, _ in picks])
-    views = render.same_scale([camera(database, i, moved) for p in shown.values() for i, _, moved, _ in p])
+    views = render.same_scale([camera(database, i, [rest + moved]) for p in shown.values() for i, _, moved, _ in p])
     aspect = views[0].width / views[0].height
     figure, axes = style.grid(len(JUDGED), 3 * len(groups), aspect, _INCHES)
     cells = [(r, 3 * c + k) for c in range(len(groups)) for r in range(len(JUDGED)) for k in range(3)]
@@ -199,19 +191,16 @@ def ranked(database, prediction) -> list[tuple]:
     return [(int(prediction.sample[p]), fields[p], reference[p], float(errors[p])) for p in picks]
 
 
-def camera(database, i, moved) -> render.View:
-    """Choose the camera of a sample: its contact is visible, its deformed body complete."""
-    rest = database.nodes_fine_surface
-    return render.frame(render.directions(rest, _normal(database, i)), [rest + moved])
+def camera(database, i, clouds) -> render.View:
+    """Choose the camera of a sample: its contact is visible, and so are all points of ``clouds``, (n, 3) [m] each."""
+    return render.frame(render.directions(database.nodes_fine_surface, _normal(database, i)), clouds)
 
 
 def _coloured(stage, view, body, database, percent, moved, limits) -> np.ndarray:
-    """Render the body as fine FEM deforms it, coloured by error; dark balls are nodes that are held or lie on a bed."""
-    rest = database.nodes_fine_surface
-    held = body.coarse.nodes[np.intersect1d(body.supported(0), body.coarse.surface)]
-    ball = 0.014 * float(np.ptp(rest, axis=0).max())
-    surface = rest + moved, database.triangles, np.maximum(percent, limits[0]), limits, style.ERROR
-    return stage.picture(view, [lambda s: s.surface(*surface, log=True), lambda s: s.dots(held, ball)])
+    """Render the body as fine FEM deforms it, coloured by error."""
+    moved = database.nodes_fine_surface + moved
+    surface = moved, database.triangles, np.maximum(percent, limits[0]), limits, style.ERROR
+    return stage.picture(view, [lambda s: s.surface(*surface, log=True), lambda s: _held(s, body)])
 
 
 _START = 1  # the first method's median sample; its contact is visible in the chosen view
@@ -228,13 +217,11 @@ def write(database: Database, predictions: dict[str, Prediction], path: str | Pa
     norm = LogNorm(*scale)
     rest = database.nodes_fine_surface
     positions = np.array([rest + moved for _, _, moved, _ in picks])
-    sample, _, moved, _ = picks[_START]
-    first = camera(database, sample, moved)
     notes = [f"sample {i}: {percent(error)} of peak" for i, _, _, error in picks]
     methods = [model_looks.short(method).replace("\n", " ") for method in JUDGED]
     choices = {"method": methods, "test sample": ["best", "median", "worst"]}
     shown = turnable.Turnable(
-        render.frame(first.axes, list(positions)),
+        camera(database, picks[_START][0], list(positions)),
         positions,
         database.triangles,
         turnable.shades(100 * np.array([field for _, field, _, _ in picks]), norm),

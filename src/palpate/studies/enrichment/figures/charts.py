@@ -79,7 +79,10 @@ def draw_sigma_sweep(sigma_sweep, enrichment_accuracy, *, published: dict) -> Fi
 
 
 def _curve(axis, curve, accuracy, method, sigma_m) -> None:
-    """Draw one line, a dot at the σ of the table of accuracies and a diamond at ``sigma_m``, if in the sweep."""
+    """Draw the errors of one method over σ, with a disc at its σ in ``accuracy`` and a diamond at ``sigma_m`` [m].
+
+    A mark beyond the widths of the sweep is left out.
+    """
     colour = model_looks.look(method).colour
     relative, error = curve["sigma_relative"].to_numpy(), 100 * curve["rmse_of_peak"].to_numpy()
     axis.plot(relative, error, color=colour, zorder=2)

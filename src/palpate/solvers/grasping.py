@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import Mesh, area_normals
+from palpate.bodies.mesh import Mesh, area_normals, corner_normals
 from palpate.bodies.surfaces.triangles import distances
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.minimiser import Solution, descend_or
@@ -34,8 +34,7 @@ class GraspedPatch:
     @property
     def area_m2(self) -> float:
         """The area at rest [m²]."""
-        sides = self.corners[:, 1:] - self.corners[:, :1]
-        return float(0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum())
+        return float(0.5 * np.linalg.norm(corner_normals(self.corners), axis=1).sum())
 
     def nodes_of(self, mesh: Mesh) -> np.ndarray:
         """Return the nodes of a mesh that lie on the patch, increasing."""

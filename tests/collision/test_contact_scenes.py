@@ -75,21 +75,6 @@ def test_a_fast_ball_never_gets_through_a_thin_sheet(play, cloth, trespass, way)
     assert ran.motion.positions[-1][:, 2].min() < -0.15  # the ball's bottom is at -0.15
 
 
-def test_a_capsule_dragged_over_a_body_stays_out_of_it(play, cube, trespass):
-    """At 0.5 m/s and 10 ms; a block, which needs no file, stands in for the liver."""
-    block = cube(4)
-    block = replace(block, nodes=block.nodes * [2.0, 1.0, 0.5], held=np.flatnonzero(block.nodes[:, 2] == 0.0))
-    down = [0.0, 0.0, -0.022]
-    path = {"times_s": [0.0, 0.2, 0.4], "shifts_m": [[0, 0, 0], down, np.add(down, [0.1, 0, 0]).tolist()]}
-    ends = {"from_m": [0.05, 0.02, 0.062], "to_m": [0.05, 0.08, 0.064]}
-    contact = blocks.Contact(instruments=[blocks.Capsule(name="finger", radius_m=0.01, **ends, **path)], friction=MU)
-    ran = play([block], steps=40, held=True, contact=contact, rayleigh=LOSS)
-    room, faults = trespass(ran.motion)
-    assert room > 0.0 and not faults  # no penetration at all, where 1e-4 of the body's size would be allowed
-    seen = ran.motion.observed
-    assert seen["finger_force_z_n"].max() > 1.0 and seen["finger_force_x_n"].min() < -0.1
-
-
 def test_forces_on_obstacles_are_the_sums_of_the_contacts(play, cube):
     contact = blocks.Contact(instruments=[FLOOR])
     ran = play([cube(1)], [[0.0, 0.0, 0.001]], steps=30, gravity=WEIGHT, contact=contact, rayleigh=LOSS)
@@ -221,28 +206,6 @@ def test_what_is_driven_into_held_nodes_ends_in_one_sentence(play, cube):
     with pytest.raises(NotConverged, match=r"scenes.played, at 0 s: .*sphere_0 is driven into held nodes") as error:
         play([block], held=True, contact=blocks.Contact(instruments=[driven]))
     assert ". " not in str(error.value).replace("scenes.", "")
-
-
-def test_a_rigid_mesh_presses_as_a_body_would(play, cube, trespass, tmp_path):
-    import pyvista
-
-    plate = pyvista.Cube(center=(0.05, 0.05, 0.13), x_length=0.06, y_length=0.06, z_length=0.04)
-    plate.triangulate().save(tmp_path / "plate.stl")
-    path = {"times_s": [0.0, 0.1], "shifts_m": [[0, 0, 0], [0, 0, -0.03]]}
-    plate = blocks.Triangles(name="plate", file=str(tmp_path / "plate.stl"), **path)
-    contact = blocks.Contact(instruments=[FLOOR, plate])
-    ran = play([cube(2)], [[0.0, 0.0, 0.001]], steps=30, contact=contact, rayleigh=LOSS)
-    room, faults = trespass(ran.motion)
-    seen = ran.motion.observed.iloc[-1]
-    assert room > 0.0 and not faults
-    assert seen["plate_force_z_n"] == pytest.approx(-seen["ground_force_z_n"], rel=1e-2) and seen["plate_force_z_n"] > 1
-
-
-def test_runs_repeat_to_the_bit(play, cube):
-    acting = {"gravity": WEIGHT, "contact": blocks.Contact(instruments=[FLOOR], friction=MU), "rayleigh": LOSS}
-    first, second = (play([cube(1)] * 2, [[0, 0, 0.01], [0.01, 0, 0.12]], **acting).motion for _ in range(2))
-    assert np.array_equal(first.positions, second.positions)
-    assert first.contacts.equals(second.contacts) and first.observed.equals(second.observed)
 
 
 HERTZ = runpy.run_path(str(Path(__file__).parents[1] / "benchmarks/hertz.py"))

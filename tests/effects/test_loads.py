@@ -81,20 +81,6 @@ def test_it_is_pressed_held_and_released(particles, t, share):
     assert pushed(particles, [load(particles)], t).sum(axis=0) == pytest.approx(share * np.array(FORCE), abs=1e-12)
 
 
-def test_the_ramps_have_no_kink(particles):
-    times = np.linspace(0.0, 2.5, 2001)
-    push = make_push(particles, Push(loads=[load(particles)]), None)
-    shares = []
-    for t in times:
-        push.at(t)
-        force = np.zeros_like(particles.nodes)
-        push.add_force(particles.nodes, force, force)
-        shares.append(force.sum(axis=0)[0] / FORCE[0])
-    slope = np.gradient(shares, times)
-    assert np.abs(slope).max() == pytest.approx(1.5 / TIMES["press_s"], rel=1e-3)
-    assert np.abs(np.diff(slope)).max() < 6.0 / TIMES["press_s"] ** 2 * (times[1] - times[0]) * 1.01
-
-
 def test_a_load_without_ramps_is_there_at_once(particles):
     sudden = load(particles, press_s=0.0, release_s=0.0)
     for t, share in ((0.4999, 0.0), (0.5, 1.0), (1.4999, 1.0), (1.5001, 0.0)):

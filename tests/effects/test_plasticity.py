@@ -9,8 +9,9 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.effects import shape_matching
+from palpate.effects.elements import shape_gradients
 from palpate.effects.fem_plasticity import FemPlasticity
-from palpate.effects.linear_elements import LinearElements, shape_gradients
+from palpate.effects.linear_elements import LinearElements
 from palpate.effects.settings import Clusters, Plasticity, ShapeMatching
 from palpate.effects.shape_plasticity import ShapePlasticity
 from palpate.errors import InputError

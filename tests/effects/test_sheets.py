@@ -10,7 +10,6 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.simple_shapes import sheet
-from palpate.effects.bending import hinges
 from palpate.effects.bending import make as make_bending
 from palpate.effects.triangles import FOLD, make
 from palpate.errors import InputError
@@ -55,14 +54,6 @@ def triangle():
 
 def crumpled(nodes, rotation, amount=0.01):
     return nodes @ rotation(2.0).T + amount * np.random.default_rng(3).normal(size=nodes.shape)
-
-
-def test_turning_costs_nothing(cloth, rotation, force_of):
-    sheet, effect = cloth
-    for angle in [*np.linspace(0, 2 * np.pi, 9), np.pi - 1e-8, 1e-9]:
-        x = sheet.nodes @ rotation(angle).T + [0.3, -0.2, 0.1]
-        assert np.abs(force_of(effect, x)).max() < 1e-12 * effect.moduli[0] * sheet.thickness_m * sheet.size * 10
-        assert effect.energy(x) < 1e-24 * effect.moduli[0] * sheet.thickness_m * sheet.size**2 * 10
 
 
 def test_force_and_stiffness_are_derivatives_and_turn_with_the_sheet(cloth, rotation, check_derivatives, check_frame):
@@ -226,17 +217,6 @@ def test_force_and_stiffness_are_derivatives_of_bending(force_of, stiffness_of):
     assert values[0] > -1e-13 * values[-1]
     # affine deformations, and nothing else, are free: 3 functions for each of 3 coordinates
     assert (values < 1e-9 * values[-1]).sum() == 9
-
-
-def test_every_inner_edge_is_a_hinge():
-    particles = plate()
-    found = hinges(particles.triangles)
-    rims = 2 * (6 + 4)
-    edges = (3 * len(particles.triangles) + rims) // 2
-    assert found.shape == (edges - rims, 4)
-    triangles = {tuple(t) for t in np.sort(particles.triangles, axis=1).tolist()}
-    for a, b, c, d in found.tolist():
-        assert {tuple(sorted((a, b, c))), tuple(sorted((a, b, d)))} <= triangles
 
 
 def test_what_is_not_flat_is_refused():

@@ -111,25 +111,6 @@ def test_what_is_cut_slowly_settles_where_what_was_severed_does(bar):
     assert np.abs(found[-1] - other[-1]).max() < 1e-6 < 1e-3 < np.abs(found[-1] - particles.nodes).max()
 
 
-def test_letting_go_changes_no_energy_and_no_momentum_at_all(bar):
-    scene = sagging(cut=SLOWLY)
-    particles = particles_in(scene, [bar])
-    system, random = compose(scene, particles), np.random.default_rng(3)
-    tied, free = particles.ties.leaders(), particles.ties.leaders(np.inf)
-    system.tie(tied)
-    x, v = (system.followed(random.normal(size=particles.nodes.shape)) for _ in range(2))
-    found = []
-    for leaders in (tied, particles.ties.leaders(0.08), free):
-        system.tie(leaders)
-        momentum = (system.masses[:, None] * v).sum(axis=0)
-        found.append((system.energies(x), 0.5 * float(np.vdot(system.masses[:, None] * v, v)), momentum))
-    for energies, kinetic, momentum in found[1:]:
-        assert energies == found[0][0]
-        assert kinetic == pytest.approx(found[0][1], rel=1e-14)
-        assert momentum == pytest.approx(found[0][2], rel=1e-13)
-    assert len({len(np.unique(leaders)) for leaders in (tied, particles.ties.leaders(0.08), free)}) == 3
-
-
 @pytest.mark.parametrize("way", ["split_faces", "virtual_nodes"])
 def test_the_books_of_a_cut_close(bar, way):
     """Newton's second law for all nodes by themselves, with the forces of a body that was severed before.
@@ -292,13 +273,6 @@ def test_a_hook_beside_lips_that_are_closed_is_that_of_a_whole_body(bar, more):
     assert apart < 0.03 * np.abs(implicit.positions[-1] - particles.nodes).max()
     forces = [motion.observed["hook_0_force_z_n"].iloc[-40:].mean() for motion in (found, implicit)]
     assert forces[0] == pytest.approx(forces[1], rel=0.05)
-
-
-def test_without_the_effect_a_body_made_for_a_cut_stays_whole(bar):
-    scene = sagging(cut=SLOWLY)
-    motion = run(scene, particles_in(scene, [bar]), without="cut").motion
-    whole = run(sagging(), particles_of(bar, 0, False)).motion
-    assert np.abs(motion.positions[:, : len(bar.coarse.nodes)] - whole.positions).max() < 1e-12
 
 
 STIFFNESS = {"young_pa": 2e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}

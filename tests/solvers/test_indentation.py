@@ -88,7 +88,7 @@ def test_force_is_the_derivative_of_the_elastic_energy_and_the_reaction_of_the_a
     for found in problem.push(DOWN, [0.00398, 0.004, 0.00402], 1e-9):
         energies.append(Equilibrium.energy(problem, found.x))
         forces.append(found.force)
-        reaction = problem._elasticity.force(found.x)[problem._held].sum(axis=0)
+        reaction = problem.elements.force(found.x)[problem._held].sum(axis=0)
         assert np.abs(reaction - found.force).max() < 1e-8 * np.abs(found.force).max()
     assert (energies[2] - energies[0]) / 4e-5 == pytest.approx(-forces[1][2], rel=1e-4)
 

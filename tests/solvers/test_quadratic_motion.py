@@ -52,7 +52,7 @@ def modes(motion: QuadraticMotion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return which unknowns are free (3n,), angular frequencies [1/s] and modes of a body at rest."""
     rest = motion.mesh.nodes
     free = np.repeat(~motion.held, 3)
-    stiffness = motion._elasticity.stiffness(rest).toarray()[np.ix_(free, free)]
+    stiffness = motion.elements.stiffness(rest).toarray()[np.ix_(free, free)]
     masses = np.kron(motion.masses.toarray(), np.eye(3))[np.ix_(free, free)]
     squares, vectors = eigh(stiffness, masses)
     return free, np.sqrt(squares), vectors

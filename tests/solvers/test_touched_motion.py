@@ -66,7 +66,7 @@ def test_the_anchors_bear_what_the_instrument_presses(slab):
     motion = pressed(slab)
     *_, last = ends(motion, 0.4, 30)
     motion.load = np.zeros_like(last.x)
-    elastic = motion._elasticity.force(last.x)
+    elastic = motion.elements.force(last.x)
     assert -elastic[motion.held].sum(axis=0) == pytest.approx(-last.forces[0], abs=1e-3 * abs(last.forces[0, 2]))
 
 

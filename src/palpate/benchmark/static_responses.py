@@ -21,7 +21,7 @@ from palpate.bodies.refinement import (
     ten_nodes,
     with_midpoints,
 )
-from palpate.effects.linear_elements import shape_gradients
+from palpate.effects.elements import shape_gradients
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.minimiser import Solution
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.material import LAWS, Material, Tissue, uniform
+from palpate.bodies.mesh import Mesh
 from palpate.effects.effect import Energy, Stiffness
 from palpate.effects.law import INVERTED, PLAIN, evaluate, law_of
 from palpate.errors import NotConverged
@@ -107,15 +108,23 @@ class OnePass:
 
 
 class Elements(OnePass, Energy, Stiffness):
-    """Elastic elements between ``n_nodes`` nodes.
+    """Elastic elements between ``n_nodes`` nodes, at rest the tetrahedra of ``mesh``.
 
     couples : (n_elements, k) their nodes; moduli : Lamé's constants μ and λ of each at rest, two (n_elements,) [Pa]
     law : the compiled functions of the elements' law
+    gradients : (n_elements, 4, 3) of the barycentric coordinates [1/m]; volumes : (n_elements,) [m³]
+    slopes : (p, k, 3) derivatives of the shape functions at p points of equal weight, with respect to the barycentric
+        coordinates of the second to fourth corner
     """
 
-    def __init__(self, couples: np.ndarray, n_nodes: int, tissue: Tissue | Material, pattern: BlockPattern | None):
+    slopes: np.ndarray
+
+    def __init__(
+        self, mesh: Mesh, couples: np.ndarray, n_nodes: int, tissue: Tissue | Material, pattern: BlockPattern | None
+    ):
         super().__init__()
         self.couples, self._n_nodes, self._given = np.ascontiguousarray(couples), n_nodes, pattern
+        self.gradients, self.volumes = shape_gradients(mesh)
         self.tissue = uniform(tissue, len(couples)) if isinstance(tissue, Material) else tissue
         self.moduli = (self.tissue.shear_pa, self.tissue.lame_pa)
         self.law = PLAIN if self.tissue.law == LAWS[0] else law_of(self.tissue.law)
@@ -136,15 +145,27 @@ class Elements(OnePass, Energy, Stiffness):
         return self.pattern.matrix(values)
 
     def resistance(self) -> np.ndarray:
-        """Return an upper bound of the stiffness against the motion of a single node, (n_nodes,) [N/m]."""
-        raise NotImplementedError
+        """Return a bound Σ (2μ + λ) ∫ |∇N|² of the stiffness against the motion of one node, (n_nodes,) [N/m]."""
+        (mu, lam), squares = self.moduli, np.zeros(self.couples.shape)
+        for slopes in self.slopes:
+            each = np.einsum("ac,ecj->eaj", slopes, self.gradients[:, 1:])
+            squares += np.einsum("eaj,eaj->ea", each, each) * (self.volumes[:, None] / len(self.slopes))
+        weights = (2.0 * mu + lam)[:, None] * squares
+        return np.bincount(self.couples.ravel(), weights.ravel(), minlength=self._n_nodes)
 
     def least_det(self, x: np.ndarray) -> float:
         """Return the smallest det F at the elements' points; an element is inverted where it is negative."""
-        raise NotImplementedError
+        corners, at_rest = np.swapaxes(x[self.couples], 1, 2), np.linalg.det(self.gradients[:, 1:])
+        return float(np.min([np.linalg.det(corners @ slopes) * at_rest for slopes in self.slopes]))
 
-    def _resistance(self, squares: np.ndarray) -> np.ndarray:
-        """Sum (2μ + λ) times ``squares`` (n_elements, k), ∫ |∇N|² [m], at the nodes."""
-        mu, lam = self.moduli
-        weights = (2.0 * mu + lam)[:, None] * squares
-        return np.bincount(self.couples.ravel(), weights.ravel(), minlength=self._n_nodes)
+
+def shape_gradients(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Compute gradients of the linear shape functions (n_elements, 4, 3) [1/m] and volumes (n_elements,) [m³]."""
+    corners = mesh.nodes[mesh.tetrahedra]
+    a, b, c = (corners[:, i] - corners[:, 0] for i in (1, 2, 3))
+    normals = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    volumes = np.einsum("ei,ei->e", a, normals[:, 0]) / 6.0
+    gradients = np.empty((len(corners), 4, 3))
+    gradients[:, 1:] = normals / (6.0 * volumes[:, None, None])
+    gradients[:, 0] = -gradients[:, 1:].sum(axis=1)
+    return gradients, volumes

@@ -5,7 +5,7 @@ import math
 import numba
 import numpy as np
 
-from palpate.effects.corotational import FOLD
+from palpate.effects.corotational import FOLD, first
 from palpate.effects.effect import Relaxation
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
 from palpate.linalg.polar import signed_svd
@@ -42,6 +42,7 @@ def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, pla
     """Let elements flow, in ``plastic`` and ``gradients``; flow : fraction of the strain above yield that relaxes."""
     f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     logs, candidate, inverse, trial = np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3))
+    unused = np.empty(3)
     for e in range(len(tetrahedra)):
         deformation_gradient(x, tetrahedra[e], gradients[e], f)
         signed_svd(f, u, s, v)
@@ -50,7 +51,7 @@ def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, pla
         size = _hencky(s, logs)
         if size <= yield_strain:
             continue
-        before = _density(s, mu[e], lam[e])
+        before = first(s, mu[e], lam[e], unused)
         for k in range(3):
             s[k] = math.exp(flow * (1.0 - yield_strain / size) * logs[k])
         compose(v, s, v, f)
@@ -63,7 +64,7 @@ def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, pla
                     trial[a, i] += inverse[j, i] * original[e, a, j]
         deformation_gradient(x, tetrahedra[e], trial, f)
         signed_svd(f, u, s, v)
-        if s[2] > FOLD and _density(s, mu[e], lam[e]) < before:
+        if s[2] > FOLD and first(s, mu[e], lam[e], unused) < before:
             plastic[e] = candidate
             gradients[e] = trial
 
@@ -77,13 +78,6 @@ def _hencky(s, logs):
         logs[k] = math.log(s[k]) - mean
         total += logs[k] * logs[k]
     return math.sqrt(2.0 / 3.0 * total)
-
-
-@numba.njit(cache=True)
-def _density(s, mu, lam):
-    """Compute the elastic energy [J/m³], away from the fold."""
-    squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2
-    return mu * squares + 0.5 * lam * (s[0] + s[1] + s[2] - 3.0) ** 2
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.bodies.mesh import area_normals, components
+from palpate.bodies.mesh import area_normals, components, corner_normals
 from palpate.bodies.particles import Particles
 from palpate.bodies.surface_quadrature import near_ball
 from palpate.effects import effect, settings
@@ -77,7 +77,7 @@ def _skin_at(particles: Particles, facet: np.ndarray, weights: np.ndarray) -> tu
     At a cut, whose nodes are double, the triangles are those of the facet's side, without the lips.
     """
     normals = area_normals(particles.nodes, particles.triangles)
-    outward = np.cross(*(particles.nodes[facet[1:]] - particles.nodes[facet[0]]))
+    outward = corner_normals(particles.nodes[facet])
     alike = normals @ outward > ALIKE * np.linalg.norm(normals, axis=1) * np.linalg.norm(outward)
     skin = particles.triangles[alike]
     at_point = containing(skin, facet, weights)

@@ -130,10 +130,11 @@ class LinearElements(Elements):
     exist. So the fold is smoothed for s₂ + s₃ < FOLD; elsewhere Ψ is unchanged.
     """
 
+    slopes = np.vstack([np.full(3, -1.0), np.eye(3)])[None]
+
     def __init__(self, mesh: Mesh, tissue: Tissue | Material, pattern: BlockPattern | None = None):
-        super().__init__(mesh.tetrahedra, len(mesh.nodes), tissue, pattern)
+        super().__init__(mesh, mesh.tetrahedra, len(mesh.nodes), tissue, pattern)
         self.tetrahedra = self.couples
-        self.gradients, self.volumes = shape_gradients(mesh)
 
     def between(self, nodes: np.ndarray) -> "LinearElements":
         """Return the same elements between other nodes, ``nodes[i]`` in place of node i; nodes : (n,)."""
@@ -142,32 +143,13 @@ class LinearElements(Elements):
         other.tetrahedra = other.couples = nodes[self.tetrahedra]
         return other
 
-    def resistance(self) -> np.ndarray:
-        return self._resistance(np.einsum("eaj,eaj->ea", self.gradients, self.gradients) * self.volumes[:, None])
-
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
         return energy_and_force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self.law, force)
-
-    def least_det(self, x: np.ndarray) -> float:
-        f = np.einsum("eai,eaj->eij", x[self.tetrahedra], self.gradients)
-        return float(np.linalg.det(f).min())
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
         add_stiffness(
             x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self.law, definite, slots, values
         )
-
-
-def shape_gradients(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Compute gradients of the linear shape functions (n_elements, 4, 3) [1/m] and volumes (n_elements,) [m³]."""
-    corners = mesh.nodes[mesh.tetrahedra]
-    a, b, c = (corners[:, i] - corners[:, 0] for i in (1, 2, 3))
-    normals = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-    volumes = np.einsum("ei,ei->e", a, normals[:, 0]) / 6.0
-    gradients = np.empty((len(corners), 4, 3))
-    gradients[:, 1:] = normals / (6.0 * volumes[:, None, None])
-    gradients[:, 0] = -gradients[:, 1:].sum(axis=1)
-    return gradients, volumes
 
 
 @numba.njit(cache=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import Mesh
+from palpate.bodies.mesh import Mesh, corner_normals
 from palpate.bodies.surface_quadrature import ball_points, midpoints, near_ball, triangle_shapes
 from palpate.effects.settings import Hook, Load
 from palpate.errors import InputError
@@ -75,7 +75,7 @@ def patch_shares(mesh: Mesh, patch: Patch, order: int = 1) -> tuple[np.ndarray, 
 def _touched(mesh: Mesh, patch: Patch) -> np.ndarray:
     """List the triangles that face the patch and may meet its ball."""
     corners = mesh.nodes[mesh.triangles]
-    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = corner_normals(corners)
     facing = areas @ patch.normal > FACING * np.linalg.norm(areas, axis=1)
     return np.flatnonzero(facing & near_ball(corners, patch.center_m, patch.radius_m))
 

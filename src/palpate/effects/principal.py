@@ -185,3 +185,18 @@ def _positive(a):
     det = a[2, 2] * minor - a[1, 2] * (a[0, 0] * a[1, 2] - a[0, 1] * a[0, 2])
     det += a[0, 2] * (a[0, 1] * a[1, 2] - a[1, 1] * a[0, 2])
     return a[0, 0] > 0.0 and minor > 0.0 and det > 0.0
+
+
+@numba.njit(cache=True, error_model="numpy")
+def add_blocks(hessians, slots, begin, count, a, b, values):
+    """Add the ``hessians`` (9, m) of the nodes ``a`` and ``b`` of ``count`` elements from ``begin`` on to ``values``.
+
+    slots : (n_elements, k, k) the places of blocks in ``values``; what belongs to ``b`` and ``a`` is the transpose
+    """
+    for e in range(count):
+        one, other = slots[begin + e, a, b], slots[begin + e, b, a]
+        for i in range(3):
+            for j in range(3):
+                values[one, i, j] += hessians[3 * i + j, e]
+                if a != b:
+                    values[other, j, i] += hessians[3 * i + j, e]

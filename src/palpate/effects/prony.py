@@ -25,6 +25,7 @@ from palpate.effects.corotational import ARITHMETIC, BLOCK
 from palpate.effects.effect import Energy, Relaxation, StepBegin, StepEnd, Stiffness
 from palpate.effects.elements import OnePass
 from palpate.effects.linear_elements import LinearElements, write_gradient
+from palpate.effects.principal import add_blocks
 from palpate.errors import InputError
 
 WIDTH = 0.05
@@ -226,8 +227,7 @@ def add_stiffness(x, tetrahedra, gradients, stiffness, centers, definite, slots,
         for a in range(4):
             for b in range(a, 4):
                 _block(moved, dual, inner, g, a, b, count, block)
-                for k in range(count):
-                    _add(block, k, slots[begin + k, a, b], slots[begin + k, b, a], a == b, values)
+                add_blocks(block, slots, begin, count, a, b, values)
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
@@ -279,16 +279,6 @@ def _block(moved, dual, inner, g, a, b, count, block):
         block[0, k] += same
         block[4, k] += same
         block[8, k] += same
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _add(block, k, slot, mirrored, alone, values):
-    """Add a column of ``block`` at its slot and, unless it stands ``alone``, transposed at the mirrored one."""
-    for i in range(3):
-        for j in range(3):
-            values[slot, i, j] += block[3 * i + j, k]
-            if not alone:
-                values[mirrored, j, i] += block[3 * i + j, k]
 
 
 TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])

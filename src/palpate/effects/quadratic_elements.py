@@ -20,12 +20,15 @@ from palpate.effects import principal
 from palpate.effects.corotational import ARITHMETIC, BLOCK, hessians, stresses
 from palpate.effects.elements import Elements
 from palpate.effects.law import law_of
-from palpate.effects.linear_elements import shape_gradients
-from palpate.effects.principal import PAIRS
+from palpate.effects.principal import PAIRS, add_blocks
 from palpate.linalg.block_pattern import product
 
 N_POINTS = 4
 BATCH = BLOCK // N_POINTS
+_BY_ALL_FOUR = quadratic_gradients(QUADRATURE_POINTS)
+SLOPES = np.ascontiguousarray(_BY_ALL_FOUR[:, :, 1:] - _BY_ALL_FOUR[:, :, :1])
+"""Derivatives (4, 10, 3) of the shape functions at the points, as of ``Elements``: the first coordinate is 1 minus the
+others."""
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -54,31 +57,6 @@ def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, group, shape, 
 
 
 @numba.njit(cache=True, error_model="numpy")
-def least_det(x, ten, slopes, gradients):
-    """Return the smallest det F of all points."""
-    d, f, least = np.empty((3, 3)), np.empty((3, 3)), np.inf
-    for e in range(len(ten)):
-        for q in range(N_POINTS):
-            d[:] = 0.0
-            for a in range(10):
-                for i in range(3):
-                    for c in range(3):
-                        d[i, c] += x[ten[e, a], i] * slopes[q, a, c]
-            for i in range(3):
-                for j in range(3):
-                    g = gradients[e]
-                    f[i, j] = d[i, 0] * g[1, j] + d[i, 1] * g[2, j] + d[i, 2] * g[3, j]
-            det = (
-                f[0, 0] * (f[1, 1] * f[2, 2] - f[1, 2] * f[2, 1])
-                - f[0, 1] * (f[1, 0] * f[2, 2] - f[1, 2] * f[2, 0])
-                + f[0, 2] * (f[1, 0] * f[2, 1] - f[1, 1] * f[2, 0])
-            )
-            if det < least or det != det:
-                least = det
-    return least
-
-
-@numba.njit(cache=True, error_model="numpy")
 def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, group, shape, measure, volume, definite, slots, values):
     """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (10, 10).
 
@@ -94,11 +72,7 @@ def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, group, shape, mea
         count = min(BATCH, len(ten) - begin)
         gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
         deformation_gradients(places, slopes, g, stretched, f)
-        if shape is None:
-            hessians(f, g, shares[0], f.shape[1], shares[1], shares[2], definite, rotated, blocks)
-        else:
-            moduli, law = (shares[1], shares[2]), (shape, measure, volume)
-            principal.hessians(f, g, shares[0], f.shape[1], group, *moduli, *law, definite, blocks, pulls, stiffnesses)
+        point_hessians(f, g, shares, group, shape, measure, volume, definite, rotated, blocks, pulls, stiffnesses)
         if group > 1:
             forces(pulls, slopes, g, shares[0], stretched, places)
             for e in range(count):
@@ -112,7 +86,17 @@ def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, group, shape, mea
                         for j in range(3):
                             for e in range(count):
                                 whole[3 * i + j, e] += stiffnesses[e] * places[3 * a + i, e] * places[3 * b + j, e]
-                scatter(whole, slots, begin, count, a, b, values)
+                add_blocks(whole, slots, begin, count, a, b, values)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def point_hessians(f, g, shares, group, shape, measure, volume, definite, rotated, blocks, pulls, stiffnesses):
+    """Write the Hessians with respect to F at a batch's points into ``blocks`` (54, BLOCK), as ``principal`` does."""
+    if shape is None:
+        hessians(f, g, shares[0], f.shape[1], shares[1], shares[2], definite, rotated, blocks)
+    else:
+        moduli, law = (shares[1], shares[2]), (shape, measure, volume)
+        principal.hessians(f, g, shares[0], f.shape[1], group, *moduli, *law, definite, blocks, pulls, stiffnesses)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -128,11 +112,7 @@ def write_tangents(x, ten, slopes, gradients, volumes, mu, lam, group, shape, me
         gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
         deformation_gradients(places, slopes, g, stretched, f)
         blocks = tangents[number]
-        if shape is None:
-            hessians(f, g, shares[0], f.shape[1], shares[1], shares[2], definite, rotated, blocks)
-        else:
-            moduli, law = (shares[1], shares[2]), (shape, measure, volume)
-            principal.hessians(f, g, shares[0], f.shape[1], group, *moduli, *law, definite, blocks, pulls, stiffnesses)
+        point_hessians(f, g, shares, group, shape, measure, volume, definite, rotated, blocks, pulls, stiffnesses)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -279,18 +259,6 @@ def whole_product(half, slopes, b, whole):
                 whole[row, e] += s0 * half[q, 0, row, e] + s1 * half[q, 1, row, e] + s2 * half[q, 2, row, e]
 
 
-@numba.njit(cache=True, error_model="numpy")
-def scatter(whole, slots, begin, count, a, b, values):
-    """Add the batch's blocks of the nodes ``a`` and ``b`` to ``values``, and those of ``b`` and ``a``."""
-    for e in range(count):
-        one, other = slots[begin + e, a, b], slots[begin + e, b, a]
-        for i in range(3):
-            for j in range(3):
-                values[one, i, j] += whole[3 * i + j, e]
-                if a != b:
-                    values[other, j, i] += whole[3 * i + j, e]
-
-
 class QuadraticElements(Elements):
     """The law of LinearElements at four points of each quadratic element on ``mesh``.
 
@@ -298,29 +266,15 @@ class QuadraticElements(Elements):
     elements are straight-sided: at rest the midpoints are halfway between the nodes.
     """
 
-    group = 1
+    slopes, group = SLOPES, 1
 
     def __init__(self, mesh: Mesh, tissue: Tissue | Material):
-        super().__init__(ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges), tissue, None)
-        self.gradients, self.volumes = shape_gradients(mesh)
-        # of all four coordinates, the first of which is 1 minus the others
-        slopes = quadratic_gradients(QUADRATURE_POINTS)
-        self._slopes = np.ascontiguousarray(slopes[:, :, 1:] - slopes[:, :, :1])
-        self._constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli, self.group)
+        super().__init__(mesh, ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges), tissue, None)
+        self._constants = (self.couples, SLOPES, self.gradients, self.volumes, *self.moduli, self.group)
         self._tangents: np.ndarray | None = None
-
-    def resistance(self) -> np.ndarray:
-        squares = np.zeros(self.couples.shape)
-        for slopes in self._slopes:
-            each = np.einsum("ac,ecj->eaj", slopes, self.gradients[:, 1:])
-            squares += np.einsum("eaj,eaj->ea", each, each) * (self.volumes[:, None] / len(self._slopes))
-        return self._resistance(squares)
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
         return energy_and_force(x, *self._constants, *self.law, force)
-
-    def least_det(self, x: np.ndarray) -> float:
-        return float(least_det(x, self.couples, self._slopes, self.gradients))
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
         add_stiffness(x, *self._constants, *self.law, definite, slots, values)
@@ -338,7 +292,7 @@ class QuadraticElements(Elements):
 
         def multiply(u: np.ndarray) -> np.ndarray:
             forces = np.zeros_like(u)
-            add_product(u, self.couples, self._slopes, tangents, forces)
+            add_product(u, self.couples, SLOPES, tangents, forces)
             return forces
 
         return multiply

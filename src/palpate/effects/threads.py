@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from palpate.bodies.mesh import corner_normals
 from palpate.bodies.particles import Particles
 from palpate.effects import effect, settings
 from palpate.effects.effect import Effect, Shape
@@ -140,7 +141,7 @@ class Threads(
     def drawn(self, x: np.ndarray) -> list[Shape]:
         """Return each thread as a rod between its ends, which lie on the surface, loose or taut."""
         corners = x[self._nodes].reshape(-1, 2, 3, 3)
-        up = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
+        up = corner_normals(corners)
         up *= self._thick / np.maximum(np.linalg.norm(up, axis=2, keepdims=True), 1e-300)
         ends = np.einsum("kea,keai->kei", np.abs(self._weights).reshape(-1, 2, 3), corners) + up
         none = np.empty((0, 3), dtype=np.int64)

@@ -33,10 +33,10 @@ class Triangles(Energy, Stiffness):
         self.moduli = (mu, 2.0 * lam * mu / (lam + 2.0 * mu))
 
     def energy(self, x: np.ndarray) -> float:
-        return _energy(x, self.couples, self.gradients, self.volumes, *self.moduli)
+        return _energy_and_force(x, self.couples, self.gradients, self.volumes, *self.moduli, np.zeros_like(x))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        _add_force(x, self.couples, self.gradients, self.volumes, *self.moduli, force)
+        _energy_and_force(x, self.couples, self.gradients, self.volumes, *self.moduli, force)
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
         """Add the Hessian's blocks [N/m]; ``definite`` clamps each triangle's negative eigenvalues to zero."""
@@ -81,27 +81,18 @@ def _round(s):
 
 
 @numba.njit(cache=True)
-def _energy(x, triangles, gradients, volumes, mu, lam):
-    f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    total = 0.0
-    for e in range(len(triangles)):
-        _deformation_gradient(x, triangles[e], gradients[e], f)
-        signed_svd(f, u, s, v)
-        trace = _round(s[0])[0] + _round(s[1])[0]
-        # Σ(s − 1)² exactly, away from the peak: Σs² − 2T + 2 would suffer from cancellation
-        squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + 2.0 * (s[0] + s[1] - trace)
-        total += volumes[e] * (mu * squares + 0.5 * lam * (trace - 2.0) ** 2)
-    return total
-
-
-@numba.njit(cache=True)
-def _add_force(x, triangles, gradients, volumes, mu, lam, force):
-    f, u, v, s = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+def _energy_and_force(x, triangles, gradients, volumes, mu, lam, force):
+    """Add the nodal forces [N] to ``force`` (n, 3) and return the energy [J]."""
+    f, u, v, s, total = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3), 0.0
     for e in range(len(triangles)):
         _deformation_gradient(x, triangles[e], gradients[e], f)
         signed_svd(f, u, s, v)
         first, second = _round(s[0]), _round(s[1])
-        pressure = lam * (first[0] + second[0] - 2.0)
+        trace = first[0] + second[0]
+        # Σ(s − 1)² exactly, away from the peak: Σs² − 2T + 2 would suffer from cancellation
+        squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + 2.0 * (s[0] + s[1] - trace)
+        total += volumes[e] * (mu * squares + 0.5 * lam * (trace - 2.0) ** 2)
+        pressure = lam * (trace - 2.0)
         # principal stresses ∂Ψ/∂s = 2μ (s − τ') + pressure τ'
         p = 2.0 * mu * (s[0] - first[1]) + pressure * first[1]
         q = 2.0 * mu * (s[1] - second[1]) + pressure * second[1]
@@ -110,6 +101,7 @@ def _add_force(x, triangles, gradients, volumes, mu, lam, force):
             h = volumes[e] * q * (v[0, 1] * gradients[e, a, 0] + v[1, 1] * gradients[e, a, 1])
             for i in range(3):
                 force[triangles[e, a], i] -= u[i, 0] * g + u[i, 1] * h
+    return total
 
 
 @numba.njit(cache=True, error_model="numpy")

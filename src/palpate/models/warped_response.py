@@ -14,7 +14,7 @@ from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
 from palpate.bodies.contacts import row_of
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.linear_elements import shape_gradients
+from palpate.effects.elements import shape_gradients
 from palpate.models.depths import Discs
 from palpate.solvers.compliance import Compliance
 

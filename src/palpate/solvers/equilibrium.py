@@ -62,7 +62,7 @@ class Equilibrium:
         level's, whose nodes are those of the level and its edge midpoints. Elements are straight-sided, with midpoints
         halfway even where the body has them elsewhere. Multigrid for them is that of linear elements at rest. Where
         Poisson's ratio exceeds PLAIN_POISSON anywhere, quadratic elements are of mean dilatation.
-    load : (n_nodes, 3) [N], the nodal forces in energy and force
+    load : (n_nodes, 3) [N], the nodal forces in energy and force; elements : those of the level
     Raises InputError if nothing holds the body or a piece of it, and if quadratic elements lack the next level.
     """
 
@@ -80,11 +80,11 @@ class Equilibrium:
         patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels[: finest + 1]]
         held = [np.isin(np.arange(p.size), a) for p, a in zip(patterns, body.anchors, strict=False)]
         self.mesh = _halved(body, level) if order == 2 else body.levels[level]
-        self._elasticity, self._held = _elements(body, level, order, patterns[-1]), held[-1]
+        self.elements, self._held = _elements(body, level, order, patterns[-1]), held[-1]
         self._bed = None if body.bed is None else BedSprings(body.levels[level], body.bed, order)
-        self._supported = OnSupports(self._elasticity, self._bed, self._held)
+        self._supported = OnSupports(self.elements, self._bed, self._held)
         self.load = np.zeros_like(self.mesh.nodes)
-        self._rounding = np.finfo(float).eps * self.mesh.size * float(np.linalg.norm(self._elasticity.resistance()))
+        self._rounding = np.finfo(float).eps * self.mesh.size * float(np.linalg.norm(self.elements.resistance()))
         # without a coarser level, the factor of the state at rest preconditions all states
         self._multigrid = Multigrid(patterns, body.prolongations[:finest], held) if finest else None
         self._renews = self._multigrid is not None and order == 1  # by the stiffness of each state
@@ -104,7 +104,7 @@ class Equilibrium:
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy minus the work of the load [J]."""
-        energy = self._elasticity.energy(x) - float(np.vdot(self.load, x - self.mesh.nodes))
+        energy = self.elements.energy(x) - float(np.vdot(self.load, x - self.mesh.nodes))
         return energy if self._bed is None else energy + self._bed.energy(x)
 
     def force(self, x: np.ndarray) -> np.ndarray:
@@ -115,7 +115,7 @@ class Equilibrium:
 
     def free_force(self, x: np.ndarray) -> np.ndarray:
         """Return the nodal forces (n_nodes, 3) [N] of elements, bed and load, also at held nodes."""
-        force = self._elasticity.force(x) + self.load
+        force = self.elements.force(x) + self.load
         if self._bed is not None:
             self._bed.add_force(x, None, force)
         return force
@@ -134,7 +134,7 @@ class Equilibrium:
 
     def least_det(self, x: np.ndarray) -> float:
         """Return the smallest det F of the elements at ``x`` (n_nodes, 3) [m]; an inverted one's is negative."""
-        return self._elasticity.least_det(x)
+        return self.elements.least_det(x)
 
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[Product, Product]:
         """Return the products with the stiffness at ``x`` and with a preconditioner.

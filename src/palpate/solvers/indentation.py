@@ -15,7 +15,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import Mesh
+from palpate.bodies.mesh import Mesh, corner_normals
 from palpate.bodies.surface_quadrature import surface_interpolation
 from palpate.effects.instrument import TOUCH_TOLERANCE, Pose
 from palpate.errors import InputError, NotConverged
@@ -125,8 +125,7 @@ def contact_points(mesh: Mesh, order: int, young_pa: float, near: Callable[[np.n
     chosen = np.flatnonzero(near(samples.reshape(-1, 3)).reshape(len(corners), -1).any(axis=1))
     if not len(chosen):
         raise NotConverged("no part of the surface is near the instrument", [float("nan")])
-    sides = corners[chosen, 1:] - corners[chosen, :1]
-    areas = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    areas = 0.5 * np.linalg.norm(corner_normals(corners[chosen]), axis=1)
     triangles, places = np.repeat(chosen, len(PLACES)), np.tile(PLACES, (len(chosen), 1))
     maps = [surface_interpolation(mesh, triangles, places + shift, order) for shift in _SHIFTS]
     along = [(maps[1 + 2 * i] - maps[2 + 2 * i]) / (2.0 * _STEP) for i in range(2)]

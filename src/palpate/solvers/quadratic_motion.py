@@ -145,7 +145,7 @@ class QuadraticMotion(Equilibrium, Midpoint):
 
     def __init__(self, body: Body, level: int, loads: Loads, rayleigh: Rayleigh):
         super().__init__(body, level, order=2)
-        coarse, halved, elements = body.levels[level], self.mesh, self._elasticity
+        coarse, halved, elements = body.levels[level], self.mesh, self.elements
         assert isinstance(coarse, TetMesh) and isinstance(halved, TetMesh) and isinstance(elements, QuadraticElements)
         self._tangent = elements.tangent
         density = body.tissue(level).density_kg_m3

@@ -287,20 +287,8 @@ def test_two_points_pair_once_and_two_segments_with_ends_and_edges():
     assert nodes.tolist() == [[0, 2, 3, 3], [1, 2, 3, 3], [2, 0, 1, 1], [3, 0, 1, 1], [0, 1, 2, 3]]
 
 
-@pytest.mark.parametrize("triangle", [(0, 1, 1), (1, 0, 1), (1, 1, 0)])
-def test_a_segment_has_one_edge_wherever_it_repeats_a_node(triangle):
-    surface = Surface(np.array([triangle]))
-    assert surface.vertices.sum() == 2 and surface.edges.sum() == 1
-
-
 def test_adjacent_pairs_are_all_that_share_a_node():
     triangles = np.vstack([sheet(5), [[30, 31, 31], [31, 31, 31], [40, 40, 40]]])
     shared = (triangles[:, None, :, None] == triangles[None, :, None, :]).any(axis=(2, 3))
     assert np.array_equal(adjacent_pairs(triangles), np.argwhere(np.triu(shared, 1)))
     assert adjacent_pairs(np.empty((0, 3), int)).shape == (0, 2)
-
-
-def test_empty_surfaces():
-    empty = Surface(np.empty((0, 3), int))
-    kinds, nodes = stencils(empty, empty, np.empty((0, 2), int))
-    assert kinds.shape == (0,) and nodes.shape == (0, 4)

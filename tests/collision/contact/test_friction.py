@@ -1,8 +1,7 @@
-"""Lagged friction: its derivatives, its limit, and a block on a slope."""
+"""Lagged friction: its derivatives, its normal forces and its limit."""
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from palpate.collision.contact import barrier
 from palpate.collision.contact.barrier import thresholds
@@ -49,17 +48,6 @@ def test_force_and_blocks_are_derivatives(contacts, amount):
             assert np.abs(hessian[i] - slope).max() < 1e-5 * np.abs(hessian).max()
 
 
-def test_the_energy_is_the_work_of_the_force_until_all_contacts_slide(contacts):
-    state, x = lagged(contacts), contacts[1]
-    way, energies, forces = np.random.default_rng(3).normal(size=x.shape), [], []
-    for amount in (along := np.linspace(0.0, 30.0 * SLIP, 4001)):
-        force = np.zeros_like(x)
-        state.add_force(x + amount * way, force)
-        energies.append(state.energy(x + amount * way))
-        forces.append(-np.sum(force * way))
-    assert energies[-1] == pytest.approx(np.trapezoid(forces, along), rel=1e-5)
-
-
 def test_definite_blocks_are_of_a_parabola_that_is_nowhere_below_the_energy(contacts):
     state, x, rng = lagged(contacts), contacts[1], np.random.default_rng(5)
     for amount, reach in ((0.1, 5.0), (1.0, 1.0), (30.0, 30.0), (30.0, 1.0)):
@@ -103,40 +91,3 @@ def test_friction_takes_energy_out_and_is_symmetric_in_the_two_parts(contacts):
     state.add_force(y, force)
     assert np.vdot(force, y - x) < 0.0
     assert np.abs(force.sum(axis=0)).max() < 1e-13 * np.abs(force).sum()
-
-
-@pytest.mark.parametrize("slope", [0.2, 0.29, 0.31, 0.5])
-def test_a_point_on_a_slope_stays_below_the_angle_of_friction_and_slides_above(slope):
-    """Implicit Euler of one mass with μ = 0.3: creep within slip a step, or the acceleration g (sin − μ cos)."""
-    angle, h, mass, mu, slip = np.arctan(slope), 0.01, 2.0, 0.3, 1e-7
-    x = np.array([[0.0, 0.0, 0.0], [-5.0, -5.0, 0.0], [15.0, -5.0, 0.0], [-5.0, 15.0, 0.0]])
-    weight = mass * 9.81 * np.array([np.sin(angle), 0.0, -np.cos(angle)])
-    arguments = np.zeros(1, int), np.arange(4)[None], np.zeros(1), np.full(1, 50.0), np.zeros(1), 1e-3
-    x[0, 2] = resting_height(arguments, x, -weight[2])
-    speed, start = 0.0, x[0].copy()
-    for _ in range(20):
-        state, begin = LaggedFriction(arguments, x, mu, slip, x), x.copy()
-        x[0, 0] = brentq(step_force, x[0, 0], 1.0, args=(state, begin, mass, speed, h, weight), xtol=1e-20)
-        speed = (x[0, 0] - begin[0, 0]) / h
-    if slope < mu:
-        assert 0.0 < x[0, 0] - start[0] < 20 * slip
-    else:
-        sliding = 9.81 * (np.sin(angle) - mu * np.cos(angle))
-        assert np.isclose(x[0, 0] - start[0], sliding * h * h * 210, rtol=1e-6)
-
-
-def step_force(u, state, begin, mass, speed, h, weight):
-    x, force = begin.copy(), np.zeros_like(begin)
-    x[0, 0] = u
-    state.add_force(x, force)
-    return weight[0] + force[0, 0] - mass * (u - begin[0, 0] - h * speed) / h**2
-
-
-def resting_height(arguments, x, load):
-    def force(height):
-        y, out = x.copy(), np.zeros_like(x)
-        y[0, 2] = height
-        barrier.add_force(*arguments, y, out)
-        return out[0, 2] - load
-
-    return brentq(force, 1e-9, 1e-3, xtol=1e-20)

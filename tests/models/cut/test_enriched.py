@@ -15,7 +15,8 @@ from palpate.bodies.cutting.cut import blade
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import QUADRATURE_POINTS
 from palpate.bodies.simple_shapes import box
-from palpate.effects.linear_elements import LinearElements, shape_gradients
+from palpate.effects.elements import shape_gradients
+from palpate.effects.linear_elements import LinearElements
 from palpate.linalg.block_pattern import hold
 from palpate.models.cut import elements, enriched
 from palpate.models.cut.enriched import Enriched, assembled, integrals

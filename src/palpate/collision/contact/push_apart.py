@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from palpate.bodies.mesh import corner_normals
 from palpate.collision.contact.obstacles import Overlap, displace_nodes
 from palpate.collision.contact.proximity import Proximity
 from palpate.errors import InputError, NotConverged
@@ -141,6 +142,6 @@ def _least_part(meets: Callable[[float], bool]) -> float:
 
 def _normals(triangles: np.ndarray) -> np.ndarray:
     """Return the unit normals (k, 3) of those of the triangles (m, 3, 3) [m] that have an area."""
-    raw = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    raw = corner_normals(triangles)
     lengths = np.linalg.norm(raw, axis=1)
     return raw[lengths > 0.0] / lengths[lengths > 0.0, None]

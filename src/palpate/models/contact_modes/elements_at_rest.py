@@ -3,11 +3,8 @@
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.material import LAWS
-from palpate.bodies.refinement import QUADRATURE_POINTS, quadratic_gradients, ten_nodes
 from palpate.effects.elements import PLAIN_POISSON, largest_poisson
-from palpate.effects.law import PLAIN, Law, law_of
-from palpate.effects.linear_elements import shape_gradients
+from palpate.effects.quadratic_elements import SLOPES
 from palpate.errors import NotConverged
 from palpate.linalg.minimiser import Descent, minimise_by_lbfgs
 from palpate.linalg.multigrid import linear_response
@@ -24,34 +21,30 @@ class ElementsAtRest:
     """
 
     def __init__(self, body: Body, level: int):
-        mesh, tissue = body.levels[level], body.tissue(level)
-        if largest_poisson(tissue) > PLAIN_POISSON:
+        if largest_poisson(body.tissue(level)) > PLAIN_POISSON:
             said = f"Poisson's ratio of {body.name} is above {PLAIN_POISSON}: contact modes have no mean dilatation"
             raise NotConverged(said, [float("nan")])
         self.size, self.level = body.fine.size, level
         self._equilibrium = Equilibrium(body, level, order=2)
         self.held = body.anchors[level + 1]
         self.rest = self._equilibrium.mesh.nodes
-        self.couples = ten_nodes(mesh)
-        self._gradients, self.volumes = shape_gradients(mesh)
-        slopes = quadratic_gradients(QUADRATURE_POINTS)
-        self._slopes = slopes[:, :, 1:] - slopes[:, :, :1]
-        self.moduli = tissue.shear_pa, tissue.lame_pa
-        self.law: Law = PLAIN if tissue.law == LAWS[0] else law_of(tissue.law)
+        elements = self._equilibrium.elements
+        self.couples, self._gradients, self.volumes = elements.couples, elements.gradients, elements.volumes
+        self.moduli, self.law = elements.moduli, elements.law
         self.multiply, self.precondition = self._equilibrium.linearise(self.rest)
 
     @property
     def points(self) -> int:
         """The number of integration points of an element."""
-        return len(self._slopes)
+        return len(SLOPES)
 
     def gradients_at(self, elements: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return gradients (k, a, 3) [1/m] of shape functions at ``points`` (k,), one in each of ``elements`` (k,)."""
-        return np.matmul(self._slopes[points], self._gradients[elements, 1:])
+        return np.matmul(SLOPES[points], self._gradients[elements, 1:])
 
     def mean_gradients(self, elements: np.ndarray) -> np.ndarray:
         """Return the means of these gradients over the points of each of k ``elements``, (k, a, 3) [1/m]."""
-        return np.matmul(self._slopes.mean(axis=0), self._gradients[elements, 1:])
+        return np.matmul(SLOPES.mean(axis=0), self._gradients[elements, 1:])
 
     def nodal(self, nodes: np.ndarray, shares: np.ndarray, forces: np.ndarray) -> np.ndarray:
         """Spread ``forces`` (3, ...) [N] over ``nodes`` (k,) by ``shares`` (k,): (n, 3, ...), zero at held nodes."""
@@ -66,13 +59,14 @@ class ElementsAtRest:
         right[self.held] = 0.0
         return linear_response(self.multiply, self.precondition, right, tolerance)
 
-    def force(self, moved: np.ndarray) -> np.ndarray:
-        """Return the elastic force (n, 3) [N] under displacements (n, 3) [m], zero at held nodes."""
+    def force(self, moved: np.ndarray, load: np.ndarray | float = 0.0) -> np.ndarray:
+        """Return the elastic force under displacements (n, 3) [m] plus ``load``, (n, 3) [N], zero at held nodes."""
+        self._equilibrium.carry(np.broadcast_to(load, self.rest.shape))
         return self._equilibrium.force(self.rest + moved)
 
     def residual(self, moved: np.ndarray, load: np.ndarray) -> float:
         """Return what is left of ``load`` (n, 3) [N] under displacements (n, 3) [m], over its size."""
-        return float(np.linalg.norm(self.force(moved) + load) / np.linalg.norm(load))
+        return float(np.linalg.norm(self.force(moved, load)) / np.linalg.norm(load))
 
     def least_det(self, moved: np.ndarray) -> float:
         """Return the smallest det F of all points under displacements (n, 3) [m]."""
@@ -91,19 +85,6 @@ class ElementsAtRest:
         def callback(way: Descent) -> bool:
             return len(way.forces) <= least or way.forces[-1] > enough
 
-        loaded = _Loaded(self._equilibrium, load)
-        return minimise_by_lbfgs(loaded, self.precondition, self.rest + moved, 0.0, iterations, callback).x - self.rest
-
-
-class _Loaded:
-    """The energy of elements minus the work of ``load`` (n, 3) [N]."""
-
-    def __init__(self, equilibrium: Equilibrium, load: np.ndarray):
-        self._equilibrium, self._load = equilibrium, load
-
-    def energy(self, x: np.ndarray) -> float:
-        moved = x - self._equilibrium.mesh.nodes
-        return self._equilibrium.energy(x) - float(np.vdot(self._load, moved))
-
-    def force(self, x: np.ndarray) -> np.ndarray:
-        return self._equilibrium.force(x) + self._load
+        problem, start = self._equilibrium, self.rest + moved
+        problem.carry(load)
+        return minimise_by_lbfgs(problem, self.precondition, start, 0.0, iterations, callback).x - self.rest

@@ -21,8 +21,8 @@ from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import LEAST_SHARE, NEAR_PLANE, divide
 from palpate.bodies.mesh import TetMesh, unit
 from palpate.bodies.refinement import QUADRATURE_POINTS, quadratic_gradients, ten_nodes, with_midpoints
-from palpate.effects.elements import PLAIN_POISSON, largest_poisson
-from palpate.effects.linear_elements import LinearElements, shape_gradients
+from palpate.effects.elements import PLAIN_POISSON, largest_poisson, shape_gradients
+from palpate.effects.linear_elements import LinearElements
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold

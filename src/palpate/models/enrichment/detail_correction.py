@@ -14,7 +14,7 @@ import numpy as np
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case, Solver
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.linear_elements import shape_gradients
+from palpate.effects.elements import shape_gradients
 from palpate.linalg.polar import signed_svd
 from palpate.models import kinds
 from palpate.models.coarse_answers import Enriched, coarse_solver, seen_with, training_of

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-import numba
 import numpy as np
 import pandas as pd
 
+from palpate.bodies.mesh_quality import is_closed
+from palpate.bodies.surfaces.triangles import distances
 from palpate.collision.contact.obstacles import winding_number
-from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest
 from palpate.scenes.motion import Motion, Moved
 from palpate.table_declaration import Table
 
@@ -46,7 +46,7 @@ def _rows_of(motion: Motion, thing: Moved) -> pd.DataFrame:
     middles, corners = _middles(motion, thing), motion.rest[motion.triangles]
     shifts = middles[1:] - middles[0]  # the first is the start
     table = _forces(motion, thing.name)
-    if thing.kind != "floor" and closed(motion.triangles):
+    if thing.kind != "floor" and is_closed(motion.triangles):
         ends = thing.positions[0]  # a rod is evaluated at 9 points of its axis, anything else at its corners
         points = np.linspace(ends[0], ends[1], 9) if len(ends) == 2 else np.unique(ends, axis=0)
         table["depth_m"] = thing.radius_m - least_signed_distance(points, shifts, corners)
@@ -62,53 +62,22 @@ def _forces(motion: Motion, name: str) -> pd.DataFrame:
     )
 
 
-def closed(triangles: np.ndarray) -> bool:
-    """Return whether triangles (m, 3) enclose a volume: every edge occurs equally often in both directions."""
-    edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    forward, counts = np.unique(edges, axis=0, return_counts=True)
-    backward, others = np.unique(edges[:, ::-1], axis=0, return_counts=True)
-    return np.array_equal(forward, backward) and np.array_equal(counts, others)
-
-
 def least_signed_distance(points: np.ndarray, shifts: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Compute the least signed distance (s,) [m] of ``points`` (n, 3), moved by each of ``shifts`` (s, 3), to a body.
 
     corners : (m, 3, 3) [m] of the triangles of the closed surface, oriented outward; distances are negative inside
     A point that moves by less than its distance stays on its side, so that few winding numbers are computed.
     """
-    x = np.vstack([np.zeros((1, 3)), corners.reshape(-1, 3)])
-    nodes = np.column_stack([np.zeros(len(corners), np.int64), 1 + np.arange(3 * len(corners)).reshape(-1, 3)])
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    distances, inside, before = np.zeros(len(points)), np.zeros(len(points), dtype=bool), np.zeros(3)
-    least = np.empty(len(shifts))
-    for i, shift in enumerate(shifts):
-        moved = points + shift
-        may_cross = np.flatnonzero(distances <= np.linalg.norm(shift - before))
-        inside[may_cross] = [winding_number(point, corners) > 0.5 for point in moved[may_cross]]
-        distances, before = _distances(moved, x, nodes, low, high), shift
-        least[i] = np.where(inside, -distances, distances).min()
-    return least
-
-
-@numba.njit(cache=True)
-def _distances(points, x, nodes, low, high):
-    """Compute the distances (n,) [m] of ``points`` (n, 3) to the nearest of the triangles ``nodes`` of ``x``.
-
-    x : (1 + k, 3) [m], of which the first row is overwritten; low, high : (m, 3) [m] bounding boxes of the triangles
-    """
-    found, weights = np.empty(len(points)), np.empty(4)
-    for i in range(len(points)):
-        x[0] = points[i]
-        best = np.inf
-        for k in range(len(nodes)):
-            apart = 0.0
-            for axis in range(3):
-                gap = max(low[k, axis] - points[i, axis], points[i, axis] - high[k, axis], 0.0)
-                apart += gap * gap
-            if apart < best * best:
-                best = min(best, closest(POINT_TRIANGLE, x, nodes[k], weights)[0])
-        found[i] = best
-    return found
+    moved = points + shifts[:, None]
+    numbers = np.arange(3 * len(corners)).reshape(-1, 3)
+    apart = distances(moved.reshape(-1, 3), corners.reshape(-1, 3), numbers).reshape(moved.shape[:2])
+    inside, may_cross = np.zeros(apart.shape, dtype=bool), np.ones(apart.shape, dtype=bool)
+    may_cross[1:] = apart[:-1] <= np.linalg.norm(np.diff(moved, axis=0), axis=2)
+    for step, points_at in enumerate(moved):
+        inside[step] = inside[step - 1]
+        crossed = may_cross[step]
+        inside[step, crossed] = [winding_number(point, corners) > 0.5 for point in points_at[crossed]]
+    return np.where(inside, -apart, apart).min(axis=1)
 
 
 def contact_tables(motions: Sequence[Motion]) -> dict[str, pd.DataFrame]:

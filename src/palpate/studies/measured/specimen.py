@@ -9,7 +9,7 @@ from scipy import sparse
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import particles_of
-from palpate.bodies.surface_quadrature import ball_points, surface_interpolation
+from palpate.bodies.surface_quadrature import ball_points, near_ball, surface_interpolation
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.springs import make as make_springs
@@ -55,9 +55,7 @@ def disc_points(mesh: Mesh, center: np.ndarray, radius: float, order: int) -> tu
     that part of the surface; single ones may be negative.
     """
     corners = mesh.nodes[mesh.triangles]
-    middles = corners.mean(axis=1)
-    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1) + radius
-    touched = np.flatnonzero(np.linalg.norm(middles - center, axis=1) < reach)
+    touched = np.flatnonzero(near_ball(corners, center, radius))
     barycentric, weights, _ = ball_points(corners[touched], center, radius, 4)
     used = weights != 0.0
     return surface_interpolation(mesh, np.repeat(touched, used.sum(axis=1)), barycentric[used], order), weights[used]

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pandas as pd
 
-from palpate.collision.contact.obstacles import winding_number
+from palpate.bodies.mesh import winding_number
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest
 from palpate.scenes.motion import Motion, Moved
 from palpate.table_declaration import Table

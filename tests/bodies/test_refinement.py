@@ -22,15 +22,6 @@ from palpate.bodies.refinement import (
 from palpate.bodies.simple_shapes import box
 
 
-def test_fine_nodes_are_the_prolonged_coarse_ones_which_come_first(cube):
-    fine, prolongation = refine(cube)
-    assert np.array_equal(fine.nodes[:8], cube.nodes)
-    assert np.abs(prolongation @ cube.nodes - fine.nodes).max() == 0
-    assert np.allclose(prolongation.sum(axis=1), 1)
-    assert len(fine.triangles) == 4 * len(cube.triangles)
-    assert np.array_equal(fine.surface[: len(cube.surface)], cube.surface)
-
-
 def test_a_finer_body_is_the_same_with_levels_more(slab):
     again = finer(slab, 2)
     assert again.levels[:2] == slab.levels and len(again.levels) == 4

@@ -17,7 +17,6 @@ from palpate.bodies.refinement import (
     quadratic_prolongation,
     refine,
     shape_functions,
-    ten_nodes,
 )
 from palpate.bodies.simple_shapes import box
 
@@ -46,14 +45,6 @@ def levels(box):
 def quadratic(x):
     """Three polynomials of degree 2 at points (n, 3)."""
     return np.stack([x[:, 0] ** 2 - 3 * x[:, 1] * x[:, 2], x[:, 2] ** 2 + x[:, 0], x[:, 0] * x[:, 1] - 2.0], axis=1)
-
-
-def test_ten_nodes_are_the_corners_and_the_midpoints_of_the_finer_mesh(levels):
-    coarse, fine, _ = levels
-    ten = ten_nodes(coarse)
-    assert np.array_equal(ten[:, :4], coarse.tetrahedra)
-    assert np.array_equal(fine.nodes[ten[:, 4:]], coarse.nodes[coarse.tetrahedra][:, EDGES].mean(axis=2))
-    assert np.array_equal(np.unique(ten), np.arange(len(fine.nodes)))
 
 
 def test_shape_functions_are_one_at_their_own_node_and_zero_at_the_others():

@@ -134,20 +134,16 @@ def own_mesh(entry: File) -> tuple[TetMesh | None, float, int]:
     points = points * scale_m
     count = len(np.unique(triangles))
     if tetrahedra is not None and count <= (nodes or count):
-        return _given_tetrahedra(path, points, tetrahedra, count), scale_m, count
+        mesh = checked(str(path), points, tetrahedra)
+        if count > KEPT_NODES:
+            _warn(
+                f"{path}: its tetrahedra are kept as they are, with {count} surface nodes, and every refinement makes "
+                f"eight times as many; if that takes too long, give surface_nodes: {NODES[0]} to have it remeshed."
+            )
+        return mesh, scale_m, count
     if count <= (nodes or KEPT_NODES):
         return _filled_as_given(path, points, triangles, entry, asked=nodes == count), scale_m, count
     return None, scale_m, count
-
-
-def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, count: int) -> TetMesh:
-    mesh = checked(str(path), points, tetrahedra)
-    if count > KEPT_NODES:
-        _warn(
-            f"{path}: its tetrahedra are kept as they are, with {count} surface nodes, and every refinement makes "
-            f"eight times as many; if that takes too long, give surface_nodes: {NODES[0]} to have it remeshed."
-        )
-    return mesh
 
 
 def _filled_as_given(path: Path, points: np.ndarray, triangles: np.ndarray, entry: File, asked: bool) -> TetMesh | None:

@@ -5,8 +5,8 @@ import warnings
 import meshio
 import numpy as np
 import pytest
-from fixtures.mesh_encodings import gmsh
-from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_ply, write_binary_stl, write_blender_obj
+from fixtures.mesh_encodings import SURFACES, gmsh
+from fixtures.organs import organ, torn, volume
 
 from palpate.bodies.make_body import build, make_body, taken
 from palpate.bodies.mesh_file import load_shape
@@ -121,10 +121,10 @@ def check(body, points, triangles):
 
 
 @pytest.mark.slow
-def test_a_torn_organ_of_blender_in_millimetres(tmp_path):
+def test_a_torn_organ_in_millimetres(tmp_path):
     truth = organ("femur", 8000)
     points, triangles = torn(*truth)
-    write_blender_obj(tmp_path / "femur.obj", 1000 * points, triangles)
+    (tmp_path / "femur.obj").write_bytes(SURFACES["plain.obj"](1000 * points, triangles, ""))
     nodes = len(load_shape(tmp_path / "femur.obj")[0])
     body, said = made(tmp_path / "femur.obj")
     check(body, *truth)
@@ -141,7 +141,7 @@ def test_a_torn_organ_of_blender_in_millimetres(tmp_path):
 @pytest.mark.slow
 def test_a_hollow_organ_keeps_its_hollow(tmp_path):
     truth = organ("hollow", 3000)
-    write_binary_ply(tmp_path / "hollow.ply", *truth)
+    (tmp_path / "hollow.ply").write_bytes(SURFACES["more.ply"](*truth, ""))
     body, _ = made(tmp_path / "hollow.ply", scale_m=1, surface_nodes=140, refinements=1)
     assert body.fine.volumes.sum() == pytest.approx(volume(*truth), rel=0.02)
     # nodes on the outer surface and on that of the hollow
@@ -152,7 +152,7 @@ def test_a_hollow_organ_keeps_its_hollow(tmp_path):
 
 def test_without_snapping_every_level_has_the_files_volume(tmp_path):
     truth = organ("femur", 3000)
-    write_ascii_stl(tmp_path / "femur.stl", *truth)
+    (tmp_path / "femur.stl").write_bytes(SURFACES["ascii.stl"](*truth, ""))
     body, said = made(tmp_path / "femur.stl", scale_m=1, surface_nodes=140, snap=False, refinements=1)
     for mesh in body.levels:
         assert mesh.volumes.sum() == pytest.approx(volume(*truth), rel=0.005)
@@ -160,7 +160,7 @@ def test_without_snapping_every_level_has_the_files_volume(tmp_path):
 
 
 def test_numbers_of_the_files_nodes_mean_nothing_once_remeshed(tmp_path):
-    write_binary_stl(tmp_path / "femur.stl", *organ("femur", 3000))
+    (tmp_path / "femur.stl").write_bytes(SURFACES["solid.stl"](*organ("femur", 3000), ""))
     with pytest.raises(InputError, match=r"nodes counts nodes of a mesh that is remeshed; hold nodes by plane"):
         made(tmp_path / "femur.stl", anchors={"nodes": [1, 2, 3]}, snap=False, surface_nodes=60)
 
@@ -181,7 +181,7 @@ def twice(points, triangles):
     ],
 )
 def test_what_cannot_become_a_body_is_refused_in_one_sentence(tmp_path, fault, message):
-    write_binary_stl(tmp_path / "organ.stl", *fault(*organ("gallbladder", 1500)))
+    (tmp_path / "organ.stl").write_bytes(SURFACES["solid.stl"](*fault(*organ("gallbladder", 1500)), ""))
     with pytest.raises(InputError, match=message) as caught:
         made(tmp_path / "organ.stl", scale_m=1.0)
     assert "\n" not in str(caught.value)

@@ -2,10 +2,10 @@
 
 import warnings
 
-import gmsh
 import numpy as np
 import pytest
 from fixtures.bodies import made
+from fixtures.mesh_encodings import SOLIDS, halves, lopsided
 from scipy.integrate import quad
 
 from palpate.bodies.ct.synthetic_abdomen import LESION
@@ -73,35 +73,6 @@ def block(entry):
         "divisions": [8, 8, 8],
         "regions": {"tumour": {"sphere": BALL, "young_pa": STIFF}},
     }
-
-
-@pytest.fixture(scope="module")
-def two_cubes(tmp_path_factory):
-    """A gmsh file of two cubes side by side, of 1 mm, with a physical group each; all of it has a third group."""
-    path = tmp_path_factory.mktemp("tagged") / "cubes.msh"
-    gmsh.initialize(interruptible=False)
-    gmsh.option.setNumber("General.Terminal", 0)
-    first, second = (gmsh.model.occ.addBox(i, 0, 0, 1, 1, 1) for i in range(2))
-    gmsh.model.occ.fragment([(3, first)], [(3, second)])
-    gmsh.model.occ.synchronize()
-    for tag, volumes, name in ((7, [first], "left"), (9, [second], "right"), (11, [first, second], "")):
-        gmsh.model.addPhysicalGroup(3, volumes, tag, name)
-    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.5)
-    gmsh.model.mesh.generate(3)
-    gmsh.write(str(path))
-    gmsh.finalize()
-    return path
-
-
-@pytest.fixture
-def tagged(entry):
-    def make(path, **regions):
-        given = {name: {"young_pa": STIFF} | rule for name, rule in regions.items()}
-        anchors = {"plane": {"axis": "z", "side": "min", "depth_m": 0.03}}
-        file = {"kind": "file", "path": str(path), "scale_m": 0.05, "anchors": anchors, "regions": given}
-        return made("cubes", entry | file)
-
-    return make
 
 
 def middles(mesh):
@@ -174,13 +145,17 @@ def test_an_organ_is_meshed_finely_where_a_region_is(entry):
     assert dihedral_angles(body.coarse).min() > 8.0
 
 
-def test_physical_groups_of_a_gmsh_file_are_tags(tagged, two_cubes):
-    for tag in (9, "right"):
-        body = tagged(two_cubes, half={"tag": tag})
-        assert np.array_equal(body.tissue(0).region == 1, middles(body.coarse)[:, 0] > 0.05)
+def test_physical_groups_of_a_gmsh_file_are_tags(entry, tmp_path):
+    mesh, path = lopsided(), tmp_path / "bar.msh"
+    path.write_bytes(SOLIDS["v4.1_ascii_two.msh"](mesh.nodes, mesh.tetrahedra, ""))
+    anchors = {"plane": {"axis": "z", "side": "min", "depth_m": 0.03}}
+    file = entry | {"kind": "file", "path": str(path), "scale_m": 1.0, "anchors": anchors}
+    for tag in (8, "half"):
+        body = made("bar", file | {"regions": {"half": {"tag": tag, "young_pa": STIFF}}})
+        assert np.array_equal(body.tissue(0).region == 1, halves(mesh.tetrahedra) == 8)
     # groups may overlap, and the first region wins
-    tissue = tagged(two_cubes, left={"tag": "left"}, whole={"tag": 11, "young_pa": 9e4}).tissue(0)
-    assert set(tissue.region) == {1, 2}
+    regions = {"half": {"tag": 8, "young_pa": STIFF}, "whole": {"tag": 7, "young_pa": 9e4}}
+    assert set(made("bar", file | {"regions": regions}).tissue(0).region) == {1, 2}
 
 
 @pytest.mark.slow

@@ -1,11 +1,9 @@
 """Files as programs write them are read as they are meant, cut ones are refused, and units are guessed from sizes."""
 
-import struct
-
 import numpy as np
 import pytest
 import pyvista
-from fixtures.mesh_encodings import SOLIDS, SURFACES, dataset, halves, lopsided
+from fixtures.mesh_encodings import SOLIDS, SURFACES, binary_stl, dataset, halves, lopsided, off, ply
 from fixtures.organs import volume
 from scipy.spatial import cKDTree
 
@@ -14,18 +12,18 @@ from palpate.bodies.mesh_file import choose_scale, guess_scale, load_shape, load
 from palpate.bodies.mesh_readers import read
 from palpate.errors import InputError
 
-CORNERS = [[i & 1, i >> 1 & 1, i >> 2] for i in range(8)]
-QUADS = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-TRIANGLES = [t for q in QUADS for t in (q[:3], [q[0], *q[2:]])]
+CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)], dtype=float)
+QUADS = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
+TRIANGLES = QUADS[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
 V = "".join("v {:.6f} {:.6f} {:.6f}\n".format(*p) for p in CORNERS)
 VN = "".join(f"vn {k} 0 0\n" for k in range(6))
 VT = "".join(f"vt {k / 24} 0\n" for k in range(24))
 
 
 def faces(pattern, elements=QUADS):
-    """Write one line a face; i: the corner from 1, n: from the end, t: the texture place, k: the face."""
+    """Write one line a face; i: the corner from 1, t: the texture place, k: the face."""
     return "".join(
-        "f " + " ".join(pattern.format(i=c + 1, n=c - 8, t=len(q) * k + j + 1, k=k + 1) for j, c in enumerate(q)) + "\n"
+        "f " + " ".join(pattern.format(i=c + 1, t=len(q) * k + j + 1, k=k + 1) for j, c in enumerate(q)) + "\n"
         for k, q in enumerate(elements)
     )
 
@@ -34,58 +32,26 @@ OBJ = {
     "blender": f"# Blender\nmtllib a.mtl\no Cube\n{V}{VN}{VT}s 0\nusemtl M\n" + faces("{i}/{t}/{k}"),
     "normals": V + VN + faces("{i}//{k}"),
     "textures": V + VT + faces("{i}/{t}"),
-    "relative": V + faces("{n}"),
     "relative_between": "".join(
         "".join("v {} {} {}\n".format(*CORNERS[c]) for c in t) + "f -3 -2 -1\n" for t in TRIANGLES
     ),
     "continued": (V + faces("{i}")).replace(" 1", " \\\n1"),
     "groups": V + "g a b\nusemtl x\n" + faces("{i}", TRIANGLES[:6]) + "g c\ns 1\n" + faces("{i}", TRIANGLES[6:]),
     "colours": V.replace("\n", " 0.5 0.5 0.5\n") + faces("{i}"),
-    "crlf": (V + faces("{i}")).replace("\n", "\r\n"),
     "no_last_line_end": (V + faces("{i}")).rstrip(),
 }
 
 
-def stl(head=b"x", count=12, more=b""):
-    records = b"".join(struct.pack("<12fH", 0, 0, 0, *np.ravel([CORNERS[c] for c in t]).tolist(), 0) for t in TRIANGLES)
-    return head.ljust(80) + struct.pack("<I", count) + records + more
-
-
-ASCII_STL = "".join(
-    "facet normal 0 0 0\nouter loop\n"
-    + "".join("vertex {} {} {}\n".format(*CORNERS[c]) for c in t)
-    + "endloop\nendfacet\n"
-    for t in TRIANGLES
-)
-ASCII_STL = f"solid a cube\n{ASCII_STL}endsolid a cube\n"
-
-
-def ply(order="<", index="int", name="vertex_indices", elements=QUADS):
-    kind = "ascii" if order == "" else f"binary_{'little' if order == '<' else 'big'}_endian"
-    head = f"ply\nformat {kind} 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
-    head += f"element face {len(elements)}\nproperty list uchar {index} {name}\nend_header\n"
-    if not order:
-        rows = [*CORNERS, *([len(e), *e] for e in elements)]
-        return (head + "\n".join(" ".join(map(str, row)) for row in rows) + "\n").encode()
-    body = b"".join(struct.pack(order + "3f", *p) for p in CORNERS)
-    letter = {"int": "i", "ushort": "H"}[index]
-    return head.encode() + body + b"".join(struct.pack(f"{order}B{len(e)}{letter}", len(e), *e) for e in elements)
-
-
+STL = binary_stl(CORNERS, TRIANGLES, "x")
 CUBES = {f"{name}.obj": text.encode() for name, text in OBJ.items()} | {
-    "binary.stl": stl(),
-    "solid.stl": stl(b"solid exported\nfacet normal"),
-    "longer.stl": stl(more=b"\0" * 20),
-    "uncounted.stl": stl(count=0),
-    "ascii.stl": ASCII_STL.encode(),
-    "capitals.stl": ASCII_STL.upper().encode(),
-    "little.ply": ply(),
-    "big.ply": ply(">"),
-    "text.ply": ply("", name="vertex_index"),
-    "short.ply": ply(index="ushort", elements=TRIANGLES),
+    "longer.stl": STL + b"\0" * 20,
+    "uncounted.stl": STL[:80] + bytes(4) + STL[84:],
+    "little.ply": ply(CORNERS, QUADS, "", "<"),
+    "big.ply": ply(CORNERS, QUADS, "", ">"),
+    "text.ply": ply(CORNERS, QUADS, ""),
+    "short.ply": ply(CORNERS, TRIANGLES, "", "<", index="ushort"),
+    "a.off": off(CORNERS, QUADS, ""),
 }
-OFF_FACES = "".join("4 {} {} {} {}\n".format(*q) for q in QUADS)
-CUBES["a.off"] = "OFF\n8 6 0\n{}{}".format(V.replace("v ", ""), OFF_FACES).encode()
 
 
 @pytest.mark.parametrize("name", CUBES)
@@ -97,10 +63,10 @@ def test_a_cube_as_exporters_write_it(tmp_path, name):
 
 
 CUT = {
-    "binary.stl": stl()[:-120],
-    "ascii.stl": ASCII_STL[:-300].encode(),
-    "little.ply": ply()[:-40],
-    "text.ply": ply("")[:-3],
+    "binary.stl": STL[:-120],
+    "ascii.stl": SURFACES["ascii.stl"](CORNERS, TRIANGLES, "")[:-300],
+    "little.ply": CUBES["little.ply"][:-40],
+    "text.ply": CUBES["text.ply"][:-3],
     "line.obj": (V + faces("{i}"))[:-6].encode(),
     "a.off": CUBES["a.off"][:-12],
     "a.vtu": b"<VTKFile><UnstructuredGrid>",

@@ -25,11 +25,6 @@ def test_coordinates(cube, bad):
         check_coordinates("a.msh", cube.nodes)
 
 
-def test_good_elements_come_back_as_they_are(cube):
-    assert check_tetrahedra("a", cube.nodes, cube.tetrahedra) is cube.tetrahedra
-    check_boundary("a", cube)
-
-
 @pytest.mark.parametrize(
     ("scale", "tetrahedra", "message"),
     [

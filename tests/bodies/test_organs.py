@@ -1,6 +1,7 @@
 """Organs of smooth shape: counts, angles, and finer meshes against formulas of their surfaces."""
 
 import warnings
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -49,10 +50,17 @@ def organ(request):
     return request.param, coarse_body(shape, length), shape, length
 
 
-def smooth_points(shape, length, count=200_000):
-    points = shape(fibonacci_sphere(count))
-    low, high = points.min(axis=0), points.max(axis=0)
-    return (points - (low + high) / 2) * (length / (high - low).max())
+@cache
+def bounds(shape):
+    points = shape(fibonacci_sphere(SAMPLES))
+    return points.min(axis=0), points.max(axis=0)
+
+
+def smooth(shape, length, directions):
+    """Places of the smooth shape, around the middle of its box, for directions from the origin."""
+    low, high = bounds(shape)
+    on_sphere = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return (shape(on_sphere) - (low + high) / 2) * (length / (high - low).max())
 
 
 def test_counts_sizes_and_angles(organ):
@@ -80,9 +88,9 @@ def test_it_is_the_same_every_time_and_scales(organ):
 def test_shapes_keep_their_outside_out(organ):
     """The volume that the dense surface encloses, with its sign: a mirrored map would turn normals inward."""
     _, coarse, shape, length = organ
-    dense = smooth_points(shape, length, SAMPLES), triangulate(fibonacci_sphere(SAMPLES))
+    sphere = fibonacci_sphere(SAMPLES)
     # the coarse mesh cuts off what bulges
-    assert 0.9 < coarse.volumes.sum() / volume(*dense) < 1.0
+    assert 0.9 < coarse.volumes.sum() / volume(smooth(shape, length, sphere), triangulate(sphere)) < 1.0
 
 
 LENGTH, RADIUS = 0.2, 0.03
@@ -141,13 +149,7 @@ def test_new_surface_nodes_of_an_organ_satisfy_its_formula(kind):
     moved = surface.snap(halved, first)
     assert np.array_equal(moved.nodes[:first], coarse.nodes) and moved.volumes.min() > 0
     assert quality(moved)["min_dihedral_deg"] > 15
-    box = shape(fibonacci_sphere(SAMPLES))
-    low, high = box.min(axis=0), box.max(axis=0)
-
-    def places(directions):
-        on = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-        return (shape(on) - (low + high) / 2) * (0.2 / (high - low).max())
-
+    places = partial(smooth, shape, 0.2)
     starts = np.random.default_rng(0).normal(size=(20_000, 3))
     tried = places(starts)
     new = moved.surface[moved.surface >= first]

@@ -17,18 +17,8 @@ from palpate.bodies.refinement import (
     quadratic_prolongation,
     refine,
     shape_functions,
-    ten_nodes,
 )
 from palpate.bodies.simple_shapes import box
-
-
-def test_fine_nodes_are_the_prolonged_coarse_ones_which_come_first(cube):
-    fine, prolongation = refine(cube)
-    assert np.array_equal(fine.nodes[:8], cube.nodes)
-    assert np.abs(prolongation @ cube.nodes - fine.nodes).max() == 0
-    assert np.allclose(prolongation.sum(axis=1), 1)
-    assert len(fine.triangles) == 4 * len(cube.triangles)
-    assert np.array_equal(fine.surface[: len(cube.surface)], cube.surface)
 
 
 def test_a_finer_body_is_the_same_with_levels_more(slab):
@@ -55,14 +45,6 @@ def levels(box):
 def quadratic(x):
     """Three polynomials of degree 2 at points (n, 3)."""
     return np.stack([x[:, 0] ** 2 - 3 * x[:, 1] * x[:, 2], x[:, 2] ** 2 + x[:, 0], x[:, 0] * x[:, 1] - 2.0], axis=1)
-
-
-def test_ten_nodes_are_the_corners_and_the_midpoints_of_the_finer_mesh(levels):
-    coarse, fine, _ = levels
-    ten = ten_nodes(coarse)
-    assert np.array_equal(ten[:, :4], coarse.tetrahedra)
-    assert np.array_equal(fine.nodes[ten[:, 4:]], coarse.nodes[coarse.tetrahedra][:, EDGES].mean(axis=2))
-    assert np.array_equal(np.unique(ten), np.arange(len(fine.nodes)))
 
 
 def test_shape_functions_are_one_at_their_own_node_and_zero_at_the_others():

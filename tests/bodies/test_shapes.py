@@ -59,15 +59,6 @@ def test_no_axis_comes_first(divisions):
         assert moved(points, simplices, np.roll(points, shift, axis=1)) == as_set(simplices)
 
 
-@pytest.mark.parametrize(("divisions", "each"), [([3, 2], 2), ([1, 1], 2), ([3, 2, 1], 6)])
-def test_simplices_are_alike_and_fill_the_cells(divisions, each):
-    points, simplices = cut_lattice(divisions)
-    assert len(simplices) == each * np.prod(divisions)
-    edges = points[simplices[:, 1:]] - points[simplices[:, :1]]
-    assert np.allclose(np.abs(np.linalg.det(edges)), 1.0)
-    assert len(points) == np.prod(np.array(divisions) + 1)
-
-
 @pytest.fixture
 def cloth():
     return sheet([0.3, 0.2], [6, 4], 0.001)

@@ -1,4 +1,4 @@
-"""The scenes deform, meet, and are the same every time."""
+"""The bodies of scenes deform but the instrument; soups and waves are as they are asked for."""
 
 import numpy as np
 import pytest
@@ -6,26 +6,13 @@ import pytest
 from palpate.studies.brute_force import crossing
 from palpate.studies.prescribed_motions import SOUP_GRID, crossing_waves, scenes
 
-NAMES = ["two_livers", "instrument_press", "folding_sheet", "random_soup"]
-
 
 @pytest.fixture(scope="module")
 def small():
     return {scene.name: scene for scene in scenes(0, seed=1)}
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_bodies_move_are_finite_and_meet(small, name):
-    scene = small[name]
-    start, later = scene.at(0.0), scene.at(0.7)
-    assert len(start) == len(scene.triangles) == (1 if name == "folding_sheet" else 2)
-    for before, after, triangles in zip(start, later, scene.triangles, strict=True):
-        assert np.isfinite(after).all() and triangles.max() < len(after)
-        assert np.linalg.norm(after - before, axis=1).max() > 1e-3
-    assert len(crossing(later, scene.triangles))
-
-
-@pytest.mark.parametrize("name", NAMES[:3])
+@pytest.mark.parametrize("name", ["two_livers", "instrument_press", "folding_sheet"])
 def test_bodies_deform_but_the_instrument_does_not(small, name):
     scene = small[name]
     for body, triangles in enumerate(scene.triangles):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fixtures.organs import write_ascii_stl
+from fixtures.mesh_encodings import SURFACES
 
 SHARED = Path(__file__).parents[2].parent / "shared"
 
@@ -35,8 +35,8 @@ def test_unknown_key(refused):
 
 @pytest.mark.slow
 def test_surface_with_a_hole(refused, tmp_path):
-    corners, three_of_four = np.vstack([np.zeros(3), np.eye(3)]), [[0, 1, 2], [0, 3, 1], [0, 2, 3]]
-    write_ascii_stl(tmp_path / "hole.stl", corners, three_of_four)
+    corners, three_of_four = np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3]])
+    (tmp_path / "hole.stl").write_bytes(SURFACES["ascii.stl"](corners, three_of_four, ""))
     printed = refused(path="hole.stl")
     (sentence,) = [line for line in printed.splitlines() if "error: " in line]
     assert "hole.stl" in sentence

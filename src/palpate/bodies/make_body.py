@@ -72,7 +72,10 @@ def _make(name: str, entry: bodies.Body) -> Body:
                 )
         body = replace(body, densities=nodal_densities(entry, body.levels))
     if isinstance(entry, File | Ct):
-        check_quality(body.levels, _remedy(body, remeshed))
+        remedy = "improve the mesh in the program that made it"
+        if len(body.coarse.surface) > NODES[0]:
+            remedy += f", or give surface_nodes: {NODES[0]} to have it remeshed"
+        check_quality(body.levels, "give more surface_nodes" if remeshed else remedy)
     if isinstance(entry, Cylinder) and entry.smooth is not False and isinstance(body.fine, TetMesh):
         mesh_m2, round_m2 = body.fine.volumes.sum() / entry.length_m, np.pi * entry.radius_m**2
         lacking = 1 - mesh_m2 / round_m2
@@ -99,16 +102,6 @@ def _coarse(entry: bodies.SolidBody) -> tuple[TetMesh, Snap | None, bool]:
         case _:
             mesh = coarse_body(SHAPES[entry.kind], entry.length_m, balls_of(entry))
     return mesh, None, False
-
-
-def _remedy(body: Body, remeshed: bool) -> str:
-    """Return the advice on bad elements; a surface of few nodes is not to be remeshed to as many."""
-    if remeshed:
-        return "give more surface_nodes"
-    improve = "improve the mesh in the program that made it"
-    if len(body.coarse.surface) <= NODES[0]:
-        return improve
-    return f"{improve}, or give surface_nodes: {NODES[0]} to have it remeshed"
 
 
 def build(entry: File) -> tuple[TetMesh, Snap | None, bool]:
@@ -141,20 +134,16 @@ def own_mesh(entry: File) -> tuple[TetMesh | None, float, int]:
     points = points * scale_m
     count = len(np.unique(triangles))
     if tetrahedra is not None and count <= (nodes or count):
-        return _given_tetrahedra(path, points, tetrahedra, count), scale_m, count
+        mesh = checked(str(path), points, tetrahedra)
+        if count > KEPT_NODES:
+            _warn(
+                f"{path}: its tetrahedra are kept as they are, with {count} surface nodes, and every refinement makes "
+                f"eight times as many; if that takes too long, give surface_nodes: {NODES[0]} to have it remeshed."
+            )
+        return mesh, scale_m, count
     if count <= (nodes or KEPT_NODES):
         return _filled_as_given(path, points, triangles, entry, asked=nodes == count), scale_m, count
     return None, scale_m, count
-
-
-def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, count: int) -> TetMesh:
-    mesh = checked(str(path), points, tetrahedra)
-    if count > KEPT_NODES:
-        _warn(
-            f"{path}: its tetrahedra are kept as they are, with {count} surface nodes, and every refinement makes "
-            f"eight times as many; if that takes too long, give surface_nodes: {NODES[0]} to have it remeshed."
-        )
-    return mesh
 
 
 def _filled_as_given(path: Path, points: np.ndarray, triangles: np.ndarray, entry: File, asked: bool) -> TetMesh | None:

@@ -53,6 +53,20 @@ def unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
 
 
+def winding_number(point: np.ndarray, corners: np.ndarray) -> float:
+    """Compute how often triangles (m, 3, 3) [m], wound outward, enclose ``point`` (3,) [m]: 1 inside, 0 outside.
+
+    The sum of their solid angles over 4π (van Oosterom and Strackee 1983). A triangle in whose plane the point lies
+    has none, so that it is ½ on a flat side.
+    """
+    a, b, c = (corners[:, i] - point for i in range(3))
+    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
+    cosines = la * lb * lc + lc * np.sum(a * b, axis=1) + lb * np.sum(a * c, axis=1) + la * np.sum(b * c, axis=1)
+    beside = np.abs(triple) > 1e-9 * la * lb * lc
+    return float(np.arctan2(triple, cosines)[beside].sum() / (2.0 * np.pi))
+
+
 def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pair places (k, d) with the simplices (m, d + 1, d) near them, of which some contain them.
 

@@ -136,12 +136,16 @@ def shape_functions(points: np.ndarray, edges: np.ndarray = EDGES) -> np.ndarray
     return np.concatenate([points * (2.0 * points - 1.0), 4.0 * a * b], axis=-1)
 
 
-def quadratic_gradients(points: np.ndarray) -> np.ndarray:
-    """Return the derivatives (k, 10, 4) of the shape functions with respect to the barycentric coordinates."""
-    gradients = np.zeros((len(points), 10, 4))
-    for corner in range(4):
+def quadratic_gradients(points: np.ndarray, edges: np.ndarray = EDGES) -> np.ndarray:
+    """Return the derivatives (k, 10, 4) of ``shape_functions`` by the barycentric coordinates; (k, 6, 3) in triangles.
+
+    points : (k, 4) or (k, 3); edges : as of ``shape_functions``
+    """
+    count, corners = points.shape
+    gradients = np.zeros((count, corners + len(edges), corners))
+    for corner in range(corners):
         gradients[:, corner, corner] = 4.0 * points[:, corner] - 1.0
-    for edge, (a, b) in enumerate(EDGES, start=4):
+    for edge, (a, b) in enumerate(edges, start=corners):
         gradients[:, edge, a], gradients[:, edge, b] = 4.0 * points[:, b], 4.0 * points[:, a]
     return gradients
 

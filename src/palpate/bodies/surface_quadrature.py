@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.mesh import Mesh, corner_normals
-from palpate.bodies.refinement import edge_midpoints, shape_functions
+from palpate.bodies.refinement import edge_midpoints, quadratic_gradients, shape_functions
 
 EDGES = np.array([[0, 1], [0, 2], [1, 2]])
 """The edges of a triangle, in the order of the midpoints of its quadratic shape functions."""
@@ -132,15 +132,8 @@ def enclosed_volume(mesh: Mesh, x: np.ndarray) -> float:
     volume, rule = 0.0, list(zip(*_gauss(4), strict=True))
     for u, by_u in rule:
         for v, by_v in rule:
-            shape, along = _shapes(u, v * (1.0 - u))
-            point, first, last = (np.einsum("a,mai->mi", each, places) for each in (shape, *along))
+            at = np.array([[1.0 - u - v * (1.0 - u), u, v * (1.0 - u)]])
+            along = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]) @ quadratic_gradients(at, EDGES)[0].T
+            point, first, last = (np.einsum("a,mai->mi", each, places) for each in (*triangle_shapes(at, 2), *along))
             volume += by_u * by_v * (1.0 - u) * float(np.vdot(point, np.cross(first, last)))
     return volume / 3.0
-
-
-def _shapes(r: float, s: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the quadratic shape functions (6,) of a triangle at (r, s), and their derivatives (2, 6)."""
-    at, by = np.array([1.0 - r - s, r, s]), np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
-    first, last = EDGES.T
-    slopes = 4.0 * (by[:, first] * at[last] + at[first] * by[:, last])
-    return triangle_shapes(at, 2), np.hstack([by * (4.0 * at - 1.0), slopes])

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from palpate.bodies.material import Material
-from palpate.bodies.particles import Particles
+from palpate.bodies.particles import Particles, merge_particles, solid_particles
 from palpate.bodies.simple_shapes import box
 from palpate.effects import settings, shape_matching
 from palpate.solvers import goal_position
@@ -26,18 +26,9 @@ def _objects(particles: int, objects: int) -> Particles:
     """Make ``objects`` separate boxes of ``particles`` each, side by side in one body."""
     divisions = DIVISIONS[particles]
     mesh = box([SPACING_M * n for n in divisions], list(divisions))
-    shifts = np.arange(objects)[:, None, None]
-    nodes = mesh.nodes + 2 * SPACING_M * divisions[0] * shifts * np.array([1.0, 0.0, 0.0])
-    triangles, tetrahedra = (cells + particles * shifts for cells in (mesh.triangles, mesh.tetrahedra))
-    return Particles(
-        "boxes",
-        nodes.reshape(-1, 3),
-        np.full(particles * objects, 1000.0 * SPACING_M**3),
-        np.empty(0, dtype=np.int64),
-        triangles.reshape(-1, 3),
-        tetrahedra.reshape(-1, 4),
-        Material(3000.0, 0.3, 1000.0),
-    )
+    free = solid_particles(mesh, np.empty(0, dtype=np.int64), Material(3000.0, 0.3, 1000.0), "boxes")
+    shifts = [[2 * SPACING_M * divisions[0] * number, 0.0, 0.0] for number in range(objects)]
+    return merge_particles([free] * objects, shifts, "boxes")
 
 
 def stepper(

@@ -5,7 +5,7 @@ import struct
 
 import numpy as np
 import pytest
-import SimpleITK
+from fixtures.scans import write
 
 from palpate.bodies.ct.image import AIR_HU, Image, choose, read, read_mask
 from palpate.errors import InputError
@@ -20,20 +20,6 @@ def scan():
     hu[5:15, 5:25, 5:35] = 0
     hu[3, 5, 7] = 900
     return hu
-
-
-def write(path, values, spacing=(1.0, 2.0, 3.0), origin=(10.0, -20.0, 30.0), direction=None, keys=(), **way):
-    """Write voxels on a grid in millimetres, with ``keys`` in the header; return the path."""
-    image = SimpleITK.GetImageFromArray(values, **way)
-    dimension = image.GetDimension()
-    image.SetSpacing(list(spacing)[:dimension])
-    image.SetOrigin(np.array(origin)[:dimension].tolist())
-    if direction is not None:
-        image.SetDirection(np.ravel(direction).tolist())
-    for key, text in dict(keys).items():
-        image.SetMetaData(key, text)
-    SimpleITK.WriteImage(image, str(path))
-    return path
 
 
 def brightest(image):

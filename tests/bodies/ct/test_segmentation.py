@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixtures.scans import drawn_shape
 
 from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.mesh_from_ct import cut_off
@@ -16,15 +17,10 @@ from palpate.studies.ct.imaging import dice
 RANGE = (30, 120)
 
 
-def scan(inside, spacing, half=0.06):
+def scan(inside, spacing):
     """60 HU where ``inside(x, y, z)`` [m], 0 elsewhere, by partial volume along z as thick slices have it."""
-    spacing = np.array(spacing)
-    counts = np.round(2 * half / spacing).astype(int)
-    origin = -(counts - 1) / 2 * spacing
-    x, y, z = (o + s * np.arange(n) for o, s, n in zip(origin, spacing, counts, strict=True))
-    offsets = (np.arange(10) - 4.5) / 10 * spacing[2]
-    share = sum(inside(x, y[:, None], (z + dz)[:, None, None]).astype(float) for dz in offsets) / 10
-    return Image((60 * share).astype(np.float32), origin, spacing), share >= 0.5
+    share, image = drawn_shape(inside, spacing)
+    return replace(image, hu=(60 * share).astype(np.float32)), share >= 0.5
 
 
 def ball(x, y, z):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fixtures.bodies import LIVER, lip_pairs
+from fixtures.cut_cases import SIZES, TISSUE, slab
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.conform import cut_body, qualities
@@ -17,14 +18,7 @@ from palpate.bodies.mesh_quality import check_boundary, dihedral_angles
 from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.errors import InputError
 
-SIZES = [0.1, 0.1, 0.04]
 DOWN = np.array([0.0, 0.0, -1.0])
-TISSUE = Material(3000.0, 0.3, 1000.0)
-
-
-def slab(divisions=(8, 8, 4)):
-    mesh = box(SIZES, list(divisions))
-    return nest("slab", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), TISSUE)
 
 
 def area_of(cut_mesh, side=0):

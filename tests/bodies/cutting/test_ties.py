@@ -3,17 +3,15 @@
 import numpy as np
 import pytest
 from fixtures.bodies import LIVER
+from fixtures.cut_cases import slab
 
-from palpate.bodies.body import nest
 from palpate.bodies.cutting.cut import make_cut
 from palpate.bodies.cutting.settings import Cut, Stroke
 from palpate.bodies.cutting.ties import cut_particles
 from palpate.bodies.cutting.ways import SPLIT_FACES, part
 from palpate.bodies.make_body import make_body
-from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
-from palpate.bodies.simple_shapes import box
 from palpate.errors import InputError
 
 DOWN = {"depth_m": 0.04, "direction": [0.0, 0.0, -1.0]}
@@ -94,15 +92,14 @@ def test_virtual_nodes_are_one_before_the_blade_and_none_is_after(liver, more):
     assert np.bincount(leaders, particles.masses)[np.unique(leaders)].sum() == pytest.approx(whole.masses.sum())
 
 
-def test_nodes_that_a_cut_hits_within_rounding_are_parted(liver):
+def test_nodes_that_a_cut_hits_within_rounding_are_parted():
     """Every node plane of a regular mesh, and the same a hair beside it."""
-    mesh = box([0.1, 0.1, 0.04], [4, 4, 2])
-    body = nest("slab", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(3000.0, 0.3, 1000.0))
+    body = slab((4, 4, 2))
     for away in (0.0, 1e-9, -1e-9, 1e-12):
         for way in (SPLIT_FACES, "virtual_nodes"):
             particles = cut_particles("scene", body, 0, plane(0.05 + away, way=way))
-            assert len(particles.nodes) == len(mesh.nodes) + 15
-            assert len(np.unique(particles.ties.leaders())) == len(mesh.nodes)
+            assert len(particles.nodes) == len(body.coarse.nodes) + 15
+            assert len(np.unique(particles.ties.leaders())) == len(body.coarse.nodes)
             assert np.array_equal(particles.ties.leaders(0.0), np.arange(len(particles.nodes)))
 
 

@@ -3,27 +3,19 @@
 import numpy as np
 import pytest
 from fixtures.bodies import LIVER
-from fixtures.cut_cases import plane, random_cuts, smallest_pivot
+from fixtures.cut_cases import SIZES, TISSUE, plane, random_cuts, slab, smallest_pivot
 from scipy import sparse
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.cut import blade
 from palpate.bodies.cutting.ways import LEAST_SHARE, REMOVAL, SPLIT_FACES, VIRTUAL_NODES, WAYS, part
 from palpate.bodies.make_body import make_body
-from palpate.bodies.material import Material
 from palpate.bodies.mesh import components, unit
 from palpate.bodies.simple_shapes import box
 from palpate.models.fem_statics import to_surface
 
-SIZES = [0.1, 0.1, 0.04]
-TISSUE = Material(3000.0, 0.3, 1000.0)
 COUNT = 3
 """Random cuts of the liver."""
-
-
-def slab(divisions=(8, 8, 4)):
-    mesh = box(SIZES, list(divisions))
-    return nest("slab", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), TISSUE)
 
 
 def side_of(cuts, points):

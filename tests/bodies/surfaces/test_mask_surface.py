@@ -2,22 +2,18 @@
 
 import numpy as np
 import pytest
+from fixtures.scans import drawn_shape
 from scipy.ndimage import map_coordinates
 
-from palpate.bodies.ct.image import Image
 from palpate.bodies.mesh_quality import check_closed
 from palpate.bodies.surfaces.mask_surface import dense_surface, isosurface, surface
 from palpate.bodies.surfaces.triangles import volume
 from palpate.errors import InputError
 
 
-def masked(inside, spacing=(0.002, 0.002, 0.002), half=0.06):
-    spacing = np.array(spacing)
-    counts = np.round(2 * half / spacing).astype(int)
-    origin = -(counts - 1) / 2 * spacing
-    x, y, z = (o + s * np.arange(n) for o, s, n in zip(origin, spacing, counts, strict=True))
-    mask = inside(x, y[:, None], z[:, None, None])
-    return mask, Image(mask.astype(np.int16), origin, spacing)
+def masked(inside, spacing=(0.002, 0.002, 0.002)):
+    share, image = drawn_shape(inside, spacing)
+    return share >= 0.5, image
 
 
 def ellipsoid(x, y, z):

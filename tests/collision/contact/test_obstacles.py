@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import TetMesh, winding_number
 from palpate.bodies.particles import particles_of
-from palpate.collision.contact.obstacles import displace_nodes, make_obstacle, winding_number
+from palpate.collision.contact.obstacles import displace_nodes, make_obstacle
 from palpate.collision.contact.proximity import Proximity, limit
 from palpate.effects.settings import Ball, Capsule, Contact, Floor, Triangles, VelocityDamping
 from palpate.errors import InputError, NotConverged

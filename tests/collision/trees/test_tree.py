@@ -21,11 +21,6 @@ KINDS = [(name, (3, 2)) for name in ("composite", *VOLUMES)]
 KINDS += [("composite", depths) for depths in ((0, 0), (0, 4), (4, 0), (2, 20), (30, 0))]
 
 
-def all_pairs(a, triangles_a, b=None, triangles_b=None):
-    """Find all pairs of triangles that intersect, sorted, without a tree."""
-    return crossing([a], [triangles_a]) if b is None else crossing([a, b], [triangles_a, triangles_b])
-
-
 @pytest.fixture(scope="module")
 def organ():
     return liver_surface(0)
@@ -55,7 +50,7 @@ def test_pairs_are_all_pairs_in_every_frame(scene):
 def test_structures_with_spheres_and_boxes_can_be_mixed(organ):
     points, triangles = organ
     moved = np.add(points, [0.01, 0.06, 0.02])
-    expected = all_pairs(points, triangles, moved, triangles)
+    expected = crossing([points, moved], [triangles, triangles])
     assert len(expected) > 20
     alike = [Tree(points, triangles, *kind) for kind in KINDS if kind[0] in ("sphere", "aabb", "composite")]
     for one in alike:
@@ -106,8 +101,8 @@ def test_degenerate_triangles_and_equal_places(kind):
         triangles = np.vstack([np.arange(30).repeat(3).reshape(-1, 3), rng.integers(0, 30, (40, 3)), np.zeros((9, 3))])
         triangles = triangles.astype(np.int64)
         tree, other = Tree(a, triangles, *kind), Tree(a[::-1].copy(), triangles, *kind)
-        assert np.array_equal(crossing_pairs(tree, other)[0], all_pairs(a, triangles, a[::-1].copy(), triangles))
-        assert np.array_equal(crossing_pairs(tree)[0], all_pairs(a, triangles))
+        assert np.array_equal(crossing_pairs(tree, other)[0], crossing([a, a[::-1].copy()], [triangles] * 2))
+        assert np.array_equal(crossing_pairs(tree)[0], crossing([a], [triangles]))
         assert tree.height <= 2 * np.log2(len(triangles)) + 8 + np.log2(len(triangles))
         assert 0.0 < tree.quality <= 1.0
 
@@ -154,7 +149,7 @@ def test_degradation_is_detected_and_repaired_and_no_margin_counts(organ, rotati
     assert tree.quality < REBUILD_QUALITY and tree.needs_rebuild
     tree.rebuild(mixed)
     assert tree.quality == 1.0 and not tree.needs_rebuild
-    assert np.array_equal(crossing_pairs(tree)[0], all_pairs(mixed, triangles))
+    assert np.array_equal(crossing_pairs(tree)[0], crossing([mixed], [triangles]))
 
 
 def test_bad_input_is_refused_in_one_sentence(organ):

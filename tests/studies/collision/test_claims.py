@@ -8,22 +8,9 @@ from palpate.studies.collision.claims import bounding_volumes, composite_trees, 
 
 
 @pytest.fixture
-def table():
-    """On two scenes: the sphere tree takes 4 ms, the AABB tree 1 ms, and pass 400 and 100 false pairs."""
-    rows = [
-        (scene, structure, depths, False, 1000, build, build / 10, query, false + 50, 50)
-        for scene in ("one", "two")
-        for structure, depths, build, query, false in (
-            ("sphere", "", 1.2, 4.0, 399),
-            ("aabb", "", 1.0, 1.0, 99),
-            ("obb", "", 9.0, 1.0, 49),
-            ("composite", "4/2", 1.1, 2.0, 119),
-            ("composite", "8/4", 1.1, 8.0, 299),
-        )
-    ]
-    rows.append(("one", "obb_coal", "", True, 1000, 9.0, float("nan"), 0.1, float("nan"), 50))
-    names = "scene structure depths rival triangles build_ms refit_ms query_ms triangle_tests pairs"
-    return pd.DataFrame(rows, columns=names.split())
+def table(collision_results):
+    """The sphere tree takes 4 ms, the AABB tree 1 ms, and pass 400 and 100 false pairs."""
+    return collision_results["collision"].copy()
 
 
 def found(table, claim, depths=""):
@@ -37,14 +24,14 @@ TIME, PAIRS = "the composite tree's query takes a time", "the composite tree's f
 
 
 def test_the_share_of_tested_pairs_is_of_all_pairs_of_two_bodies(table):
-    assert means(table)["tested"]["aabb", ""] == pytest.approx((99 + 50) / 500**2)  # 500 triangles each
+    assert means(table)["tested"]["aabb", ""] == pytest.approx((100 + 50) / 4416**2)  # 4416 triangles each
 
 
 def test_each_depth_is_judged(table):
     assert found(table, TIME, "4/2").verdict == found(table, PAIRS, "4/2").verdict == CONFIRMED
-    assert found(table, TIME, "8/4").verdict == found(table, PAIRS, "8/4").verdict == REFUTED
+    assert found(table, TIME, "8/4").verdict.startswith(NOT_TESTABLE) and found(table, PAIRS, "8/4").verdict == REFUTED
     assert found(table, TIME, "4/2").ours == "sphere 4 ms, composite 2 ms, AABB 1 ms"
-    assert found(table, PAIRS, "4/2").ours == "sphere 400, composite 120, AABB 100"
+    assert found(table, PAIRS, "4/2").ours == "sphere 401, composite 101, AABB 101"
 
 
 @pytest.mark.parametrize(
@@ -67,8 +54,8 @@ def test_what_is_as_fast_as_one_of_the_two_is_not_judged(table, query_ms, verdic
 @pytest.mark.parametrize(
     ("claim", "column", "wrong"),
     [
-        ("AABBs are cheap to build", "build_ms", 1.3),
-        ("bounding volumes discard far pairs before the narrow phase", "triangle_tests", 1e4),
+        ("AABBs are cheap to build", "build_ms", 2.6),
+        ("bounding volumes discard far pairs before the narrow phase", "triangle_tests", 1e6),
     ],
 )
 def test_trees_of_boxes(table, claim, column, wrong):

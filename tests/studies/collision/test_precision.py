@@ -5,7 +5,9 @@ import pytest
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
+from palpate.bodies.simple_shapes import box
 from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.solid import sample
 from palpate.collision.contact_points import Contacts
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import Counts
@@ -84,11 +86,7 @@ def test_no_contact_where_there_is_one_costs_the_truth():
     assert row["response"] == pytest.approx(0.09)
 
 
-CORNERS = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
-FACES = np.array([
-    [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4],
-    [1, 5, 7], [1, 7, 3],
-])  # fmt: skip
+CUBE = box([1.0, 1.0, 1.0], [1, 1, 1])
 
 
 def ball(count, radius, centre):
@@ -100,9 +98,9 @@ def test_distance_of_turned_cubes_whose_faces_look_at_each_other():
     for seed in range(5):
         turn = Rotation.random(random_state=np.random.default_rng(seed))
         # far from any node: the nearest nodes are 0.5 apart, the faces 0.01
-        one, other = CORNERS * [1, 4, 4], CORNERS + np.array([1.01, 1.5, 1.5])
+        one, other = CUBE.nodes * [1, 4, 4], np.add(CUBE.nodes, [1.01, 1.5, 1.5])
         points = [turn.apply(one), turn.apply(other)]
-        trees = [Tree(at, FACES, "sphere") for at in points]
+        trees = [Tree(at, CUBE.triangles, "sphere") for at in points]
         assert distance(points, trees) == pytest.approx(0.01, rel=1e-9)
         assert distance([points[0], points[1] + turn.apply([-0.1, 0.0, 0.0])], trees) == 0.0
 
@@ -151,17 +149,10 @@ def test_placed_bodies_have_the_gap():
     for bodies in two_bodies(0).values():
         for gap, points in stopped_precision._place(bodies, GAPS, np.random.default_rng(2)):
             # dense points of both surfaces: no nearer than the gap, and not much farther
-            dense = [_spread(at, cells) for at, (_, cells) in zip(points, bodies, strict=True)]
+            dense = [sample(at, cells, 0.002)[0] for at, (_, cells) in zip(points, bodies, strict=True)]
             nearest = KDTree(dense[0]).query(dense[1])[0].min()
             assert gap <= nearest < 1.01 * gap + 0.002
             assert not len(crossing(points, [cells for _, cells in bodies]))
-
-
-def _spread(points, triangles, parts=12):
-    u, v = np.meshgrid(np.arange(parts + 1), np.arange(parts + 1))
-    kept = u + v <= parts
-    share = np.column_stack([u[kept], v[kept], parts - u[kept] - v[kept]]) / parts
-    return np.einsum("pc,tci->tpi", share, points[triangles]).reshape(-1, 3)
 
 
 def test_no_structure_finds_a_crossing_and_wider_gaps_take_fewer_tests(apart_table):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.synthetic_abdomen import abdomen, hu_of_shapes
+from palpate.bodies.ct.synthetic_abdomen import SHAPES, abdomen
 from palpate.report.tables import columns
 from palpate.studies.ct import claims, imaging, ray_casting
 from palpate.studies.ct.imaging import liver_side, shape_shares
@@ -69,7 +69,7 @@ def test_a_mixture_finds_the_tissues_that_grey_values_were_drawn_from():
 def test_shares_of_shapes_make_the_scan():
     """Drawn one over the other, their grey values are those of the scan without its noise."""
     image, shares = abdomen(spacing_m=(VOXEL_M,) * 3)[0], shape_shares((VOXEL_M,) * 3)
-    grey = sum(shares[name] * hu for name, hu in hu_of_shapes().items()) - 1024 * (1 - sum(shares.values()))
+    grey = sum(shares[name] * hu for name, (hu, *_) in SHAPES.items()) - 1024 * (1 - sum(shares.values()))
     inside = sum(shares.values()) > 0.99
     assert (image.hu - grey)[inside].std() == pytest.approx(12, rel=0.05)
     assert abs((image.hu - grey)[inside].mean()) < 0.5

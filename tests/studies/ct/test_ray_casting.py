@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.ct.image import Image
-from palpate.bodies.surfaces.triangles import image_data
-from palpate.studies.ct import ray_casting
+from palpate.report import render
+from palpate.studies.ct import figures, ray_casting
 from palpate.studies.ct.ray_casting import AMBIENT, DIFFUSE, Transfer, cast, field_of, front, parallel_rays
 
 ALONG_Y = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
@@ -71,36 +71,23 @@ def test_opacity_hardly_depends_on_the_step(noise, looks):
 
 def test_another_ray_caster_lets_as_much_light_through():
     """VTK's, of a black volume on white, so that shading does not matter."""
-    import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  registers the caster's rendering backend
     from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
-    from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolume, vtkVolumeProperty
-    from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
-
-    from palpate.report import render
+    from vtkmodules.vtkRenderingCore import vtkColorTransferFunction
 
     x, y, z = np.meshgrid(*(np.linspace(-1, 1, 31),) * 3, indexing="ij")
-    image = grid(np.maximum(1000 * (1 - x**2 - 2 * y**2 - z**2), 0), (0.002, 0.002, 0.002))
-    looks = Transfer(np.array([0.0, 1000.0]), np.zeros((2, 3)), np.array([0.0, 0.06]))
+    image = grid(np.maximum(500 * (1 - x**2 - 2 * y**2 - z**2), 0), (0.002, 0.002, 0.002))
+    looks = Transfer(np.array([0.0, 500.0]), np.zeros((2, 3)), np.array([0.0, 0.06]))
     rays = parallel_rays(image, ALONG_Y, 240, 0.5)
     ours = ray_casting.on_white(cast(field_of(image), looks, rays)[0]).reshape(rays.height, rays.width, 3)[..., 0]
 
-    mapper = vtkFixedPointVolumeRayCastMapper()
-    mapper.SetInputData(image_data(image.hu.astype(np.int16), image.origin_m, image.spacing_m))
-    mapper.SetAutoAdjustSampleDistances(False)
-    mapper.SetImageSampleDistance(1.0)
-    mapper.SetSampleDistance(0.001)
     colours, opacities = vtkColorTransferFunction(), vtkPiecewiseFunction()
     colours.AddRGBPoint(0, 0, 0, 0)
     opacities.AddPoint(0, 0.0)
-    opacities.AddPoint(1000, 0.06)
-    volume = vtkVolume()
-    volume.SetMapper(mapper)
-    look = vtkVolumeProperty()
-    look.SetColor(colours)
-    look.SetScalarOpacity(opacities)
-    look.SetScalarOpacityUnitDistance(1e-3)
-    look.SetInterpolationTypeToLinear()
-    volume.SetProperty(look)
+    opacities.AddPoint(500, 0.06)
+    volume = figures._volume(image, np.zeros(image.hu.shape, dtype=bool))
+    volume.GetProperty().SetColor(colours)
+    volume.GetProperty().SetScalarOpacity(opacities)
+    volume.GetProperty().ShadeOff()
     middle = image.to_world(np.array([15, 15, 15]))
     with render.Stage(240, 240) as stage:
         theirs = stage.picture(render.View(ALONG_Y, middle, 0.06, 0.06), [lambda s: s.volume(volume)])[..., 0] / 255

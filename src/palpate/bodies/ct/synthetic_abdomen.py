@@ -50,7 +50,7 @@ def abdomen(spacing_m: Sequence[float] = SPACING_M) -> tuple[Image, dict]:
     The truth: "liver", the voxels (nz, ny, nx) of which the liver fills at least half; "labels", LABELS of the voxels
     (nz, ny, nx), 0 elsewhere; "volume_m3" and "mass_kg", of the exact ellipsoid and its density.
     """
-    origin, hu, truth = _draw(hu_of_shapes(), AIR_HU, spacing_m)
+    origin, hu, truth = _draw({name: shape[0] for name, shape in SHAPES.items()}, AIR_HU, spacing_m)
     truth["mass_kg"] = truth["volume_m3"] * float(density(LIVER_HU))
     hu += np.random.default_rng(SEED).normal(0.0, NOISE_HU, hu.shape)
     hu = np.maximum(np.rint(hu), AIR_HU).astype(np.int16)
@@ -78,24 +78,28 @@ def _draw(
     values: Mapping[str, float], outside: float, spacing_m: Sequence[float]
 ) -> tuple[np.ndarray, np.ndarray, dict]:
     """Draw the shapes with their grey values by name: origin (3,) [m], grey values (nz, ny, nx), and the truth."""
+    origin, fractions = shape_fractions(spacing_m)
+    grey = np.full(fractions["liver"].shape, outside, dtype=np.float32)
+    for name, fraction in fractions.items():
+        grey += fraction * (values[name] - grey)
+    liver = fractions["liver"] >= 0.5
+    lesion = voxel_fractions(origin, np.asarray(spacing_m, dtype=float), grey.shape[::-1], *LESION) >= 0.5
+    volume = 4 / 3 * np.pi * float(np.prod(SHAPES["liver"][2]))
+    return origin, grey, {"liver": liver, "labels": liver.astype(np.int16) + lesion, "volume_m3": volume}
+
+
+def shape_fractions(spacing_m: Sequence[float]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return the origin (3,) [m] of the voxels, and what part of each, (nz, ny, nx), is in each shape, by its name."""
     spacing = np.asarray(spacing_m, dtype=float)
     counts = np.floor(2 * HALF_M / spacing).astype(int)
     origin = -(counts - 1) / 2 * spacing
-    grey = np.full(counts[::-1], outside, dtype=np.float32)
-    for name, (_, centre, axes, turn) in SHAPES.items():
-        fraction = voxel_fractions(origin, spacing, counts, centre, axes, turn)
-        grey += fraction * (values[name] - grey)
-    # the liver is drawn last, so these are its fractions
-    liver = fraction >= 0.5
-    lesion = voxel_fractions(origin, spacing, counts, *LESION) >= 0.5
-    volume = 4 / 3 * np.pi * float(np.prod(SHAPES["liver"][2]))
-    return origin, grey, {"liver": liver, "labels": liver.astype(np.int16) + lesion, "volume_m3": volume}
+    return origin, {name: voxel_fractions(origin, spacing, counts, *shape[1:]) for name, shape in SHAPES.items()}
 
 
 def voxel_fractions(
     origin: np.ndarray,
     spacing: np.ndarray,
-    counts: np.ndarray,
+    counts: Sequence[int],
     centre: Sequence[float],
     axes: Sequence[float],
     turn: float,
@@ -115,11 +119,6 @@ def voxel_fractions(
     )
     fraction[k, j, i] = inside / len(dx)
     return fraction
-
-
-def hu_of_shapes() -> dict[str, float]:
-    """Return the CT number [HU] of each shape, by its name."""
-    return {name: shape[0] for name, shape in SHAPES.items()}
 
 
 def ellipsoid_radius(x: np.ndarray, y: np.ndarray, z: np.ndarray, axes: Sequence[float], turn: float) -> np.ndarray:

@@ -74,11 +74,7 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
     """
     if isinstance(body.coarse, Sheet):
         raise InputError(f"{body.name} is a sheet, which cannot be cut; cut a solid body.")
-    level = range(len(body.levels))[level]
-    regions = None if body.regions is None else body.tissue(level)
-    densities = None if body.densities is None else [body.densities[level]]
-    fields = body.material, body.bed, regions, densities
-    base = Body(body.name, [body.levels[level]], [], [body.anchors[level]], *fields)
+    base = body.from_level(range(len(body.levels))[level]).up_to(0)
     local = _refined(base, cut, edge_m, edge_m if front_m is None else front_m)
     mesh = Conforming(local.fine, np.isin(np.arange(len(local.fine.nodes)), local.anchors[-1]))
     for piece in cut.pieces:

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from palpate.bodies.cutting.settings import CutSettings, DiscSettings
-from palpate.bodies.mesh import Mesh, area_normals, unit
+from palpate.bodies.mesh import Mesh, area_normals, unit, winding_number
 from palpate.errors import InputError
 
 
@@ -373,18 +373,9 @@ path at which normals are taken."""
 
 
 def inside(mesh: Mesh, points: np.ndarray) -> np.ndarray:
-    """Return which of ``points`` (n, 3) [m] are inside a closed surface, (n,) bool, by its winding number."""
+    """Return which of ``points`` (n, 3) [m] are inside a closed surface and not on it, (n,) bool."""
     corners = mesh.nodes[mesh.triangles]
-    found = np.empty(len(points), dtype=bool)
-    for number, point in enumerate(points):
-        a, b, c = np.swapaxes(corners - point, 0, 1)
-        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
-        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-        flat = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-        # half the solid angles (van Oosterom, Strackee 1983): 2π inside, and π on a flat side, which counts as outside
-        beside = np.abs(volume) > 1e-9 * la * lb * lc
-        found[number] = np.arctan2(volume, flat)[beside].sum() > np.pi * (1.0 + 1e-6)
-    return found
+    return np.array([winding_number(point, corners) > 0.5 * (1.0 + 1e-6) for point in points], dtype=bool)
 
 
 def _into(mesh: Mesh, path: np.ndarray) -> np.ndarray:

@@ -133,7 +133,7 @@ def _conforming(body: Body, level: int, strokes: Sequence[Stroke]) -> _Doubled:
 
 
 def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Doubled:
-    """Cut a mesh along its faces, or with virtual nodes."""
+    """Cut one level along faces of its mesh, or with virtual nodes; find when each face parts."""
     parted = part(body, level, [stroke.cut for stroke in strokes], way)
     first, last, elements = _parted_faces(parted.mesh.tetrahedra, parted.origin)
     parents = parted.parents[elements]

@@ -126,7 +126,7 @@ def part(body: Body, level: int, cuts: Sequence[Cut], way: str) -> Parted:
         raise InputError(f"{body.name}: a body on a bed is not cut; give it anchors.")
     mesh, tissue = body.levels[level], body.tissue(level)
     assert isinstance(mesh, TetMesh)
-    copies = _centred(mesh, cuts) if way == SPLIT_FACES else _copied(mesh, _crossed(mesh, cuts))
+    copies = _centred(mesh, cuts) if way == SPLIT_FACES else _copied(mesh, cuts)
     joints = _joints(mesh, cuts, copies, strict=way != SPLIT_FACES)
     if way == REMOVAL:
         copies, joints = _without_crossed(copies, joints)
@@ -138,30 +138,25 @@ def part(body: Body, level: int, cuts: Sequence[Cut], way: str) -> Parted:
     tetrahedra, origin = tetrahedra.reshape(-1, 4), severed.origin[used]
     # where faces are split, a whole element may lie on the other side than one of its corners
     one_sided = sides != 0 if way == SPLIT_FACES else doubled
-    solid = _solid(mesh, cuts, tetrahedra, origin, sides, one_sided)
+    empty = np.zeros(tetrahedra.shape, dtype=bool)  # corners on the other side than the tissue of their copy
+    for c, cut in enumerate(cuts):
+        across = cut.across(mesh.nodes)[origin]
+        # a node on the cut is on both sides
+        side_of_node = np.where(np.abs(across) <= NEAR_PLANE * mesh.size, 0, np.sign(across))
+        empty |= one_sided[:, c, None] & (sides[:, c, None] * side_of_node[tetrahedra] < 0)
+    solid = np.zeros(len(origin), dtype=bool)
+    solid[tetrahedra[~empty]] = True
+    # a node none of whose copies has tissue there: all of them count as having it
+    solid |= ~np.isin(origin, origin[solid])
     anchors = np.flatnonzero(np.isin(origin, body.anchors[level]) & solid)
     regions = Tissue(tissue.materials, tissue.region[parents], shares)
     densities = None if body.densities is None else [body.densities[level][origin]]
-    cut = replace(
+    parted = replace(
         body.up_to(0), levels=[TetMesh(mesh.nodes[origin], tetrahedra)], anchors=[anchors], regions=regions,
         densities=densities, smooth=None,
     )  # fmt: skip
     lost = 1.0 - float(mesh.volumes[parents] @ shares) / float(mesh.volumes.sum())
-    return Parted(cut, mesh, origin, parents, sides, solid, lost)
-
-
-class _Crossed(NamedTuple):
-    """How cuts divide the m elements of a mesh into k pieces.
-
-    sides : (m, cuts) of each element, 0 where a cut divides it; doubled : (m, cuts) bool, whether its patch does
-    element : (k,) that each piece is a part of; side : (k, cuts) of each piece; volume : (k,) [m³]
-    """
-
-    sides: np.ndarray
-    doubled: np.ndarray
-    element: np.ndarray
-    side: np.ndarray
-    volume: np.ndarray
+    return Parted(parted, mesh, origin, parents, sides, solid, lost)
 
 
 class _Copies(NamedTuple):
@@ -182,22 +177,23 @@ def _centred(mesh: TetMesh, cuts: Sequence[Cut]) -> _Copies:
     return _Copies(np.arange(count), sides, np.zeros(sides.shape, dtype=bool), np.ones(count))
 
 
-def _copied(mesh: TetMesh, crossed: _Crossed) -> _Copies:
+def _copied(mesh: TetMesh, cuts: Sequence[Cut]) -> _Copies:
     """Return a copy of each element for each of its parts; parts below LEAST_SHARE of the volume are left out."""
-    whole = np.flatnonzero(~crossed.doubled.any(axis=1))
-    divides = crossed.doubled[crossed.element]
+    sides_of_elements, doubled, element, side, volume = _crossed(mesh, cuts)
+    whole = np.flatnonzero(~doubled.any(axis=1))
+    divides = doubled[element]
     inside = divides.any(axis=1)
-    element, sides = crossed.element[inside], np.where(divides, crossed.side, crossed.sides[crossed.element])[inside]
-    rows, which = np.unique(np.column_stack([element, sides]), axis=0, return_inverse=True)
-    volumes = np.bincount(which.ravel(), crossed.volume[inside], minlength=len(rows))
+    sides = np.where(divides, side, sides_of_elements[element])[inside]
+    rows, which = np.unique(np.column_stack([element[inside], sides]), axis=0, return_inverse=True)
+    volumes = np.bincount(which.ravel(), volume[inside], minlength=len(rows))
     parents, sides = rows[:, 0], rows[:, 1:]
     kept = volumes >= LEAST_SHARE * mesh.volumes[parents]
     parents, sides, volumes = parents[kept], sides[kept], volumes[kept]
     filled = np.bincount(parents, volumes, minlength=len(mesh.tetrahedra))
     return _Copies(
         np.append(whole, parents),
-        np.vstack([crossed.sides[whole], sides]),
-        np.vstack([np.zeros((len(whole), sides.shape[1]), dtype=bool), crossed.doubled[parents]]),
+        np.vstack([sides_of_elements[whole], sides]),
+        np.vstack([np.zeros((len(whole), sides.shape[1]), dtype=bool), doubled[parents]]),
         np.append(np.ones(len(whole)), volumes / filled[parents]),
     )
 
@@ -252,8 +248,12 @@ def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -
     return faces[face], pairs, blocked
 
 
-def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
-    """Find how cuts divide the elements, by dividing each along the planes of all flat pieces of the cuts."""
+def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Divide the m elements into k pieces along the planes of all flat pieces of the cuts.
+
+    Returns the sides (m, cuts) of the elements, 0 where a cut divides one; whether its patch does, (m, cuts) bool; and
+    of the pieces the elements (k,), the sides (k, cuts) and the volumes (k,) [m³].
+    """
     corners, count = mesh.nodes[mesh.tetrahedra], len(mesh.tetrahedra)
     sides = sides_of(cuts, corners.mean(axis=1))
     mixed = (np.ptp(sides_of(cuts, mesh.nodes)[mesh.tetrahedra], axis=1) > 0).any(axis=1)
@@ -277,7 +277,7 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
         divided = (share >= LEAST_SHARE) & (share <= 1.0 - LEAST_SHARE)
         sides[:, c] = np.where(divided, 0, np.where(share > 0.5, 1, -1))
         doubled[:, c] = divided & (inside[:, c] > 0.5 * area[:, c])
-    return _Crossed(sides, doubled, element, side, volume)
+    return sides, doubled, element, side, volume
 
 
 def divide(
@@ -335,27 +335,3 @@ which further corners lie; its parts, by corners; and the section."""
 def sides_of(cuts: Sequence[Cut], points: np.ndarray) -> np.ndarray:
     """Return the side of each cut, 1 or -1, on which ``points`` (n, 3) [m] are, (n, cuts)."""
     return np.column_stack([np.where(cut.across(points) >= 0.0, 1, -1) for cut in cuts])
-
-
-def _solid(
-    mesh: TetMesh,
-    cuts: Sequence[Cut],
-    tetrahedra: np.ndarray,
-    origin: np.ndarray,
-    sides: np.ndarray,
-    one_sided: np.ndarray,
-) -> np.ndarray:
-    """Return which nodes have tissue at their place, (n,) bool: they are a corner on the side of some copy's tissue.
-
-    one_sided : (m, cuts) bool, copies with tissue on one side only
-    Where that is true of no copy of a node, all of them count as having tissue.
-    """
-    solid = np.zeros(len(origin), dtype=bool)
-    empty = np.zeros(tetrahedra.shape, dtype=bool)
-    for c, cut in enumerate(cuts):
-        across = cut.across(mesh.nodes)[origin]
-        # a node on the cut is on both sides
-        side_of_node = np.where(np.abs(across) <= NEAR_PLANE * mesh.size, 0, np.sign(across))
-        empty |= one_sided[:, c, None] & (sides[:, c, None] * side_of_node[tetrahedra] < 0)
-    solid[tetrahedra[~empty]] = True
-    return solid | ~np.isin(origin, origin[solid])

@@ -113,11 +113,11 @@ def orient(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     )
     alike = arrays(wound)[1]
     label = label_shells(alike, len(points))
-    # as most of its triangles are in the file
+    # each shell as most of its triangles are in the file
     turned = (np.bincount(label, (alike != triangles).any(axis=1)) > 0.5 * np.bincount(label))[label]
     alike[turned] = alike[turned][:, ::-1]
     shells = [points[alike[label == number]] for number in range(label.max() + 1)]
-    # six times, signed
+    # six times that of each shell, negative if it is wound inward
     volumes = [
         signed_volumes(shell.reshape(-1, 3), np.arange(shell.size // 3).reshape(-1, 3)).sum() for shell in shells
     ]

@@ -12,7 +12,7 @@ from palpate.bodies.mesh_file import in_words
 from palpate.bodies.mesh_quality import is_closed
 from palpate.bodies.surfaces.mend import Mended
 from palpate.bodies.surfaces.tetrahedralize import label_shells
-from palpate.bodies.surfaces.triangles import volume
+from palpate.bodies.surfaces.triangles import part_centres, volume
 from palpate.errors import InputError
 
 
@@ -66,14 +66,10 @@ def sample(points: np.ndarray, triangles: np.ndarray, spacing: float) -> tuple[n
     places, facing = [], []
     for count in np.unique(parts[lengths > 0]):
         chosen = np.flatnonzero((parts == count) & (lengths > 0))
-        u, v = (x.ravel() for x in np.meshgrid(np.arange(count), np.arange(count)))
-        # centres of the triangles that each is split into
-        first, second = u + v < count, u + v < count - 1
-        along = np.concatenate([u[first] + 1 / 3, u[second] + 2 / 3])[:, None] / count
-        across = np.concatenate([v[first] + 1 / 3, v[second] + 2 / 3])[:, None] / count
+        along, across = part_centres(count).T[:, :, None]
         sides = (b - a)[chosen, None], (c - a)[chosen, None]
         places.append((a[chosen, None] + along * sides[0] + across * sides[1]).reshape(-1, 3))
-        facing.append(np.repeat(normals[chosen] / lengths[chosen, None], len(along), axis=0))
+        facing.append(np.repeat(normals[chosen] / lengths[chosen, None], count**2, axis=0))
     return np.vstack(places), np.vstack(facing)
 
 

@@ -51,6 +51,13 @@ def mean_edge(points: np.ndarray, triangles: np.ndarray) -> float:
     return float(np.linalg.norm(edges, axis=2).mean())
 
 
+def part_centres(parts: int) -> np.ndarray:
+    """Return the centres of parts² equal parts of a triangle, (parts², 2), as shares of two sides from their corner."""
+    u, v = (x.ravel() for x in np.meshgrid(np.arange(parts), np.arange(parts)))
+    first, second = u + v < parts, u + v < parts - 1
+    return np.column_stack([np.append(each[first] + 1 / 3, each[second] + 2 / 3) for each in (u, v)]) / parts
+
+
 def volume(points: np.ndarray, triangles: np.ndarray) -> float:
     """Compute the volume [m³] inside a closed surface wound outward; 0 of an empty one."""
     return float(signed_volumes(points, triangles).sum() / 6)

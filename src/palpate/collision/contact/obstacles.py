@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from palpate.bodies.mesh import winding_number
 from palpate.bodies.mesh_quality import LARGEST
 from palpate.bodies.particles import Particles
 from palpate.bodies.surfaces.tetrahedralize import label_shells
@@ -175,18 +176,6 @@ def first_overlap(
         return None
     first, second = sorted(near.pieces[touching[0]].tolist())
     return Overlap(first, second, "{0} and {1} touch where the scene begins; move them apart.")
-
-
-def winding_number(point: np.ndarray, corners: np.ndarray) -> float:
-    """Compute how often triangles (m, 3, 3) [m], wound outward, enclose ``point`` (3,) [m]: 1 inside, 0 outside.
-
-    The sum of their solid angles over 4π (van Oosterom and Strackee 1983).
-    """
-    a, b, c = (corners[:, i] - point for i in range(3))
-    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
-    cosines = la * lb * lc + lc * np.sum(a * b, axis=1) + lb * np.sum(a * c, axis=1) + la * np.sum(b * c, axis=1)
-    return float(np.arctan2(triple, cosines).sum() / (2.0 * np.pi))
 
 
 MAX_ROUNDS = 100

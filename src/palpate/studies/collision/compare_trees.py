@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from palpate.collision.trees.tree_query import RefittedTrees
-from palpate.run.job import powers
 from palpate.studies.brute_force import crossing
 from palpate.studies.prescribed_motions import Moving, crossing_waves, scenes
 from palpate.table_declaration import Table
@@ -282,14 +281,7 @@ def measure_collision(
     """Compare the structures in motion, and their growth with the triangles, for the rule of this name."""
     for package in installed()[1]:
         say(f"{package} is not installed, so its rows are left out")
-    table = measure(frames, refinements, depths, seed, report=lambda scene: say(f"{scene} is done"))
-    for row in table.itertuples():
-        say(
-            f"{row.scene} {row.structure} {row.depths}: frame {row.frame_ms:.3f} ms, query {row.query_ms:.3f} ms, "
-            f"{row.missed_pairs} pairs missed, {row.extra_pairs} made up"
-        )
-    growth = measure_growth(triangles, depths[:1], lambda number: say(f"{number} triangles are done"))
-    for row in exponents(growth).itertuples():
-        said = powers({"build": row.build_ms, "refit": row.refit_ms, "query": row.query_ms})
-        say(f"{row.structure} {row.depths}: {said}")
-    return {"collision": table, "scaling": growth}
+    return {
+        "collision": measure(frames, refinements, depths, seed, report=lambda scene: say(f"{scene} is done")),
+        "scaling": measure_growth(triangles, depths[:1], lambda number: say(f"{number} triangles are done")),
+    }

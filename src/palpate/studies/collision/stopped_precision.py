@@ -10,7 +10,7 @@ import pandas as pd
 from scipy.spatial import KDTree
 
 from palpate.bodies.surfaces.remesh import area_normals
-from palpate.bodies.surfaces.triangles import polydata
+from palpate.bodies.surfaces.triangles import part_centres, polydata
 from palpate.collision.contact_points import Contacts, stopped_contacts, triangle_contacts
 from palpate.collision.trees.build_tree import CHILD, KIND
 from palpate.collision.trees.tree import Tree
@@ -100,7 +100,8 @@ def _inside(
     away = np.full(len(points), np.inf)
     away[near] = [measure.EvaluateFunction(point) for point in points[near]]
     chosen = triangles[away[triangles].min(axis=1) < reach]
-    centres = _centres(3)  # nine points of a triangle
+    shares = part_centres(3)
+    centres = np.column_stack([1.0 - shares[:, 0] - shares[:, 1], shares])
     places = np.einsum("pc,tci->tpi", centres, points[chosen]).reshape(-1, 3)
     areas = np.linalg.norm(area_normals(points, chosen), axis=1) / 2 / len(centres)
     closest, outward, inside = [0.0, 0.0, 0.0], np.zeros_like(places), np.zeros(len(places), dtype=bool)
@@ -108,15 +109,6 @@ def _inside(
         if measure.EvaluateFunctionAndGetClosestPoint(place, closest) < 0.0:
             outward[k], inside[k] = closest - place, True
     return places[inside], outward[inside], np.repeat(areas, len(centres))[inside]
-
-
-def _centres(parts: int) -> np.ndarray:
-    """Return the barycentric coordinates (parts², 3) of the centres of parts² equal parts of a triangle."""
-    u, v = (x.ravel() for x in np.meshgrid(np.arange(parts), np.arange(parts)))
-    first, second = u + v < parts, u + v < parts - 1
-    across = np.concatenate([u[first] + 1 / 3, u[second] + 2 / 3]) / parts
-    along = np.concatenate([v[first] + 1 / 3, v[second] + 2 / 3]) / parts
-    return np.column_stack([1.0 - across - along, across, along])
 
 
 SPAN = 1e-4  # time over which velocities are differences of positions, over the scene's one second

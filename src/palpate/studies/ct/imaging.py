@@ -215,12 +215,8 @@ def tissue_classes(image: Image) -> pd.DataFrame:
 
 def shape_shares(spacing_m: Sequence[float]) -> dict[str, np.ndarray]:
     """Compute the visible fraction of each voxel (nz, ny, nx) by the shape that fills it; later shapes hide earlier."""
-    spacing = np.asarray(spacing_m, dtype=float)
-    counts = np.floor(2 * synthetic_abdomen.HALF_M / spacing).astype(int)
     shares: dict[str, np.ndarray] = {}
-    origin = -(counts - 1) / 2 * spacing
-    for name, (_, centre, axes, turn) in synthetic_abdomen.SHAPES.items():
-        fraction = synthetic_abdomen.voxel_fractions(origin, spacing, counts, centre, axes, turn)
+    for name, fraction in synthetic_abdomen.shape_fractions(spacing_m)[1].items():
         shares = {other: share * (1 - fraction) for other, share in shares.items()} | {name: fraction}
     return shares
 
@@ -229,7 +225,7 @@ def _shares(image: Image) -> np.ndarray:
     """Return the fraction of each voxel that each tissue fills, (k, nz, ny, nx); what no shape fills is a gap."""
     shares = shape_shares(image.spacing_m.tolist())
     truth = np.zeros((len(ray_casting.TISSUES), *image.hu.shape), dtype=np.float32)
-    for name, hu in synthetic_abdomen.hu_of_shapes().items():
+    for name, (hu, *_) in synthetic_abdomen.SHAPES.items():
         truth[np.searchsorted(ray_casting.thresholds(), hu)] += shares[name]
     truth[0] += 1 - truth.sum(axis=0)
     return truth

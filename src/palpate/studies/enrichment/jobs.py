@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.database import Database, read
+from palpate.benchmark.database import SPLITS, Database, read
 from palpate.benchmark.settings import FitOptions, Regression
 from palpate.bodies.body_file import load
 from palpate.models.enrichment.features import FEATURES, describe
@@ -19,7 +19,7 @@ from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, De
 from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem
 from palpate.stores import stored
-from palpate.studies.enrichment.samples import SPLITS, accuracy_rows, predict, read_samples, sides
+from palpate.studies.enrichment.samples import accuracy_rows, predict, read_samples, sides
 from palpate.table_declaration import Table
 
 

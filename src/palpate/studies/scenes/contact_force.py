@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from palpate.bodies.mesh import winding_number
 from palpate.bodies.mesh_quality import is_closed
 from palpate.bodies.surfaces.triangles import distances
-from palpate.collision.contact.obstacles import winding_number
 from palpate.scenes.motion import Motion, Moved
 from palpate.table_declaration import Table
 

@@ -1,7 +1,5 @@
 """No step gains more energy than the work that is done in it: loads, weight and moved instruments."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from fixtures.shipped import completed
@@ -19,7 +17,6 @@ from palpate.scenes.settings import Scene
 from palpate.solvers import backward_euler
 from palpate.studies.scenes.measurements import HOLDS, UNKNOWN, energy_balance
 
-ROOT = Path(__file__).parents[2]
 SHORTER = {
     "liver_press": {"level": 0, "step_s": 0.05},
     "liver_palpation": {"level": 0, "step_s": 0.02},

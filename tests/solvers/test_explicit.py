@@ -207,26 +207,6 @@ def test_stable_and_back_to_its_shape_from_every_start(particles, mode, kind, h)
         assert misfit(particles, x) < 1e-9, begin
 
 
-@pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("alpha", [0.1, 0.5, 1.0])
-def test_bounded_from_every_start_without_damping(particles, mode, alpha):
-    """A start at a point is the hardest: it comes back there, where any rotation is as good."""
-    for begin in STARTS:
-        x = start(particles, begin)
-        v, widest = np.zeros_like(x), (60.0 if alpha == 1.0 else 20.0) * max(particles.size, np.ptp(x, axis=0).max())
-        stepper = integrator(particles, mode, "one", alpha)
-        for _ in range(1000):
-            x, v = stepper.step(x, v, 0.01)
-            assert np.ptp(x, axis=0).max() < widest, begin
-
-
-@pytest.mark.parametrize("kind", STARTS)
-def test_alpha_one_is_there_at_once(particles, kind):
-    x = start(particles, kind)
-    x, _ = integrator(particles, "rigid", alpha=1.0).step(x, np.zeros_like(x), 10.0)
-    assert misfit(particles, x) < 1e-13
-
-
 @pytest.mark.parametrize("alpha", [0.01, 0.5, 1.0])
 def test_a_small_swing_neither_grows_nor_decays(particles, alpha):
     """[[1, −α/h], [h, 1 − α]] keeps |u|² − α u·d + α |d|², of the step u = h v and the distance d to the goal."""
@@ -240,18 +220,6 @@ def test_a_small_swing_neither_grows_nor_decays(particles, alpha):
         kept.append(particles.masses @ (u * u - alpha * u * d + alpha * d * d).sum(axis=1))
         x, v = stepper.step(x, v, h)
     assert np.ptp(kept) < 1e-9 * kept[0]
-
-
-def test_the_period_is_that_of_the_eigenvalues(particles):
-    """They are exp(± iφ) with cos φ = 1 − α/2."""
-    alpha, middle = 0.2, particles.nodes.mean(axis=0)
-    stepper, stretches = integrator(particles, "rigid", alpha=alpha), []
-    x, v = middle + 1.01 * (particles.nodes - middle), np.zeros_like(particles.nodes)
-    for _ in range(3000):
-        x, v = stepper.step(x, v, 0.01)
-        stretches.append(np.ptp(x[:, 0]) / np.ptp(particles.nodes[:, 0]) - 1.0)
-    turns = np.flatnonzero(np.diff(np.signbit(stretches)))
-    assert (turns[-1] - turns[0]) / (len(turns) - 1) == pytest.approx(np.pi / math.acos(1 - alpha / 2), rel=1e-3)
 
 
 @pytest.mark.parametrize("kind", CLUSTERS)

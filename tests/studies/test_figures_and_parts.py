@@ -71,7 +71,10 @@ def test_a_figure_is_drawn_of_its_tables(every, name):
     assert not [text for text in texts(figure) if "nan" in text.lower().split()]
 
 
-@pytest.mark.parametrize("study", ["collision", "cut", "dynamic", "hard_cases", "law", "measured", "shape_matching", "springs", "touch", "tradeoff"])
+@pytest.mark.parametrize(
+    "study",
+    ["collision", "cut", "dynamic", "hard_cases", "law", "measured", "shape_matching", "springs", "touch", "tradeoff"],
+)
 def test_a_part_of_the_report_has_a_number_wherever_it_names_one(every, study):
     tables = every | {"accuracy_vs_time": accuracy_vs_time()}
     if study == "dynamic":

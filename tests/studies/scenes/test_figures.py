@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.report import style, tables
-from palpate.scenes.motion import Motion, Moved
+from palpate.report import style
+from palpate.scenes.motion import Motion
 from palpate.studies.scenes import figures, motion_pictures
 
 
@@ -36,16 +36,6 @@ def test_each_instrument_has_its_force_in_newtons_and_its_depth_if_any_in_millim
     style.save(figure, tmp_path / "felt")
     for axis in (figure.axes[0], figure.axes[-1]):
         assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
-
-
-def test_a_scene_without_a_moving_instrument_has_a_note(felt, tmp_path):
-    felt.iloc[:0].to_csv(tmp_path / "contact_force.csv", index=False)
-    empty = tables.read(tmp_path / "contact_force.csv", rows=False)
-    for table in (felt, empty):
-        figure = figures.draw_contact_force(table, scene="other")
-        assert figure.axes[0].texts[0].get_text() == "other: no instrument moves before the scene ends"
-        style.save(figure, tmp_path / "nothing")
-    style.save(figures.draw_contact_force(felt.assign(force_n=0.0), scene="palpation"), tmp_path / "untouched")
 
 
 def texts(axis):
@@ -102,32 +92,6 @@ def test_seen_from_above_unless_what_moves_looks_down(side):
     cells = triangles, np.empty((0, 4), dtype=int)
     pressed = Motion("plate", np.array([0.0, 1.0]), positions, positions[0], *cells, np.arange(4), pd.DataFrame())
     assert np.sign(motion_pictures.Scenery(pressed).view.axes[2, 2]) == side
-
-
-@pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("sign", [1, -1])
-def test_motion_runs_up_or_down_the_view(sagging, axis, sign):
-    way = np.zeros_like(sagging.positions)
-    way[:, :, axis] = sign * 0.05 * sagging.times[:, None]
-    moved = replace(sagging, positions=sagging.positions[0] + way, up=axis)
-    view = motion_pictures.Scenery(moved).view
-    assert abs(view.axes[1, axis]) > 0.9  # up or down, 20° off at most
-    across = moved.positions.reshape(-1, 3) - view.centre
-    assert np.abs(across @ view.axes[0]).max() < view.width / 2
-    assert np.abs(across @ view.axes[1]).max() < view.height / 2
-
-
-def test_a_floor_is_seen_from_above_though_the_body_moved_most_below_and_sideways(sagging):
-    nodes = sagging.rest
-    bulge = (nodes[:, 2] == nodes[:, 2].min()) & (nodes[:, 1] == nodes[:, 1].max())
-    positions = nodes + 0.2 * sagging.times[:, None, None] * bulge[:, None] * [1.0, 0.0, 0.0]
-    corners = np.array([[-9.0, -9.0, -0.01], [27.0, -9.0, -0.01], [-9.0, 27.0, -0.01]])
-    floor = Moved("floor_0", "floor", 0.0, np.repeat(corners[None], 31, axis=0), np.array([[0, 1, 2]]))
-    sliding = replace(sagging, positions=positions, obstacles=(floor,), up=2)
-    view = motion_pictures.Scenery(sliding).view
-    assert view.axes[2, 2] > 0.3 and view.axes[1, 2] > 0.9
-    colours = motion_pictures.stills(sliding, 3).axes[0].images[0].get_array()
-    assert (colours == [211, 216, 221]).all(axis=2).sum() > 3000  # the floor's own, which is not the page's white
 
 
 @pytest.mark.slow

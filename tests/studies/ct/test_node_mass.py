@@ -30,16 +30,6 @@ def test_a_coarse_scan_on_a_coarse_mesh_is_weighed_with_and_without_the_rim():
     assert row.raw_deviation < -0.02 and abs(row.deviation_from_voxels) < 0.02  # fat beside the organ is lighter
 
 
-@pytest.mark.slow
-def test_the_synthetic_liver_has_its_true_mass():
-    from palpate.bodies.ct.synthetic_abdomen import abdomen
-
-    image, truth = abdomen()
-    table = node_mass.measure("abdomen", image, truth["liver"], [140, 800])
-    check(table)
-    assert table["total_mass_kg"].to_numpy() == pytest.approx(truth["mass_kg"], rel=0.01)
-
-
 def table(raw, own, density):
     rows = zip([600, 9000], raw, own, density, strict=True)
     names = ["elements", "raw_deviation", "deviation_from_voxels", "mean_density_kg_m3"]

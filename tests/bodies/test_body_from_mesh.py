@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 from fixtures.mesh_encodings import gmsh
-from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_ply, write_binary_stl, write_blender_obj
+from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_stl, write_blender_obj
 
 from palpate.bodies.make_body import build, make_body, taken
 from palpate.bodies.mesh_file import load_shape
@@ -136,18 +136,6 @@ def test_a_torn_organ_of_blender_in_millimetres(tmp_path):
     assert "triangles turned, 2 holes closed" in text
     assert f"surface of {nodes} nodes is remeshed to 280; give surface_nodes" in text
     assert "anchors is not given" in text
-
-
-@pytest.mark.slow
-def test_a_hollow_organ_keeps_its_hollow(tmp_path):
-    truth = organ("hollow", 3000)
-    write_binary_ply(tmp_path / "hollow.ply", *truth)
-    body, _ = made(tmp_path / "hollow.ply", scale_m=1, surface_nodes=140, refinements=1)
-    assert body.fine.volumes.sum() == pytest.approx(volume(*truth), rel=0.02)
-    # nodes on the outer surface and on that of the hollow
-    radius = np.linalg.norm(body.coarse.nodes[body.coarse.surface] / [0.1, 0.08, 0.07], axis=1)
-    assert (radius > 0.9).sum() > 60
-    assert (radius < 0.7).sum() >= 40
 
 
 def test_without_snapping_every_level_has_the_files_volume(tmp_path):

@@ -5,12 +5,10 @@ from functools import partial
 
 import numpy as np
 import pytest
-from fixtures.bodies import LIVER
 from fixtures.direct import direct
 from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.simple_shapes import box
@@ -261,27 +259,3 @@ def test_two_layers_stretch_as_springs_in_a_row(contrast, tolerance, level, orde
         stretch = np.ptp(x[layer, 0]) / (LENGTH / 2) - 1.0
         assert stretch == pytest.approx(STRESS / young, rel=tolerance)
     assert np.abs(x[:, 1:] - rest[:, 1:]).max() < 1e-9
-
-
-def organ(contrast: float) -> Body:
-    sphere = {"center_m": [0.02, -0.02, 0.01], "radius_m": 0.015}
-    tumour = {"sphere": sphere, "young_pa": YOUNG * contrast}
-    return make_body("liver", LIVER.but(young_pa=YOUNG, regions={"tumour": tumour}))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("level", "order", "most"), [(2, 1, 1.6), (1, 2, 2.8)])
-def test_a_contrast_of_ten_thousand_takes_few_more_products(level, order, most):
-    """Coarse elements have the materials of fine ones, so that multigrid does not suffer from the interface."""
-    products, depths = {}, {}
-    for contrast in (1.0, 1e4):
-        body = organ(contrast)
-        contact = int(body.coarse.surface[np.argmax(body.coarse.nodes[body.coarse.surface] @ [0.1, -0.1, 1.0])])
-        load = nodal_load(body, level, contact, -0.1 * body.fine.normals[contact], 0.012, order)
-        problem = Equilibrium(body, level, order)
-        solution = problem.solve(load, 1e-8)
-        assert solution.history[-1] <= 1e-8
-        products[contrast] = solution.products
-        depths[contrast] = float(np.vdot(load, solution.x - problem.mesh.nodes))
-    assert products[1e4] <= most * products[1.0]
-    assert depths[1e4] < depths[1.0]

@@ -6,7 +6,7 @@ from fixtures.indented_layer import flat, force_at, indented, parabola, sphere
 from fixtures.pressed_block import DOWN, YOUNG, pressed_block, pressing, stiffness
 
 from palpate.bodies.body import nest
-from palpate.bodies.material import Material, exponential
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import with_midpoints
 from palpate.bodies.simple_shapes import box
@@ -130,28 +130,6 @@ def test_what_sticks_lets_go_and_never_pulls():
     assert all(each.force @ -DOWN <= 0.0 for each in found)
     assert np.linalg.norm(found[3].force) < 0.2 * np.linalg.norm(found[0].force)
     assert not found[4].force.any() and found[4].area_m2 == 0.0
-
-
-@pytest.mark.slow
-def test_a_stuck_press_needs_no_small_steps():
-    """One depth, 27° off the normal, asked for alone or after seven others: 0.03 % apart."""
-    alone, after = (
-        list(medium(sticks=True, direction=OBLIQUE).push(OBLIQUE, depths, 1e-5))[-1].force
-        for depths in ([A**2], A**2 * np.arange(1, 9) / 8)
-    )
-    assert np.linalg.norm(alone) == pytest.approx(np.linalg.norm(after), rel=0.005)
-
-
-@pytest.mark.slow
-def test_contact_follows_a_body_that_stiffens(monkeypatch):
-    """The force does not depend on the stiffness from which contact begins; without more of it, it is 39 % less."""
-    found = {}
-    for penalty in (20.0, 2000.0):
-        monkeypatch.setattr(indentation, "PENALTY", penalty)
-        body, top = pressed_block(0.05, 0.1, 0, 0.0, law=exponential(20.0))
-        (found[penalty],) = pressing(body, 0, top, Instrument("sphere", 0.02), 0.05).push(DOWN, [0.013], 1e-5)
-        assert found[penalty].overlap < 1e-3
-    assert found[20.0].force[2] == pytest.approx(found[2000.0].force[2], rel=0.005)
 
 
 @pytest.mark.parametrize("depth", [-1e-3, 0.06, np.nan, np.inf])

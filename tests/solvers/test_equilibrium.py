@@ -9,10 +9,8 @@ from fixtures.direct import direct
 from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.material import Material, Tissue
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.simple_shapes import box
-from palpate.bodies.surface_quadrature import midpoints
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements
@@ -222,40 +220,3 @@ def test_every_iteration_lowers_the_energy_and_the_first_is_a_cycle(bent):
     assert halvings == pytest.approx(round(halvings), abs=1e-9) and halvings > -1e-9
     assert np.abs(step - 0.5**halvings * cycle).max() < 1e-12 * np.abs(cycle).max()
     assert answers[9].history[-1] < 0.1 * answers[1].history[-1]
-
-
-LENGTH, YOUNG, STRESS = 0.2, 3000.0, 300.0
-
-
-def two_layers(mesh: TetMesh, refinements: int, contrast: float, axis: int, middle_m: float) -> Body:
-    """Make a bar along x, held at its beginning, that is stiffer beyond its middle along an axis; ν is 0."""
-    stiff = mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, axis] > middle_m
-    materials = tuple(Material(YOUNG * factor, 0.0, 1000.0) for factor in (1.0, contrast))
-    held = np.flatnonzero(mesh.nodes[:, 0] == 0.0)
-    return nest("bar", mesh, refinements, held, materials[0], regions=Tissue(materials, stiff.astype(int)))
-
-
-def pulled(mesh, order: int) -> np.ndarray:
-    """Integrate STRESS on the end of the bar with the shape functions of the elements: nodal forces (n, 3) [N]."""
-    ends = mesh.triangles[(mesh.nodes[mesh.triangles][..., 0] > LENGTH - 1e-9).all(axis=1)]
-    a, b, c = (mesh.nodes[ends[:, i]] for i in range(3))
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    nodes = ends if order == 1 else midpoints(mesh, ends)
-    load = np.zeros((len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0), 3))
-    np.add.at(load[:, 0], nodes.ravel(), np.repeat(STRESS * areas / 3, 3))
-    return load
-
-
-@pytest.mark.parametrize(("contrast", "tolerance"), [(10.0, 1e-6), (1e4, 1e-3)])
-@pytest.mark.parametrize(("level", "order"), [(0, 1), (2, 1), (1, 2)])
-def test_two_layers_stretch_as_springs_in_a_row(contrast, tolerance, level, order):
-    """Under a dead load F and with ν = 0 the law is P = E (s − 1), so each layer stretches by F/(A E), however far."""
-    body = two_layers(box([LENGTH, 0.04, 0.04], [6, 2, 2]), 2, contrast, 0, LENGTH / 2)
-    problem = Equilibrium(body, level, order)
-    x = problem.solve(pulled(body.levels[level], order), 1e-8).x
-    rest = problem.mesh.nodes
-    for begin, young in ((0.0, YOUNG), (LENGTH / 2, YOUNG * contrast)):
-        layer = (rest[:, 0] > begin - 1e-9) & (rest[:, 0] < begin + LENGTH / 2 + 1e-9)
-        stretch = np.ptp(x[layer, 0]) / (LENGTH / 2) - 1.0
-        assert stretch == pytest.approx(STRESS / young, rel=tolerance)
-    assert np.abs(x[:, 1:] - rest[:, 1:]).max() < 1e-9

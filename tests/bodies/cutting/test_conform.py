@@ -108,26 +108,6 @@ def test_cuts_that_cross_leave_four_corners():
     assert copies.max() == 4
 
 
-def test_a_severed_bar_is_two_bars():
-    mesh = box([0.1, 0.02, 0.02], [10, 2, 2])
-    body = nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), TISSUE)
-    found = cut_body(body, Disc(np.array([0.043, 0.01, 0.01]), unit(np.array([1.0, 0.2, 0.0])), 1.0), 0.01)
-    cut = check_whole(found, body, pieces=2)
-    piece = components(cut.edges, len(cut.nodes))
-    volumes = [cut.volumes[piece[cut.tetrahedra[:, 0]] == number].sum() for number in (0, 1)]
-    assert sorted(volumes) == pytest.approx([0.043 * 0.0004, 0.057 * 0.0004], rel=1e-9)
-    assert not len(found.front)
-
-
-def test_a_cut_without_an_area_severs_nothing():
-    body = slab()
-    for cut in (blade(body.coarse, np.array(PATHS["oblique"]), DOWN, 0.0), Disc(np.full(3, 0.02), DOWN, 0.0)):
-        found = cut_body(body, cut, 0.02)
-        assert not len(found.lips) and not len(found.front)
-        assert np.array_equal(found.coarse.nodes, body.coarse.nodes)
-        assert np.array_equal(found.coarse.tetrahedra, body.coarse.tetrahedra)
-
-
 @pytest.mark.slow
 def test_random_cuts_of_the_liver_leave_good_elements():
     """Anywhere on the skin, also through what is held, straight and bent, 4 to 30 mm deep."""

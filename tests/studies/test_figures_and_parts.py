@@ -20,7 +20,7 @@ ALONE = {
     "ct_slices", "ct_volume_rendering", "ct_imaging", "deformed_bodies", "error_over_body", "contact_force",
     "presses", "relaxation", "organ_springs", "outside", "palpation", "palpation_limits",
 }  # fmt: skip
-"""Figures whose tests have their own data."""
+"""Figures that need more than these tables; the smoke run draws them."""
 OPTIONS = {
     "cut_precision": {"scene": "liver_cut"},
     "cut_opening": {"scene": "liver_cut"},

@@ -17,12 +17,6 @@ from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.bodies.surfaces.triangles import vertex_normals, volume
 
 
-def corner_angles(points, triangles):
-    corners = points[triangles]
-    u, v = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    return np.degrees(np.arctan2(np.linalg.norm(np.cross(u, v), axis=-1), (u * v).sum(axis=-1)))
-
-
 @pytest.fixture
 def ball():
     points = fibonacci_sphere(2000)

@@ -7,35 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.report import style
 from palpate.scenes.motion import Motion
 from palpate.studies.scenes import figures, motion_pictures
-
-
-@pytest.fixture
-def felt() -> pd.DataFrame:
-    t = np.linspace(0.0, 1.0, 21)
-    depth = 0.02 * np.sin(np.pi * t) - 0.005
-    force = 40.0 * depth.clip(min=0.0)
-    across = dict.fromkeys(("force_x_n", "force_y_n"), np.zeros(21))
-    table = pd.DataFrame({"time_s": t, **across, "force_z_n": force, "force_n": force, "depth_m": depth})
-    return table.assign(scene="palpation", instrument="finger")
-
-
-def test_each_instrument_has_its_force_in_newtons_and_its_depth_if_any_in_millimetres(felt, tmp_path):
-    plate = felt.assign(instrument="plate", depth_m=np.nan, force_n=2.0)
-    other = felt.assign(scene="other", instrument="hook")
-    figure = figures.draw_contact_force(pd.concat([felt, plate, other]), scene="palpation")
-    titles = [title for axis in figure.axes if "force on" in (title := axis.get_title(loc="left"))]
-    assert titles == ["palpation: force on the finger", "palpation: force on the plate, which has no depth"]
-    force, depth, loop = figure.axes[:3]
-    assert force.lines[0].get_ydata() == pytest.approx(felt["force_n"].to_numpy())
-    assert depth.lines[0].get_ydata().max() == pytest.approx(15.0)
-    assert len(loop.collections[0].get_offsets()) == (felt["force_n"] > 0.0).sum()
-    assert figure.axes[-1].lines[0].get_ydata() == pytest.approx(2.0)
-    style.save(figure, tmp_path / "felt")
-    for axis in (figure.axes[0], figure.axes[-1]):
-        assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
 
 
 def texts(axis):
@@ -59,27 +32,6 @@ def test_a_sum_without_the_elastic_energy_is_not_shown(scene_results):
     (axis,) = figures.draw_energy(press).axes
     assert len(axis.lines) == 3  # zero, kinetic, outer work
     assert axis.get_title("left") == "press, elastic energy not defined"
-
-
-def shown(axis):
-    """How many pixels of a still are not white, and the mean row of them in the body's right half."""
-    ink = axis.images[0].get_array().min(axis=2) < 250
-    rows, columns = np.nonzero(ink)
-    return ink.sum(), rows[columns > np.median(columns)].mean()
-
-
-def test_stills_begin_and_end_the_motion_do_not_miss_its_peak_and_bend_down(sagging):
-    figure = motion_pictures.stills(sagging, 5)
-    stills, bar = figure.axes[:5], figure.axes[5]
-    times = [float(axis.get_xlabel().removesuffix(" s")) for axis in stills]
-    assert times == sorted(times) and times[0] == 0 and times[-1] == 1
-    assert 0.5 in times
-    peak_mm = 1e3 * np.linalg.norm(sagging.positions - sagging.positions[0], axis=2).max()
-    assert bar.get_xlim() == pytest.approx((0, peak_mm))
-    (size, rest), *_, (_, lowest), _, (_, back) = (shown(axis) for axis in stills)
-    assert size > 5000
-    assert lowest > rest + 20
-    assert back == pytest.approx(rest, abs=0.5)
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from fixtures.bodies import made
 from fixtures.mesh_encodings import SOLIDS, halves, lopsided
-from scipy.integrate import quad
 
 from palpate.bodies.ct.synthetic_abdomen import LESION
 from palpate.bodies.material import Material, Series, prony_fault
 from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.refinement import finer
-from palpate.bodies.regions import share_inside
 from palpate.bodies.simple_shapes import box
 from palpate.errors import InputError
 
@@ -25,23 +23,6 @@ def test_the_modulus_falls_from_its_first_value_to_its_last():
     t = np.linspace(0.0, 3.0, 50)
     of_first = 1.0 - 0.3 * (1 - np.exp(-t / 0.1)) - 0.2 * (1 - np.exp(-t / 2.0))
     assert SERIES.modulus(t) == pytest.approx(of_first / 0.5, rel=1e-13)
-
-
-@pytest.mark.parametrize("h", [1e-4, 0.05, 1.0, 30.0])
-def test_a_step_is_the_integral_over_an_even_change_of_strain(h):
-    a, b = SERIES.factors(h)
-    for tau, kept, gained in zip(SERIES.times_s, a, b, strict=True):
-        memory, _ = quad(lambda t, tau=tau: np.exp(-(h - t) / tau) / h, 0.0, h, points=[max(0.0, h - 20 * tau)])
-        assert gained == pytest.approx(memory, rel=1e-9)
-        assert kept == pytest.approx(np.exp(-h / tau), rel=1e-14)
-
-
-@pytest.mark.parametrize("span", [0.0, 1e-300, 1e-17, 1e-9, 1e-3, 1.0, 50.0, 1e3, 1e12, 1e300])
-def test_a_branch_takes_energy_from_every_step(span):
-    """a ≤ b ≤ 1 makes both parts of the argument in Prony hold: a² / b ≤ 1 before, and b ≤ 1 after."""
-    (a,), (b,) = Series([0.5], [1.0]).factors(span)
-    assert 0.0 <= a <= b <= 1.0
-    assert b > 0.0 and (span < 1e3 or b == pytest.approx(1.0 / span, rel=1e-12))
 
 
 @pytest.mark.parametrize(
@@ -88,15 +69,6 @@ def test_a_sphere_holds_the_elements_that_are_in_it_by_half(block):
     assert (tissue.region[distance < 0.024] == 1).all() and (tissue.region[distance > 0.036] == 0).all()
     ball = 4 / 3 * np.pi * 0.03**3
     assert mesh.volumes[tissue.region == 1].sum() == pytest.approx(ball, rel=0.05)
-
-
-def test_a_share_of_an_element_is_that_of_its_volume():
-    mesh = box([1.0, 1.0, 1.0], [1, 1, 1])
-    shares = share_inside(mesh, lambda points: points[:, 0] < 0.45)
-    assert shares @ mesh.volumes == pytest.approx(0.45, abs=0.04)
-    samples = np.random.default_rng(1).dirichlet(np.ones(4), 20000)
-    for corners, share in zip(mesh.nodes[mesh.tetrahedra], shares, strict=True):
-        assert share == pytest.approx((samples @ corners[:, 0] < 0.45).mean(), abs=0.15)
 
 
 def test_parts_of_a_refined_element_have_its_material(block):

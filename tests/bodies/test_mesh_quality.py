@@ -11,7 +11,6 @@ from palpate.bodies.mesh_quality import (
     check_closed,
     check_coordinates,
     check_tetrahedra,
-    dihedral_angles,
     mesh_sizes,
     quality,
 )
@@ -96,10 +95,6 @@ def test_regular_tetrahedron():
     assert found["max_dihedral_deg"] == pytest.approx(found["min_dihedral_deg"])
     assert found["min_radius_ratio"] == pytest.approx(1)
     assert found["volume_m3"] == pytest.approx(8 / 3)
-
-
-def test_angles_of_the_cut_cube(cube):
-    assert np.allclose(np.unique(dihedral_angles(cube).round(6)), [45, 60, 90])
 
 
 def test_sizes_stand_beside_the_papers(cube, material):

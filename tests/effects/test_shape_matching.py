@@ -149,17 +149,6 @@ def test_no_position_puts_goals_off(particles, mode, kind):
     assert np.ptp(goals(effect, heap), axis=0).max() < 25 * size
 
 
-@pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("flat", [[1, 1, 0], [0, 1, 0], [0, 0, 0]])
-def test_bodies_that_are_flat_straight_or_a_dot_at_rest(particles, rotation, mode, flat):
-    thin = replace(particles, nodes=particles.nodes * np.array(flat, dtype=float) @ rotation(0.7).T)
-    effect = matched(thin, mode)
-    x = thin.nodes @ rotation(2.0).T + 1.0
-    assert np.abs(goals(effect, x) - x).max() < 1e-13
-    assert np.isfinite(goals(effect, particles.nodes)).all()
-    assert (effect.ranks == sum(flat)).all()
-
-
 def test_the_answer_does_not_depend_on_the_one_before(particles):
     random = np.random.default_rng(2)
     used, x = matched(particles, "quadratic", "cubes"), particles.nodes

@@ -153,17 +153,6 @@ def test_a_private_motion_is_another_of_the_same_size(run, tmp_path):
         motions.drawn(touched, 7)
 
 
-def test_the_page_is_filled_and_its_example_runs(folder, tmp_path, monkeypatch):
-    questions, text = read(folder), (folder / "README.md").read_text(encoding="utf-8")
-    assert "{{" not in text and "the same question that" in text and "instruments" not in text
-    (tmp_path / "questions").symlink_to(folder)
-    monkeypatch.chdir(tmp_path)
-    example = text.split("```python\n")[1].split("```")[0]
-    still = np.full((4, len(questions.points), 3), 1e-6)
-    exec(compile(example, "README.md", "exec"), {"move": lambda name, load, instants: still})
-    assert score_answers(tmp_path / "answers.npz", questions, questions.truth).settings["failures"].sum() == 0
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -89,19 +89,6 @@ def test_a_plate_that_bends_is_softer_where_it_is_farther_from_its_clamp(organ):
     assert organ.forces(1, depth, values) < Hertz().forces(0, depth, values)
 
 
-@pytest.mark.slow
-def test_forces_grow_with_depth_from_none_and_are_smooth(organ):
-    depth = np.linspace(-1e-3, organ.deepest_m, 400)
-    force = organ.forces(0, depth, {"poisson": 0.37})
-    assert (force[depth <= 0.0] == 0.0).all() and (np.diff(force[depth > 0.0]) > 0.0).all()
-    inside = depth > 0.2 * DEEP_M
-    slopes = np.gradient(force, depth)[inside]
-    assert np.abs(np.diff(slopes)).max() < 0.02 * slopes.max()
-    ratios = np.linspace(0.3, 0.45, 31)
-    across = [organ.forces(0, np.array([DEEP_M]), {"poisson": ratio})[0] for ratio in ratios]
-    assert np.abs(np.diff(across, 3)).max() < 1e-4 * np.mean(across)
-
-
 @pytest.mark.parametrize(
     ("wrong", "ball", "said"),
     [

@@ -84,27 +84,6 @@ def test_modes_of_strokes_move_as_quadratic_elements_in_steps_of_the_same_length
 
 
 @pytest.mark.slow
-def test_few_modes_and_cells_tend_to_the_motion_of_quadratic_elements(pad, shown):
-    """With more modes and shorter steps they come nearer, and to less than what linear elements on the mesh miss."""
-    truth, forces = elements_of(pad, CONTACT, 48)
-    found = []
-    for modes, step_s in ((10, 0.01), (40, 0.0025)):
-        asked = few(pad, shown, modes=modes, thinning=0.01)
-        assert asked.learnt.count <= modes + 10 < 3 * len(pad.nodes)
-        done = run(scene(modes=asked, step_s=step_s), pad)
-        every = len(force_of(done)) // 12
-        means = [each.reshape(12, -1, 3).mean(axis=1) for each in (force_of(done), forces)]
-        wrong, strong = np.sqrt(np.mean(np.sum((means[0] - means[1]) ** 2, axis=1))), np.abs(means[1]).max()
-        found.append((off(done.motion.positions[1:], truth[3::4], pad.nodes), wrong / strong))
-        assert every
-    errors, of_force = np.transpose(found)
-    assert errors[1] < 0.5 * errors[0] and errors[1] < 0.006
-    assert of_force[1] < 0.5 * of_force[0] and of_force[1] < 0.03
-    linear = run(scene(integrator="backward_euler", step_s=0.0025), pad).motion.positions[1:]
-    assert off(linear, truth[3::4], pad.nodes) > 5.0 * errors[1]
-
-
-@pytest.mark.slow
 def test_the_doubt_is_large_where_the_error_is(pad, shown):
     """On the path, beside it, and on the other side of the pad, which no stroke has shown."""
     asked = few(pad, shown, modes=40)

@@ -1,11 +1,10 @@
 """Claims of all papers, and what failed, stand at the end; what is not included is what the registry lacks."""
 
 import pandas as pd
-from fixtures.material import Unfolded, material
+from fixtures.material import material
 
 from palpate.report import closing
 from palpate.report.claims import CONFIRMED, REFUTED, Claim
-from palpate.report.template import Part
 
 
 def rows(**changed):
@@ -30,15 +29,3 @@ def test_a_part_shows_the_claims_of_its_own_study():
     ((key, _, text),) = closing.own_claims(report, "collision")
     assert key == "collision_claims" and text.count("<tr>") == 4
     assert closing.own_claims(report, "springs") == []
-
-
-FAILED = Part("Presses", [], "", [], failures=[("XPBD", "liver", "it exploded")])
-
-
-def test_every_failure_is_listed():
-    report = material("collision", {})
-    limits = closing.parts(report, [FAILED], Unfolded)["limits"].introduction
-    assert "1 in “Presses”" in limits and "| Presses | XPBD | liver | it exploded |" in limits
-    assert "Paper 1 gives" not in limits
-    report.published = {"toy": {"nodes": 140}}
-    assert "Paper 1 gives" in closing.parts(report, [FAILED], Unfolded)["limits"].introduction

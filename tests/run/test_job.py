@@ -12,7 +12,6 @@ from palpate.errors import InputError, about
 from palpate.run import dependencies
 from palpate.run.job import job, load_warnings, save_warnings
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.hard_cases import fem_cases
 
 
 @pytest.mark.parametrize(
@@ -25,18 +24,6 @@ def test_linear_elements_near_incompressibility_warn_and_quadratic_ones_do_not(a
         warnings.simplefilter("error")
         asked(made("organ", BAR | {"poisson": 0.45}), 0)
         Equilibrium(made("organ", BAR | {"poisson": 0.49, "refinements": 1}), 0, order=2)
-
-
-@pytest.mark.parametrize(
-    ("poisson", "per_cent"),
-    [pytest.param(0.3, 6, marks=pytest.mark.slow), (0.45, 11), pytest.param(0.49, 22, marks=pytest.mark.slow)],
-)
-def test_a_bar_of_linear_elements_bends_less_the_nearer_it_is_to_incompressible(poisson, per_cent, monkeypatch):
-    monkeypatch.setattr(fem_cases, "POISSON", poisson)
-    monkeypatch.setattr(fem_cases, "reference_deflection", fem_cases.reference_deflection.__wrapped__)
-    monkeypatch.setitem(fem_cases.CASES, "level_2", (2, poisson, 1))
-    answer = fem_cases.deflection("level_2")
-    assert round(100 * answer.error(answer.values)) == per_cent
 
 
 def test_warnings_below_a_body_get_its_name_also_if_it_fails(recwarn):

@@ -99,18 +99,6 @@ def test_a_cut_at_once_at_the_start_is_a_body_that_was_severed_before(bar, integ
     assert np.abs(found.positions[-1] - found.positions[-1][particles.ties.leaders()]).max() > 1e-3
 
 
-@pytest.mark.slow
-def test_what_is_cut_slowly_settles_where_what_was_severed_does(bar):
-    damped = {"rayleigh": {"mass_1_s": 9.0, "stiffness_s": 0.005}}
-    scene = sagging(cut=SLOWLY, **damped, duration_s=6.0).but(step_s=0.02)
-    particles = particles_in(scene, [bar])
-    found = run(scene, particles).motion.positions
-    other = run(sagging(**damped, duration_s=6.0), severed(particles)).motion.positions
-    still = np.abs(found[-1] - found[-2]).max()
-    assert still < 1e-7
-    assert np.abs(found[-1] - other[-1]).max() < 1e-6 < 1e-3 < np.abs(found[-1] - particles.nodes).max()
-
-
 @pytest.mark.parametrize("way", ["split_faces", "virtual_nodes"])
 def test_the_books_of_a_cut_close(bar, way):
     """Newton's second law for all nodes by themselves, with the forces of a body that was severed before.

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from fixtures.shipped import completed
@@ -12,7 +11,6 @@ from palpate.scenes.acting_effects import acting, assumed
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS
 from palpate.setting_types import plain
 
-ROOT = Path(__file__).parents[2]
 CONFIG = completed()
 RUN = """
 import gc, json, sys

@@ -20,7 +20,7 @@ ALONE = {
     "ct_slices", "ct_volume_rendering", "ct_imaging", "deformed_bodies", "error_over_body", "contact_force",
     "presses", "relaxation", "organ_springs", "outside", "palpation", "palpation_limits",
 }  # fmt: skip
-"""Figures whose tests have their own data."""
+"""Figures that need more than these tables; the smoke run draws them."""
 OPTIONS = {
     "cut_precision": {"scene": "liver_cut"},
     "cut_opening": {"scene": "liver_cut"},
@@ -42,7 +42,7 @@ def every(request, trade_off_tables, dynamic_table):
     found |= request.getfixturevalue("ct_results")
     for name in ("measured", "hard_cases", "scaling", "law"):
         found[name] = request.getfixturevalue(f"{name}_table")
-    for name in ("cut", "cut_opening", "touch"):
+    for name in ("cut", "cut_opening", "cut_truth", "touch", "touch_truth"):
         found[name] = request.getfixturevalue(name)
     answer = dict.fromkeys(ANSWERS.columns, 0.1) | {"engine": "Elsewhere", "scene": "cylinder_large"}
     answer |= {"model": "Elsewhere", "setting": "fine", "version": "1", "hardware": "a card", "law": "corotational"}
@@ -71,12 +71,15 @@ def test_a_figure_is_drawn_of_its_tables(every, name):
     assert not [text for text in texts(figure) if "nan" in text.lower().split()]
 
 
-@pytest.mark.parametrize("study", ["dynamic", "hard_cases", "law", "springs", "tradeoff"])
+@pytest.mark.parametrize(
+    "study",
+    ["collision", "cut", "dynamic", "hard_cases", "law", "measured", "shape_matching", "springs", "touch", "tradeoff"],
+)
 def test_a_part_of_the_report_has_a_number_wherever_it_names_one(every, study):
     tables = every | {"accuracy_vs_time": accuracy_vs_time()}
     if study == "dynamic":
         tables["advice"] = ADVICE.frame([])
         del tables["accuracy_vs_time"]
-    published = {"source": "a paper", "fitness_m": -0.05, "generations": 1000, "seconds": 3600}
+    published = {"source": "a paper", "fitness_m": -0.05, "generations": 1000, "seconds": 3600, "steps_1_s": 50}
     words = page(study, tables, published).split()
     assert len(words) > 100 and not {"nan", "None", "inf"} & set(words)

@@ -48,8 +48,3 @@ def test_surface_with_a_hole(refused, tmp_path):
 def test_infinite_coordinate(refused):
     broken = SHARED / "meshes/broken/liver_for_test_broken.vtk"
     assert broken.name in refused(path=str(broken))
-
-
-@pytest.mark.slow
-def test_anchor_that_does_not_exist(refused):
-    assert "error: body liver: anchors.nodes names 9999" in refused(anchors={"nodes": [1, 2, 9999]})

@@ -99,11 +99,6 @@ def test_without_a_config_the_shipped_one_runs_here(clone):
     assert report == "The report: results/report.html"
 
 
-def test_the_smoke_run_has_a_folder_of_its_own(clone):
-    words = json.loads(make(clone, "smoke").stdout.splitlines()[0])
-    assert words[-4:] == ["--directory", ".smoke", "--configfile", "tests/smoke/config.yaml"]
-
-
 def test_a_config_that_is_not_there_gets_one_sentence(clone):
     done = make(clone, f"CONFIG=nowhere {clone.name}.yaml")
     assert done.returncode == 2 and done.stderr.count("\n") == 1

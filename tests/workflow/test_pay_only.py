@@ -8,14 +8,7 @@ SCENES = {"simulate_scene", "tabulate_scenes", "draw_motion"}
 SHAPE_MATCHING = {"measure_experiments", "tabulate_shape_matching", "check_claims"}
 SPRINGS = {"simulate_spring_reference", "fit_springs", "measure_spring_floor", "tabulate_springs", "check_claims"}
 COLLISION = {"measure_collision", "measure_collision_precision", "draw_collision", "check_claims"}
-CT = {"tabulate_node_mass", "draw_scan", "measure_imaging", "check_claims", "make_body", "tabulate_meshes"}
-ALONE = {
-    "shape_matching": SHAPE_MATCHING,
-    "springs": SPRINGS,
-    "collision": COLLISION,
-    "ct": CT,
-    "law": {"make_body", "compare_laws", "tabulate_law"},
-}
+ALONE = {"springs": SPRINGS, "law": {"make_body", "compare_laws", "tabulate_law"}}
 """The rules of studies that need no body, or whose bodies need nothing else."""
 MORE = {"springs": {"fit_springs": 8}}
 """Those that run more than once."""
@@ -35,7 +28,7 @@ def planned(plan, whole, write_config, tmp_path):
     return jobs
 
 
-@pytest.mark.parametrize("study", ["springs", "law"])
+@pytest.mark.parametrize("study", ALONE)
 def test_a_study_alone_makes_no_body_and_no_scene_but_its_own(planned, study):
     jobs = planned(study, **({} if "make_body" in ALONE[study] else {"bodies": {}}))
     assert set(jobs) == ALONE[study] | REPORT

@@ -39,9 +39,12 @@ def test_a_scene_runs_from_its_settings_to_the_report(run, smoke, write_config, 
 
 
 def test_every_rule_is_planned_as_often_as_the_settings_ask(plan, whole, write_config, tmp_path):
-    """The smoke run, with a cut and presses up to the law's limit besides."""
+    """The smoke run, with a cut, presses up to the law's limit, and a second body and instrument to touch besides."""
     asked = {"limit_points": {"body": "liver", "contacts": [7]}}
     settings = whole | {"cut": {"cuts": {"liver_cut": CUT}}, "tradeoff": whole["tradeoff"] | asked}
+    punch = {"kind": "punch", "radius_m": 0.0125, "edge_m": 0.002}
+    touched = {"bodies": ["block", "liver"], "instruments": [{"kind": "sphere", "radius_m": 0.015}, punch]}
+    settings["touch"] = whole["touch"] | touched
     jobs = plan(tmp_path, write_config(settings))
     written = {name for file in RULES.glob("*.smk") for name in re.findall(r"^rule (\w+):", file.read_text(), re.M)}
     assert sorted(written - set(jobs) - set(STUDIES)) == sorted(NOT_ASKED)
@@ -49,7 +52,7 @@ def test_every_rule_is_planned_as_often_as_the_settings_ask(plan, whole, write_c
     assert jobs["simulate_scene"] == jobs["draw_motion"] == len(whole["scenes"])
     assert jobs["choose_presses"] == jobs["simulate_truth"] == jobs["measure_bounds"] == 1
     assert jobs["simulate_fine"] == 2  # a whole batch of point forces, and a part of one for the finger
-    assert jobs["measure_touch_models"] == len(TOUCH_MODELS)
+    assert jobs["simulate_touch_truth"] == 4 and jobs["measure_touch_models"] == 4 * len(TOUCH_MODELS)
     assert jobs["measure_models"] == len(families(whole["tradeoff"]["models"], {}))
     merged = [rule for rule in jobs if rule.startswith(("tabulate_", "draw_", "check_"))]
     assert {jobs[rule] for rule in merged if rule != "draw_motion"} == {1}

@@ -5,14 +5,6 @@ import pytest
 pytestmark = pytest.mark.slow
 
 
-def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, trading):
-    jobs = plan(tmp_path, write_config(trading), "tradeoff")
-    assert jobs["measure_models"] == 2 and jobs["simulate_truth"] == 1 and jobs["tabulate_tradeoff"] == 1
-    assert jobs["make_body"] == 1 and jobs["choose_presses"] == 1
-    assert jobs["measure_bounds"] == 1
-    assert not {"sweep_sigma", "time_methods", "simulate_scene"} & set(jobs)
-
-
 def test_bodies_in_depth_get_all_splits(tmp_path, plan, write_config, trading):
     trading["tradeoff"] |= {"bodies": ["liver", "abdomen"], "splits": [1, 2], "in_depth": ["liver"]}
     jobs = plan(tmp_path, write_config(trading), "tradeoff")

@@ -77,17 +77,6 @@ def test_a_blade_leaves_half_an_ellipse_of_faces(name):
 
 
 @pytest.mark.slow
-def test_a_bent_path_has_faces_on_both_planes_and_edges_at_its_kink():
-    body = slab()
-    cut = blade(body.coarse, np.array([[0.03, 0.05, 0.04], [0.05, 0.047, 0.04], [0.067, 0.0616, 0.04]]), DOWN, 0.012)
-    found = cut_body(body, cut, 0.008, 0.004)
-    check_whole(found, body)
-    on = np.stack([np.abs(p.across(found.coarse.nodes[found.lips[:, 0]].reshape(-1, 3))) for p in cut.pieces])
-    assert (on.reshape(2, -1, 3).max(axis=2) < 1e-9).any(axis=0).all()
-    assert area_of(found) == pytest.approx(np.pi / 4.0 * 0.012 * cut.length_m, rel=0.01)
-
-
-@pytest.mark.slow
 def test_a_blade_that_leaves_the_body_and_one_that_stops_midway():
     body = slab()
     cut = blade(body.coarse, np.array([[0.0, 0.0523, 0.04], [0.1, 0.047, 0.04]]), DOWN, 0.012)
@@ -96,16 +85,6 @@ def test_a_blade_that_leaves_the_body_and_one_that_stops_midway():
     midway = cut_body(body, cut.up_to(0.06), 0.012)
     check_whole(midway, body)
     assert area_of(midway) == pytest.approx(0.012 * 0.06, rel=0.03)  # a face in the corner stays joined
-
-
-@pytest.mark.slow
-def test_a_penny_inside_a_body_is_closed():
-    body = slab()
-    found = cut_body(body, Disc(np.array([0.05, 0.05, 0.02]), unit(np.array([0.2, 0.1, 1.0])), 0.012), 0.006, 0.003)
-    check_whole(found, body)
-    assert area_of(found) == pytest.approx(np.pi * 0.012**2, rel=0.015)
-    assert not np.isin(found.origin[lip_pairs(found)], found.whole.surface).any()
-    assert (np.unique(found.front, return_counts=True)[1] == 2).all()
 
 
 def test_cuts_that_cross_leave_four_corners():
@@ -121,26 +100,6 @@ def test_cuts_that_cross_leave_four_corners():
     crossing = found.whole.nodes[copies == 4]
     assert len(crossing) >= 2 and np.allclose(crossing[:, :2], 0.05, atol=1e-9)
     assert copies.max() == 4
-
-
-def test_a_severed_bar_is_two_bars():
-    mesh = box([0.1, 0.02, 0.02], [10, 2, 2])
-    body = nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), TISSUE)
-    found = cut_body(body, Disc(np.array([0.043, 0.01, 0.01]), unit(np.array([1.0, 0.2, 0.0])), 1.0), 0.01)
-    cut = check_whole(found, body, pieces=2)
-    piece = components(cut.edges, len(cut.nodes))
-    volumes = [cut.volumes[piece[cut.tetrahedra[:, 0]] == number].sum() for number in (0, 1)]
-    assert sorted(volumes) == pytest.approx([0.043 * 0.0004, 0.057 * 0.0004], rel=1e-9)
-    assert not len(found.front)
-
-
-def test_a_cut_without_an_area_severs_nothing():
-    body = slab()
-    for cut in (blade(body.coarse, np.array(PATHS["oblique"]), DOWN, 0.0), Disc(np.full(3, 0.02), DOWN, 0.0)):
-        found = cut_body(body, cut, 0.02)
-        assert not len(found.lips) and not len(found.front)
-        assert np.array_equal(found.coarse.nodes, body.coarse.nodes)
-        assert np.array_equal(found.coarse.tetrahedra, body.coarse.tetrahedra)
 
 
 @pytest.mark.slow

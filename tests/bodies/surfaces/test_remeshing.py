@@ -10,38 +10,11 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_closed, quality
 from palpate.bodies.refinement import refine
 from palpate.bodies.surfaces.coarse_solid import refined_likeness
-from palpate.bodies.surfaces.remesh import collapse, fibonacci_sphere, flip, remesh, triangulate, triangulate_evenly
+from palpate.bodies.surfaces.remesh import collapse, fibonacci_sphere, remesh, triangulate
 from palpate.bodies.surfaces.snap import WANTED_DEG, element_quality, relax, snapper
 from palpate.bodies.surfaces.solid import sample
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.bodies.surfaces.triangles import vertex_normals, volume
-
-
-def corner_angles(points, triangles):
-    corners = points[triangles]
-    u, v = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    return np.degrees(np.arctan2(np.linalg.norm(np.cross(u, v), axis=-1), (u * v).sum(axis=-1)))
-
-
-def test_spreads_evenly_over_a_stretched_sphere():
-    sphere = fibonacci_sphere(4000)
-    points = sphere * [3.0, 1.0, 0.7]
-    chosen, triangles = triangulate_evenly(points, triangulate(sphere), sphere, 100)
-    assert len(set(chosen.tolist())) == 100
-    assert len(triangles) == 196
-    assert corner_angles(points[chosen], triangles).min() > 25
-    lengths = np.linalg.norm(points[chosen][triangles] - points[chosen][np.roll(triangles, 1, 1)], axis=2)
-    assert lengths.max() < 3 * lengths.min()
-
-
-def test_flips_keep_the_surface_closed_and_improve_it():
-    sphere = fibonacci_sphere(200)
-    points, before = sphere * [1.0, 1.0, 0.3], triangulate(sphere)
-    after = flip(points, before)
-    ends = after[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    assert len(np.unique(ends, axis=0)) == len(ends) == 3 * len(before)
-    assert np.array_equal(np.unique(ends, axis=0), np.unique(ends[:, ::-1], axis=0))
-    assert corner_angles(points, after).min() >= corner_angles(points, before).min()
 
 
 @pytest.fixture
@@ -113,14 +86,6 @@ def test_new_surface_nodes_reach_the_surface_and_the_volume_converges(material):
         assert quality(mesh)["min_dihedral_deg"] > 10
         assert quality(refine(mesh)[0])["min_dihedral_deg"] > 10
         assert np.array_equal(mesh.surface, old.surface)
-
-
-def test_coarse_nodes_prolongations_and_anchors_stay(material):
-    plain, snapped = nested(material)
-    for mesh in snapped.levels:
-        assert np.array_equal(mesh.nodes[: len(snapped.coarse.nodes)], snapped.coarse.nodes)
-    assert (snapped.prolongation != plain.prolongation).nnz == 0
-    assert all(np.array_equal(*pair) for pair in zip(snapped.anchors, plain.anchors, strict=True))
 
 
 def test_no_element_is_inverted_for_a_surface_out_of_reach(material):

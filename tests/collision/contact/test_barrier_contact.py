@@ -192,15 +192,6 @@ def placed(play, parts, shifts, push_out=True, **contact):
     return motion, motion.positions[0], motion.positions[-1]
 
 
-def test_two_boxes_part_along_their_least_overlap(play, cube, trespass):
-    motion, first, _ = placed(play, [cube(2)] * 2, [[0, 0, 0], [0.01, 0.02, 0.06]])
-    lower, upper = first[:27], first[27:]
-    # equal masses: each goes half of the 4 cm and the gap, and neither is deformed
-    assert upper[:, 2].min() - lower[:, 2].max() == pytest.approx(1e-4, rel=0.3)
-    np.testing.assert_allclose(lower - cube(2).nodes, np.broadcast_to([0, 0, -0.02005], (27, 3)), atol=2e-5)
-    assert trespass(motion)[1] == 0
-
-
 def test_the_lighter_one_goes_and_a_held_one_stays(play, cube):
     heavy = replace(cube(1), masses=99.0 * cube(1).masses)
     _, first, _ = placed(play, [cube(1), heavy], [[0, 0, 0], [0, 0, 0.09]])
@@ -209,25 +200,6 @@ def test_the_lighter_one_goes_and_a_held_one_stays(play, cube):
     held = cube(1, held=np.array([0]))
     _, first, _ = placed(play, [cube(1), held], [[0, 0, 0], [0, 0, 0.09]])
     np.testing.assert_array_equal(first[8:], held.nodes + np.array([0, 0, 0.09]))
-
-
-def test_a_body_rises_from_a_floor_and_leaves_a_ball(play, cube, trespass):
-    motion, first, _ = placed(play, [cube(1)], [[0, 0, 0]], instruments=[FLOOR.but(height_m=0.02)])
-    assert first[:, 2].min() == pytest.approx(0.0201, rel=1e-2)
-    np.testing.assert_array_equal(first[:, :2], cube(1).nodes[:, :2])
-    motion, first, _ = placed(play, [cube(2)], [[0, 0, 0]], instruments=[PUSH_APART_BALL])
-    assert first[:, 2].max() == pytest.approx(0.09, abs=3e-4)
-    assert trespass(motion)[0] > 0.0
-
-
-def test_an_instrument_dents_what_is_held(play, cube, trespass):
-    block = cube(4)
-    block = replace(block, held=np.flatnonzero(block.nodes[:, 2] == 0.0))
-    motion, _, last = placed(play, [block], [[0, 0, 0]], instruments=[PUSH_APART_BALL])
-    np.testing.assert_array_equal(last[block.held], block.nodes[block.held])
-    touched = np.linalg.norm(block.nodes - PUSH_APART_BALL.center_m, axis=1).argmin()
-    assert 0.0 < np.linalg.norm(last[touched] - PUSH_APART_BALL.center_m) - 0.02 < 1e-3
-    assert trespass(motion)[0] > 0.0 and motion.observed["ball_force_z_n"].iloc[-1] > 0.0
 
 
 @pytest.mark.parametrize(

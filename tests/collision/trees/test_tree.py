@@ -117,18 +117,6 @@ def test_a_tree_without_triangles_overlaps_nothing(kind):
     assert self_candidates(empty)[0].shape == (0, 2) and crossing_pairs(full)[0].shape == (0, 2)
 
 
-def test_every_triangle_is_in_one_leaf_and_siblings_come_before_their_children(organ):
-    tree, again = Tree(*organ), Tree(*organ)
-    assert all(np.array_equal(getattr(tree, name), getattr(again, name)) for name in ("nodes", "order", "boxes"))
-    assert np.array_equal(np.sort(tree.order), np.arange(len(tree.triangles)))
-    child, first, last, _ = tree.nodes.T
-    inner = np.flatnonzero(child >= 0)
-    assert (child[inner] > inner).all()
-    assert np.array_equal(np.sort(np.concatenate([child[inner], child[inner] + 1])), np.arange(1, len(tree.nodes)))
-    assert np.array_equal(first[child[inner]], first[inner]) and np.array_equal(last[child[inner] + 1], last[inner])
-    assert np.array_equal(last[child[inner]], first[child[inner] + 1])
-
-
 def test_obbs_stay_tight_when_their_body_turns(organ, rotation):
     points, triangles = organ
     tree = Tree(points, triangles, "obb")

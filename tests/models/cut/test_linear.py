@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from fixtures.cut_cases import answer, check_severed
+from fixtures.cut_cases import answer
 
 from palpate.benchmark.cut_truth import pull_errors
 from palpate.benchmark.load import Refused
 from palpate.bodies.cutting.ways import REMOVAL, SPLIT_FACES, VIRTUAL_NODES
 from palpate.models.cut import elements
 from palpate.models.cut.linear import online
-
-WAYS = [SPLIT_FACES, VIRTUAL_NODES]
 
 
 @pytest.mark.slow
@@ -19,13 +17,6 @@ def test_an_updated_compliance_answers_as_one_prepared_anew(opening, level, way)
     anew, updated = (answer(online(opening, level=level, way=way, update=u)) for u in (False, True))
     assert max(pull_errors(updated, anew)) < 2e-5  # the residual of the responses
     assert np.linalg.norm(anew.opening, axis=1).max() > 0.001
-
-
-@pytest.mark.parametrize("way", WAYS)
-def test_a_bar_that_is_severed_follows_its_hook_without_a_force(severed, way):
-    case = severed(0.0537)
-    for update in (False, True):
-        check_severed(case, answer(online(case, level=1, way=way, update=update)))
 
 
 def test_small_pulls_are_answered_as_by_elements(opening):

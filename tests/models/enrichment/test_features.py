@@ -1,7 +1,5 @@
 """What a contact sees: the same pattern in the same slots, nothing lost on the way back."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -59,16 +57,6 @@ def test_framed_is_blind_to_a_turn_about_the_axis(db, place):
     assert there.to_slots(fine) == pytest.approx(here.to_slots(db.fine[0]), abs=1e-15)
 
 
-def test_ties_are_the_same_in_a_jittered_mesh(db):
-    jitter = 1e-16 * np.random.default_rng(0).normal(size=db.coarse_nodes.shape)
-    jittered = replace(db, coarse_nodes=db.coarse_nodes + jitter)
-    for name in ("ordered", "framed"):
-        for contact in map(int, db.coarse_surface[::7]):
-            here, there = features_of(db, name, 10).view(contact), features_of(jittered, name, 10).view(contact)
-            assert np.array_equal(here.coarse, there.coarse)
-            assert np.array_equal(here.slots, there.slots)
-
-
 def test_a_contact_off_the_surface_is_refused(db):
     with pytest.raises(InputError, match="contact 100000 is not a coarse surface node"):
         features_of(db, "ordered", 10).view(100000)
@@ -86,17 +74,6 @@ def test_ties_go_by_number_and_framed_ones_by_position_whatever_the_rounding():
         shuffled = random.permutation(ring) + noise
         found = shuffled[nearest_first(shuffled, np.zeros(3), 2.0, frame)]
         assert found == pytest.approx(wanted, abs=1e-12)
-
-
-def test_frames_are_right_handed_and_keep_the_normal():
-    random = np.random.default_rng(1)
-    axis = body_axis(random.normal(size=(50, 3)) * [1, 2, 5])
-    for normal in [*random.normal(size=(50, 3)), *np.eye(3), axis, -axis]:
-        normal = normal / np.linalg.norm(normal)
-        frame = contact_frame(normal, np.array([axis, axis]))
-        assert frame.T @ frame == pytest.approx(np.eye(3), abs=1e-14)
-        assert np.linalg.det(frame) == pytest.approx(1)
-        assert frame[:, 0] == pytest.approx(normal)
 
 
 @pytest.mark.parametrize("height", [0.1, 10.0])

@@ -47,15 +47,6 @@ def rivals(training):
     return RidgeUpsampling(training), KernelRidgeDetail(training), PodRbf(training)
 
 
-@pytest.mark.parametrize("name", ["unordered", "ordered", "framed"])
-@pytest.mark.parametrize("kind", ["signed", "nonnegative_b"])
-def test_training_samples_reproduce_themselves(db, settings, name, kind):
-    known = described(db, name, settings)
-    method = Blend(known, kind, 0.3 * known.scale)
-    for i in TRAIN:
-        assert of_peak(predict(method, db, i), db, i) < 1e-6
-
-
 def test_nothing_is_learnt_from_test_samples(db, compliance, settings, methods):
     other = {name: getattr(db, name).copy() for name in ("fine", "coarse_paper", "coarse_live")}
     for array in other.values():

@@ -22,12 +22,6 @@ SQUARED = squared_distances(KNOWN, KNOWN)
 TWICE = KNOWN[[*range(15), 4, 4, 9]]
 
 
-@pytest.mark.parametrize("kind", WEIGHTS)
-def test_narrow_kernels_give_the_nearest_sample(kind):
-    found = BlendWeights(kind, SQUARED, 1e-2)(squared_distances(KNOWN, KNOWN[6:7] + 1e-3))
-    assert found.ravel() == pytest.approx(np.eye(15)[6], abs=1e-12)
-
-
 @pytest.mark.parametrize("sigma", np.geomspace(1e-12, 1e12, 5))
 @pytest.mark.parametrize("kind", WEIGHTS)
 @pytest.mark.parametrize("known", [KNOWN, TWICE], ids=["distinct", "duplicates"])
@@ -48,17 +42,6 @@ def test_one_query_equals_many():
     for weights in (BlendWeights(kind, SQUARED, 1.0) for kind in WEIGHTS):
         one_by_one = np.column_stack([weights(column) for column in squared.T])
         assert one_by_one == pytest.approx(weights(squared), abs=1e-12)
-
-
-def test_duplicates_share_their_weight():
-    weights = BlendWeights("signed", squared_distances(TWICE, TWICE), 1.0)(squared_distances(TWICE, KNOWN))
-    assert weights[[4, 15, 16], 4] == pytest.approx(np.full(3, 1 / 3), abs=1e-8)
-    assert weights[[9, 17], 9] == pytest.approx(np.full(2, 1 / 2), abs=1e-8)
-
-
-def test_wide_kernels_tend_to_the_mean():
-    for kind in ("signed", "clipped"):
-        assert BlendWeights(kind, SQUARED, 1e10)(SQUARED) == pytest.approx(np.full((15, 15), 1 / 15))
 
 
 def test_kernel_values_that_are_denormal_are_borne():

@@ -3,17 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.errors import InputError
-from palpate.models.enrichment.training_samples import blend_errors, convinces, divide, gather
-
-
-def test_folds_are_even_and_as_many_as_there_are_contacts(settings):
-    fold = divide(np.arange(18), settings)
-    assert np.bincount(fold).tolist() == [4, 4, 4, 3, 3]
-    assert np.array_equal(fold, divide(np.arange(18), settings))
-    assert set(divide(np.array([4, 4, 4, 8, 8]), settings)) == {0, 1}
-    with pytest.raises(InputError, match="cross-validation needs two training contacts"):
-        divide(np.array([4, 4, 4]), settings)
+from palpate.models.enrichment.training_samples import convinces, gather
 
 
 def test_folds_hold_out_whole_contacts(db, settings):
@@ -21,14 +11,6 @@ def test_folds_hold_out_whole_contacts(db, settings):
     for contact in np.unique(db.contact):
         assert len(set(fold[db.contact == contact])) == 1
     assert len(set(fold)) == 5
-
-
-def test_inner_products_measure_the_error():
-    random = np.random.default_rng(0)
-    known, asked, weights = (random.normal(size=size) for size in ((6, 90), (4, 90), (3, 6, 4)))
-    found = blend_errors(weights, known @ known.T, known @ asked.T, (asked**2).sum(axis=1))
-    direct = [((known.T @ blend - asked.T) ** 2).sum(axis=0) for blend in weights]
-    assert found == pytest.approx(np.array(direct), rel=1e-12)
 
 
 def test_scores_are_relative_errors_of_held_out_samples(db, settings):

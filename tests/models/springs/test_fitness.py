@@ -71,13 +71,6 @@ def test_lloyds_springs_of_a_regular_tetrahedron_are_the_nearest_to_linear_finit
     assert stiffnesses(*fitness.lloyd(model, material)) == pytest.approx(nearest, rel=1e-12)
 
 
-def test_uniform_finds_the_modulus_that_made_the_motion(cube):
-    fit = fitness.uniform(cube.fitness, 120, LIMITS)
-    assert fit.young == pytest.approx(np.full(120, 1500.0), rel=1e-3)
-    assert fit.history[-1, 0] < 50
-    assert (np.diff(fit.history[:, 2]) >= 0.0).all()
-
-
 def test_volume_force_gives_the_bulk_modulus(cube):
     """The energy of a small swelling ε is ½ · 9 K V ε² of the material."""
     material = Material(1000.0, 0.45, 1000.0)

@@ -22,10 +22,3 @@ def test_saved_files_repeat_byte_for_byte_and_leave_nothing_behind(tmp_path):
     for suffix in ("png", "svg"):
         assert (tmp_path / f"a.b.{suffix}").read_bytes() == (tmp_path / "again" / f"c.{suffix}").read_bytes()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.b.png", "a.b.svg", "again"]
-
-
-def test_drawing_leaves_the_callers_settings_alone():
-    before = {key: matplotlib.rcParams[key] for key in style.STYLE}
-    inside = style.styled(lambda: matplotlib.rcParams["svg.hashsalt"])()
-    assert inside == style.STYLE["svg.hashsalt"]
-    assert {key: matplotlib.rcParams[key] for key in style.STYLE} == before

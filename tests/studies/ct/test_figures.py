@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.ct.image import Image
-from palpate.report import render, style
+from palpate.report import render
 from palpate.studies.ct import figures
-from palpate.studies.ct.imaging import Pictures
 
 
 @pytest.fixture(scope="module")
@@ -46,20 +45,6 @@ def test_an_mri_shows_no_bone_and_no_air(scan):
     opaque = opacity(figures.values(mri, np.zeros_like(mask)))
     assert (opaque[image.hu < -900] == 0).all() and 0 < opaque[image.hu > -200].max() < 0.02
     assert figures.values(mri, mask)[mask].mean() < -1600
-
-
-def test_pictures_and_lines_are_drawn(ct_results, tmp_path):
-    pictures = {name: np.full((30, 40, 3), 0.5) for name in ("a", "b", "c")}
-    image = Image(np.full((5, 20, 30), 7, dtype=np.int16), np.zeros(3), np.full(3, 0.002), modality="mri")
-    liver = np.zeros(image.hu.shape, dtype=bool)
-    liver[1:4, 5:15, 5:20] = True
-    shown = Pictures(pictures, np.full((30, 40), 0.4), [(image, liver), (image, ~liver & False)], liver)
-    figure = figures.draw_ct_imaging(shown, ct_results["mask_interpolation"])
-    titles = [axis.get_title(loc="left") for axis in figure.axes]
-    assert titles[:4] == ["a", "b", "c", "samples taken of each ray"]
-    [masks] = [axis for axis in figure.axes if axis.get_xlabel() == "n"]
-    assert [line.get_ydata().tolist() for line in masks.lines[:2]] == [[0.99, 0.97], [0.9, 0.85]]
-    style.save(figure, tmp_path / "ct_imaging")
 
 
 def test_the_outline_is_where_the_organ_is(scan):

@@ -18,13 +18,6 @@ def table(db, settings):
     return sweep_rows(db, TRAIN, TEST, "live", settings, LABELS)
 
 
-def test_every_width_has_a_row(table):
-    assert len(table) == 3 * 4 * 4
-    assert np.isfinite(table.select_dtypes("number").to_numpy()).all()
-    per = table.groupby(["features", "weights"])["sigma_relative"]
-    assert per.min().to_numpy() == pytest.approx(0.1) and per.max().to_numpy() == pytest.approx(10)
-
-
 def test_every_row_is_the_error_of_the_method_and_cross_validation_chooses_one(db, settings, table):
     training = gather(db.take(TRAIN), "live", settings)
     for name in FEATURES:

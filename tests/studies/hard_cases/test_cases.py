@@ -20,7 +20,8 @@ QUICK = {
         "deep_in_each_other instrument_inside pushed_out_of_instrument dented_by_instrument edge_along_edge "
         "instrument_through_thin_wall fall_in_steps_of_0.1_s spike_on_spike wedge_in_crack touch_at_a_node "
         "touch_at_an_edge touch_on_a_face touch_at_a_corner touch_in_a_groove touch_two_1_mm_apart "
-        "touch_larger_than_the_body touch_tiny touch_capsule touch_sharp_punch"
+        "touch_larger_than_the_body touch_tiny touch_capsule touch_sharp_punch "
+        "touch_depth_negative touch_radius_nan touch_beside_the_body"
     ),
     "cuts": "cut_along_held cut_free_piece cut_free_piece_weighs cut_outside",
     "organ": "ct_thick_slices ct_noise ct_of_one_value",

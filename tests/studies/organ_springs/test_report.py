@@ -2,10 +2,7 @@
 
 import pandas as pd
 import pytest
-from fixtures.material import numbers
 
-from palpate.report.model_looks import look
-from palpate.studies.organ_springs import figures
 from palpate.studies.organ_springs.claims import chain
 
 ERRORS = {
@@ -45,26 +42,6 @@ def tables():
         "organ_history": pd.DataFrame({"body": "liver", "model": "genetic", "seed": [1, 2, 3], "generation": 60}),
         "mass_motion": weighed.assign(body="liver", from_ct=True),
     }
-
-
-def test_numbers_say_what_springs_reach(tables):
-    found = numbers("organ_springs", tables)
-    ((_, best),) = found["best"]
-    assert [best.loc["genetic", key] for key in ("fitted", "tested", "seeds", "low", "high")] == pytest.approx(
-        [0.027, 0.029, 3, 0.0145, 0.058]
-    )
-    assert len(found["models"]) == 8
-
-
-def test_contacts_and_times_are_drawn(tables):
-    left, right = figures.draw_organ_springs(tables["organ_springs"]).axes
-    assert [text.get_text() for text in left.get_xticklabels()] == [figures.SHORT[m] for m in ERRORS if m != "zero"]
-    fem = next(
-        line for line in right.lines if len(line.get_xdata()) == 2 and line.get_color() == look("coarse_fem").colour
-    )
-    assert fem.get_ydata().tolist() == pytest.approx([8.0, 3.6])
-    springs = [line.get_xdata()[-1] for line in right.lines[:4]]
-    assert len(set(springs)) == 4 and {line.get_linestyle() for line in right.lines[:4]} == {"--"}
 
 
 def test_claims_are_judged_from_the_tables(tables):

@@ -7,45 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.report import style, tables
-from palpate.scenes.motion import Motion, Moved
+from palpate.scenes.motion import Motion
 from palpate.studies.scenes import figures, motion_pictures
-
-
-@pytest.fixture
-def felt() -> pd.DataFrame:
-    t = np.linspace(0.0, 1.0, 21)
-    depth = 0.02 * np.sin(np.pi * t) - 0.005
-    force = 40.0 * depth.clip(min=0.0)
-    across = dict.fromkeys(("force_x_n", "force_y_n"), np.zeros(21))
-    table = pd.DataFrame({"time_s": t, **across, "force_z_n": force, "force_n": force, "depth_m": depth})
-    return table.assign(scene="palpation", instrument="finger")
-
-
-def test_each_instrument_has_its_force_in_newtons_and_its_depth_if_any_in_millimetres(felt, tmp_path):
-    plate = felt.assign(instrument="plate", depth_m=np.nan, force_n=2.0)
-    other = felt.assign(scene="other", instrument="hook")
-    figure = figures.draw_contact_force(pd.concat([felt, plate, other]), scene="palpation")
-    titles = [title for axis in figure.axes if "force on" in (title := axis.get_title(loc="left"))]
-    assert titles == ["palpation: force on the finger", "palpation: force on the plate, which has no depth"]
-    force, depth, loop = figure.axes[:3]
-    assert force.lines[0].get_ydata() == pytest.approx(felt["force_n"].to_numpy())
-    assert depth.lines[0].get_ydata().max() == pytest.approx(15.0)
-    assert len(loop.collections[0].get_offsets()) == (felt["force_n"] > 0.0).sum()
-    assert figure.axes[-1].lines[0].get_ydata() == pytest.approx(2.0)
-    style.save(figure, tmp_path / "felt")
-    for axis in (figure.axes[0], figure.axes[-1]):
-        assert axis.get_legend().get_window_extent().x0 >= axis.get_window_extent().x1
-
-
-def test_a_scene_without_a_moving_instrument_has_a_note(felt, tmp_path):
-    felt.iloc[:0].to_csv(tmp_path / "contact_force.csv", index=False)
-    empty = tables.read(tmp_path / "contact_force.csv", rows=False)
-    for table in (felt, empty):
-        figure = figures.draw_contact_force(table, scene="other")
-        assert figure.axes[0].texts[0].get_text() == "other: no instrument moves before the scene ends"
-        style.save(figure, tmp_path / "nothing")
-    style.save(figures.draw_contact_force(felt.assign(force_n=0.0), scene="palpation"), tmp_path / "untouched")
 
 
 def texts(axis):
@@ -71,27 +34,6 @@ def test_a_sum_without_the_elastic_energy_is_not_shown(scene_results):
     assert axis.get_title("left") == "press, elastic energy not defined"
 
 
-def shown(axis):
-    """How many pixels of a still are not white, and the mean row of them in the body's right half."""
-    ink = axis.images[0].get_array().min(axis=2) < 250
-    rows, columns = np.nonzero(ink)
-    return ink.sum(), rows[columns > np.median(columns)].mean()
-
-
-def test_stills_begin_and_end_the_motion_do_not_miss_its_peak_and_bend_down(sagging):
-    figure = motion_pictures.stills(sagging, 5)
-    stills, bar = figure.axes[:5], figure.axes[5]
-    times = [float(axis.get_xlabel().removesuffix(" s")) for axis in stills]
-    assert times == sorted(times) and times[0] == 0 and times[-1] == 1
-    assert 0.5 in times
-    peak_mm = 1e3 * np.linalg.norm(sagging.positions - sagging.positions[0], axis=2).max()
-    assert bar.get_xlim() == pytest.approx((0, peak_mm))
-    (size, rest), *_, (_, lowest), _, (_, back) = (shown(axis) for axis in stills)
-    assert size > 5000
-    assert lowest > rest + 20
-    assert back == pytest.approx(rest, abs=0.5)
-
-
 @pytest.mark.parametrize("side", [1, -1])
 def test_seen_from_above_unless_what_moves_looks_down(side):
     """A plate that lies flat, pressed on its upper or its lower face."""
@@ -102,32 +44,6 @@ def test_seen_from_above_unless_what_moves_looks_down(side):
     cells = triangles, np.empty((0, 4), dtype=int)
     pressed = Motion("plate", np.array([0.0, 1.0]), positions, positions[0], *cells, np.arange(4), pd.DataFrame())
     assert np.sign(motion_pictures.Scenery(pressed).view.axes[2, 2]) == side
-
-
-@pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("sign", [1, -1])
-def test_motion_runs_up_or_down_the_view(sagging, axis, sign):
-    way = np.zeros_like(sagging.positions)
-    way[:, :, axis] = sign * 0.05 * sagging.times[:, None]
-    moved = replace(sagging, positions=sagging.positions[0] + way, up=axis)
-    view = motion_pictures.Scenery(moved).view
-    assert abs(view.axes[1, axis]) > 0.9  # up or down, 20° off at most
-    across = moved.positions.reshape(-1, 3) - view.centre
-    assert np.abs(across @ view.axes[0]).max() < view.width / 2
-    assert np.abs(across @ view.axes[1]).max() < view.height / 2
-
-
-def test_a_floor_is_seen_from_above_though_the_body_moved_most_below_and_sideways(sagging):
-    nodes = sagging.rest
-    bulge = (nodes[:, 2] == nodes[:, 2].min()) & (nodes[:, 1] == nodes[:, 1].max())
-    positions = nodes + 0.2 * sagging.times[:, None, None] * bulge[:, None] * [1.0, 0.0, 0.0]
-    corners = np.array([[-9.0, -9.0, -0.01], [27.0, -9.0, -0.01], [-9.0, 27.0, -0.01]])
-    floor = Moved("floor_0", "floor", 0.0, np.repeat(corners[None], 31, axis=0), np.array([[0, 1, 2]]))
-    sliding = replace(sagging, positions=positions, obstacles=(floor,), up=2)
-    view = motion_pictures.Scenery(sliding).view
-    assert view.axes[2, 2] > 0.3 and view.axes[1, 2] > 0.9
-    colours = motion_pictures.stills(sliding, 3).axes[0].images[0].get_array()
-    assert (colours == [211, 216, 221]).all(axis=2).sum() > 3000  # the floor's own, which is not the page's white
 
 
 @pytest.mark.slow

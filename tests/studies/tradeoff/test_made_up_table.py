@@ -6,13 +6,12 @@ import pytest
 from fixtures.material import STUDIES, numbers, page
 from fixtures.trade_off import accuracy_vs_time
 
-from palpate.benchmark.advice import advise_motion
 from palpate.benchmark.press_measure import CHOSEN_BY, ERRORS
 from palpate.benchmark.ranking import TRUTH, UNKNOWN, averaged, own_error
 from palpate.files import read_yaml
 from palpate.models.model_registry import MODELS, RESERVED
 from palpate.report import tables
-from palpate.report.advice_words import SAME, advice_list, by_limit, lines, say
+from palpate.report.advice_words import advice_list
 from palpate.report.model_looks import look
 from palpate.studies.tradeoff import report as tradeoff
 from palpate.studies.tradeoff.figures import precision
@@ -74,45 +73,6 @@ def test_every_model_is_described_once():
 
 
 # Words of advice
-
-
-def test_a_table_repeats_no_cell_and_counts_none_as_one():
-    taken = {"a": ["fem", "fem", "springs", "fem"], "b": ["none", "none", "none", "fem"]}
-    limits = [{"budget_ms": 1.0}, {"budget_ms": 100.0}, {"max_error": 0.05}, {"max_error": 0.01}]
-    rows = [
-        {"scene": scene, "budget_ms": np.nan, "max_error": np.nan, "model": model} | limit
-        for scene, models in taken.items()
-        for model, limit in zip(models, limits, strict=True)
-    ]
-    table = by_limit(pd.DataFrame(rows), {"b": "second", "a": "first"}, lambda row: row["model"])
-    second, first = ["second", "none", "none", "none", "fem"], ["first", "fem", SAME, "springs", "fem"]
-    assert table.values.tolist() == [second, first]
-
-
-def test_a_motion_has_error_bound_and_speed(dynamic_table):
-    table = dynamic_table[dynamic_table["scene"] == "liver_press"].replace({"springs": "moving_modes"})
-    table = table.replace({"setting": {"step_s=0.002": "step_s=0.07", "step_s=0.001": "step_s=0.035"}})
-    costs = {"estimate_of_peak": 0.03, "ms_per_step": 1.0, "step_p95_ms": 2.0, "step_max_ms": 3.0, "offline_s": 0.5}
-    table = table.assign(body="liver", p95_of_peak=0.06, **costs)
-    bound = {"scene": "liver_press", "model": "moving_modes", "setting": "step_s=0.035", "estimate": "constant"}
-    bound |= {"places": 12, "failures": 0, "bound_of_peak": 0.07, "coverage": 0.9}
-    bounds = pd.DataFrame([bound, bound | {"setting": "step_s=0.07", "bound_of_peak": np.nan, "failures": 3}])
-    press = {"scene": "liver_small", "body": "liver", "model": "fem_p1", "rmse_of_peak": 0.004}
-    levels = [f"level={level}, start=rest, tolerance=1e-08" for level in range(3)]
-    presses = pd.DataFrame([press | {"patch_rms_of_peak": 0.01, "setting": level} for level in levels])
-    known = {"bounds": bounds, "pressed": presses}
-
-    text = lines(advise_motion(table, max_errors=[0.08], **known).iloc[0])
-    assert "a standard that is 0.9 % wrong itself, so 4.9 % with it" in text and "5 × real time" in text
-    assert "wrong by less than 7 %; measured on 12 other places" in text and "held for 90 %" in text
-    found = advise_motion(table, speeds=[4, 8, 100], **known)
-    assert found["setting"].fillna("").tolist() == ["step_s=0.035", "step_s=0.07", ""]
-    assert found["margin"].tolist()[:2] == pytest.approx([0.2, 0.2])
-    assert "20 % of the allowed time is left" in lines(found.iloc[0])
-    assert advise_motion(table, max_errors=[0.05], **known).iloc[0]["nearest_bound"] == 0.07
-    alone = advise_motion(table, max_errors=[0.05], pressed=presses).iloc[0]
-    assert say("bound", alone).startswith("on this path only") and "on this path only" in say("cell", alone)
-    assert say("bound", found.iloc[1]) == "on this path only, as this setting answered at 9 of 12 other places"
 
 
 # Figures

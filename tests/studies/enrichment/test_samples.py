@@ -7,7 +7,7 @@ import pytest
 from fixtures.known_deformations import *  # noqa: F403
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.database import sample_table, split
+from palpate.benchmark.database import SPLITS, sample_table, split
 from palpate.benchmark.presses import LOAD_COLUMNS, samples_in
 from palpate.benchmark.static_responses import press
 from palpate.errors import InputError
@@ -16,7 +16,6 @@ from palpate.run.job import write_table
 from palpate.studies.enrichment.samples import (
     ENRICHMENT_ACCURACY,
     SAMPLE_COLUMNS,
-    SPLITS,
     accuracy_rows,
     choose_loads,
     read_samples,

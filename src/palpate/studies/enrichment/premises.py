@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import Method
-from palpate.benchmark.database import Database, read, split
+from palpate.benchmark.database import SPLITS, Database, read, split
 from palpate.benchmark.ranking import RANGE, resampled
 from palpate.benchmark.settings import FitOptions, Regression
 from palpate.bodies.settings import Body
@@ -18,7 +18,7 @@ from palpate.models.enrichment.training_samples import gather
 from palpate.models.interpolation import Interpolation
 from palpate.run.job import steps
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
-from palpate.studies.enrichment.samples import SPLITS, sample_errors
+from palpate.studies.enrichment.samples import sample_errors
 from palpate.studies.enrichment.settings import Case, Premises
 from palpate.table_declaration import Table
 

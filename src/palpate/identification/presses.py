@@ -103,15 +103,15 @@ def read_presses(
     path = str(path)
     table, separated = read_table(path, columns or {}, leave_out)
     if names:
-        table = _named(table, names, path)
-    presses = tuple(_press(rows, path) for rows in list(_runs(table, path)))
+        table = _with_named_parts(table, names, path)
+    presses = tuple(_press(rows, path) for rows in list(_rows_of_presses(table, path)))
     found = () if separated == "commas" else (f"{path}: cells are separated by {separated}",)
-    records = _level(PressRecords(instrument, _places(presses), path, found))
+    records = _without_baseline(PressRecords(instrument, _places(presses), path, found))
     check_units(records, size_m)
     return records
 
 
-def _level(records: PressRecords) -> PressRecords:
+def _without_baseline(records: PressRecords) -> PressRecords:
     """Subtract the sensor's zero and slope from all forces, which rows before contact show, if any press has them.
 
     For a press without such rows they are the medians of the others.
@@ -200,7 +200,7 @@ def doubts(records: PressRecords) -> Iterator[str]:
         )
 
 
-def _named(table: pd.DataFrame, names: str, path: str) -> pd.DataFrame:
+def _with_named_parts(table: pd.DataFrame, names: str, path: str) -> pd.DataFrame:
     """Add columns of session, specimen or place to the table, by the groups of the regular expression ``names``.
 
     It searches the names of presses. InputError for one without such groups, or that a name does not fit.
@@ -219,7 +219,7 @@ def _named(table: pd.DataFrame, names: str, path: str) -> pd.DataFrame:
     return table.assign(**{key: [match.groupdict("")[key].upper() for match in found] for key in pattern.groupindex})
 
 
-def _runs(table: pd.DataFrame, path: str) -> Iterator[pd.DataFrame]:
+def _rows_of_presses(table: pd.DataFrame, path: str) -> Iterator[pd.DataFrame]:
     """Yield the rows of each press, with the lines of the file as index; InputError for a name in two places."""
     run = table["press"].ne(table["press"].shift()).cumsum()
     seen: set[str] = set()

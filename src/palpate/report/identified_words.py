@@ -1,6 +1,7 @@
 """Put what presses determine, and what they leave open, into sentences: for the terminal and for the report."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -31,35 +32,33 @@ def quantity(name: str, value: float) -> str:
     return f"{two_digits(1e3 * value)} mm" if name.endswith("_m") else f"{float(f'{value:.2g}'):g}"
 
 
-def sentences(found: Identified, predictions: pd.DataFrame | None = None) -> list[str]:
+def sentences(found: Identified, predictions: pd.DataFrame) -> list[str]:
     """Return what presses determine and do not, a sentence each.
 
     predictions : the table of ``prediction.predict`` for the same presses
     """
     lines = [*_modulus(found), *_parameters(found), *_law(found), *_scatter(found), *_resampled(found)]
-    if predictions is not None:
-        lines += predicted(predictions, found.law)
-    return lines
+    return [*lines, *predicted(predictions, found.law)]
 
 
 def compared(comparisons: Sequence[Comparison]) -> Iterator[str]:
     """Yield a sentence for each two sessions of a specimen at places that both pressed."""
     for one in comparisons:
         of = f" of {one.specimen}" if one.specimen else ""
-        times = f"{two_digits(one.ratio)} times those of {one.first or 'the first'}"
-        places = f"in the median of {one.places} places that both pressed"
+        said = (
+            f"forces of {one.second or 'the second'} are {two_digits(one.ratio)} times those of "
+            f"{one.first or 'the first'} in the median of {one.places} places that both pressed"
+        )
+        how, so = "agree", ""
         if one.contradicts:
-            yield (
-                f"Sessions{of} contradict each other: forces of {one.second or 'the second'} are {times} {places}, "
-                f"so that no one modulus holds for both, and each session is fitted alone."
+            how, so = (
+                "contradict each other",
+                ", so that no one modulus holds for both, and each session is fitted alone",
             )
         elif one.may_contradict:
-            yield (
-                f"Sessions{of} may contradict each other: forces of {one.second or 'the second'} are {times} {places}, "
-                f"which are too few or too different to tell; one modulus is fitted to both."
-            )
-        else:
-            yield f"Sessions{of} agree: forces of {one.second or 'the second'} are {times} {places}."
+            how = "may contradict each other"
+            so = ", which are too few or too different to tell; one modulus is fitted to both"
+        yield f"Sessions{of} {how}: {said}{so}."
 
 
 def relaxes(relaxation: Relaxation | None) -> list[str]:
@@ -117,42 +116,36 @@ def assumed(ball_m: float, deep: bool) -> str:
 def _modulus(found: Identified) -> Iterator[str]:
     young = found.young_pa
     where = f"in the median of {found.model.data.places} places" if found.model.data.places > 1 else "at the one place"
-    yield f"E is {_range(young, _finer(young))}, 90 % by profile likelihood, {where}."
+    yield f"E is {_in_pascals(young)}, 90 % by profile likelihood, {where}."
     modulus = found.intervals.get(MODULUS)
     if modulus is not None and modulus.high / modulus.low < young.high / young.low:
-        yield f"E/(1 − ν²), which these presses determine better, is {_range(modulus, _finer(modulus))}."
+        yield f"E/(1 − ν²), which these presses determine better, is {_in_pascals(modulus)}."
 
 
 def _parameters(found: Identified) -> Iterator[str]:
     for name, interval in found.parameters.items():
-        what, profile = WORDS.get(name, spaced(name)), found.profiles[name]
-        ends = quantity(name, float(profile.values[0])), quantity(name, float(profile.values[-1]))
-        if not interval.known:
-            low, high = quantity(name, interval.low), quantity(name, interval.high)
-            if name == "sticking":
-                line = "Friction cannot be told from these presses (from sliding to sticking all fits)"
-            else:
-                line = f"{_first(what)} cannot be told from these presses (any from {low} to {high} fits)"
+        profile, what, write = found.profiles[name], WORDS.get(name, spaced(name)), partial(quantity, name)
+        low, best, high = map(write, interval[:3])
+        first, last = write(profile.values[0]), write(profile.values[-1])
+        if not interval.known and name == "sticking":
+            line = "Friction cannot be told from these presses (from sliding to sticking all fits)"
+        elif not interval.known:
+            line = f"{_first(what)} cannot be told from these presses (any from {low} to {high} fits)"
         elif interval.open_low and not interval.open_high:
-            line = f"{_first(what)} is at most {quantity(name, interval.high)} (its range begins at {ends[0]})"
+            line = f"{_first(what)} is at most {high} (its range begins at {first})"
         elif interval.open_high and not interval.open_low:
-            line = f"{_first(what)} is at least {quantity(name, interval.low)} (its range ends at {ends[1]})"
+            line = f"{_first(what)} is at least {low} (its range ends at {last})"
         else:
-            line = f"{_first(what)} is {_range(interval, lambda value, name=name: quantity(name, value))}"
-        young = profile.young_pa[(profile.minus2 <= found.rise)]
-        at = profile.values[profile.minus2 <= found.rise]
+            line = f"{_first(what)} is {best} ({low} to {high})"
+        fits = profile.minus2 <= found.rise
+        young, at = profile.young_pa[fits], profile.values[fits]
         if len(young) > 1 and abs(np.log(young[-1] / young[0])) > MATTERS:
-            line += (
-                f"; E is {pascals(young[0])} with {quantity(name, at[0])} and "
-                f"{pascals(young[-1])} with {quantity(name, at[-1])}"
-            )
+            line += f"; E is {pascals(young[0])} with {write(at[0])} and {pascals(young[-1])} with {write(at[-1])}"
         yield line + "."
-        width = interval.high - interval.low
-        low_end, high_end = interval.best - interval.low, interval.high - interval.best
-        if interval.known and interval.open_low != interval.open_high and min(low_end, high_end) < AT_END * width:
-            side = "below" if low_end < high_end else "above"
-            edge = ends[0] if low_end < high_end else ends[1]
-            yield f"The presses fit best at the end of this range: {what} may be {side} {edge}, or the law another."
+        below, above = interval.best - interval.low, interval.high - interval.best
+        if interval.known and interval.open_low != interval.open_high and min(below, above) < AT_END * (below + above):
+            end = f"below {first}" if below < above else f"above {last}"
+            yield f"The presses fit best at the end of this range: {what} may be {end}, or the law another."
 
 
 def _law(found: Identified) -> Iterator[str]:
@@ -230,17 +223,13 @@ def _first(words: str) -> str:
     return words if words == WORDS["poisson"] else capital(words)
 
 
-def _finer(interval: Interval) -> Callable[[float], str]:
-    """Return ``pascals`` with as many digits as tell the ends of an interval from its middle."""
+def _in_pascals(interval: Interval) -> str:
+    """Write a modulus and its interval, with as many digits as tell the ends from the middle."""
     for digits in (2, 3, 4):
-        written = [pascals(value, digits) for value in interval[:3]]
-        if len(set(written)) == 3:
+        low, best, high = (pascals(value, digits) for value in interval[:3])
+        if len({low, best, high}) == 3:
             break
-    return lambda value: pascals(value, digits)
-
-
-def _range(interval: Interval, write) -> str:
-    return f"{write(interval.best)} ({write(interval.low)} to {write(interval.high)})"
+    return f"{best} ({low} to {high})"
 
 
 def _ends(interval: Interval) -> str:

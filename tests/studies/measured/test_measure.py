@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from palpate.errors import InputError
 from palpate.studies.measured.measure import MEASURED, measure, uncertainties
 from palpate.studies.measured.predict import Predictor, natural_frequency
-from palpate.studies.measured.records import follow, observe_all
-from palpate.studies.measured.settings import ExperimentSettings, Models
+from palpate.studies.measured.records import compared, follow, observe_all
+from palpate.studies.measured.settings import ExperimentSettings, Models, Settings
 from palpate.studies.measured.specimen import Bench, FemSpecimen
 
 TURN, SHIFT = Rotation.from_euler("xyz", [0.1, -1.0, 0.4]).as_matrix(), np.array([0.5, -0.2, 1.0])
@@ -41,7 +41,7 @@ def files(bar, tmp_path_factory):
     """A file for each case, seen askew, of a bar so stiff that it sinks by a twentieth of its length."""
     experiment, folder = ExperimentSettings(**entry(down=[0, 0, -1])), tmp_path_factory.mktemp("records")
     stiff = replace(bar, material=replace(bar.material, young_pa=2.5e6))
-    bench = Bench(FemSpecimen(stiff, 0, 2), list(experiment.compared.values()))
+    bench = Bench(FemSpecimen(stiff, 0, 2), list(compared(experiment).values()))
     rest = np.array(list(MARKERS.values()))
     t, found = np.arange(0.0, 8.0, 0.01), {}
     for name, case in experiment.cases.items():
@@ -191,4 +191,4 @@ def case(load):
 )
 def test_entries_that_say_too_little_are_refused(more, message):
     with pytest.raises(InputError, match=message):
-        ExperimentSettings(**entry(**more))
+        Settings(experiments={"made_up": entry(**more)})

@@ -9,6 +9,7 @@ from palpate.errors import InputError
 from palpate.identification.relaxation import without_time
 from palpate.run.settings import complete
 from palpate.studies.measured import relaxed
+from palpate.studies.measured.records import presses_of
 from palpate.studies.measured.settings import Settings
 
 ROOT = Path(__file__).parents[3]
@@ -23,7 +24,7 @@ def entry(**more):
 @pytest.fixture(scope="module")
 def found():
     given = entry()
-    records = given.records()
+    records = presses_of(given)
     return relaxed.identify_relaxation("slab", records, given, 1), records
 
 

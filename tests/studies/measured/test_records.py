@@ -16,9 +16,8 @@ def test_gaps_are_interpolated(tmp_path):
     table = pd.DataFrame({"time_s": times, "a_x_m": 2 * times, "a_y_m": 0.0, "a_z_m": 0.0, "other": "x"})
     table.loc[7, "a_x_m"] = None
     table.to_csv(tmp_path / "a.csv", index=False)
-    record = read_record(tmp_path / "a.csv", ["a"])
-    assert record.places[7, 0] == pytest.approx([1.4, 0.0, 0.0])
-    assert record.mean(0.0, 0.2)[0, 0] == pytest.approx(0.2)
+    _, places = read_record(tmp_path / "a.csv", ["a"])
+    assert places[7, 0] == pytest.approx([1.4, 0.0, 0.0])
 
 
 @pytest.mark.parametrize(

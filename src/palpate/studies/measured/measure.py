@@ -147,10 +147,8 @@ def _rows(candidate: Candidate, experiment: ExperimentSettings, observed: dict[s
         return
     for row in creep_rows(predictor, fitted):
         yield about | {"setting": f"{candidate.setting} creep"} | row
-    known = found[0] | {"marker": None}
     frequencies = {str(row["case"]): row["predicted"] for row in found if row["quantity"] == "frequency_hz"}
-    for kind, row in damping_rows(predictor, frequencies, fitted):
-        yield known | {"setting": f"{candidate.setting} damping={kind}"} | row
+    yield from damping_rows(predictor, frequencies, fitted, found[0])
 
 
 def _suspicions(name: str, experiment: ExperimentSettings, table: pd.DataFrame, size_m: float) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Predict all cases of an experiment with one model, with Young's modulus as given and fitted to one of them."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -10,7 +10,7 @@ from scipy import sparse
 
 from palpate.errors import NotConverged
 from palpate.linalg.multigrid import conjugate_gradients
-from palpate.studies.measured.records import Observed
+from palpate.studies.measured.records import Observed, compared, swinging
 from palpate.studies.measured.settings import ExperimentSettings
 from palpate.studies.measured.specimen import Bench, Specimen
 
@@ -29,7 +29,7 @@ def compare_moves(experiment: ExperimentSettings, seen: Observed, moves: np.ndar
     sinks = [each @ seen.axis for each in measured_moves]
     sunk = None if moves is None else moves @ seen.axis
     yield _row("sink_m", ALL, [float(s.mean()) for s in sinks], None if sunk is None else float(sunk.mean()))
-    for i, name in enumerate(experiment.compared):
+    for i, name in enumerate(compared(experiment)):
         yield _row("sink_m", name, [float(s[i]) for s in sinks], None if sunk is None else float(sunk[i]))
     measured = None if seen.moves is None else _rms(seen.moves)
     repeat = max((_rms(a - b) for a, b in combinations(measured_moves, 2)), default=None)
@@ -38,10 +38,16 @@ def compare_moves(experiment: ExperimentSettings, seen: Observed, moves: np.ndar
     yield dict(quantity="move_m", marker=ALL, measured=measured, repeat=repeat, predicted=predicted, error=wrong)
 
 
-def compare_swing(seen: Observed, swing: dict[str, float | None]) -> Iterator[Row]:
-    """Yield a row for each predicted quantity of ``swing``, fields of ``Oscillation`` by name; None if that failed."""
+def compare_swing(
+    seen: Observed, swing: Mapping[str, float | None], about: Row, fitted: Collection[str] = ()
+) -> Iterator[Row]:
+    """Yield a row for each predicted quantity of ``swing``, fields of ``Oscillation`` by name; None if that failed.
+
+    about : what all rows have; fitted : quantities that were fitted
+    """
     for quantity, predicted in swing.items():
-        yield _row(quantity, ALL, [float(getattr(each, quantity)) for each in seen.swings], predicted)
+        repeats = [float(getattr(each, quantity)) for each in seen.swings]
+        yield about | _row(quantity, ALL, repeats, predicted) | {"fitted": quantity in fitted}
 
 
 def _row(quantity: str, marker: str, repeats: list[float], predicted: float | None) -> Row:
@@ -133,7 +139,7 @@ class Predictor:
     specimen: Specimen
 
     def __post_init__(self) -> None:
-        self.bench = Bench(self.specimen, list(self.experiment.compared.values()))
+        self.bench = Bench(self.specimen, list(compared(self.experiment).values()))
         self._reached: dict[str, np.ndarray] = {}
 
     def settle(self, case: str, softness: float) -> np.ndarray:
@@ -184,8 +190,7 @@ class Predictor:
             fitted = case == calibrated and row["quantity"] == "sink_m" and row["marker"] == ALL
             yield about | row | {"fitted": fitted}
         if swings:
-            for row in compare_swing(self.observed[case], {"frequency_hz": hz}):
-                yield about | row
+            yield from compare_swing(self.observed[case], {"frequency_hz": hz}, about)
 
 
 def creep_rows(predictor: Predictor, fitted: str) -> Iterator[Row]:
@@ -203,7 +208,7 @@ def creep_rows(predictor: Predictor, fitted: str) -> Iterator[Row]:
         relaxed, instantaneous = predictor.softness(fitted), predictor.softness(fitted, less_m=crept)
     except NotConverged:
         return
-    for case in predictor.experiment.swinging:
+    for case in swinging(predictor.experiment):
         seen, predicted = predictor.observed[case], dict.fromkeys(("frequency_hz", "creep_m"))
         about: Row = {"case": case, "calibrated": fitted, "softness": instantaneous, "message": ""}
         try:
@@ -213,16 +218,16 @@ def creep_rows(predictor: Predictor, fitted: str) -> Iterator[Row]:
             predicted = {"frequency_hz": predictor.frequency(case, x, instantaneous), "creep_m": creep_m}
         except NotConverged as failure:
             about["message"] = str(failure)
-        for row in compare_swing(seen, predicted):
-            yield about | row | {"fitted": case == fitted and row["quantity"] == "creep_m"}
+        yield from compare_swing(seen, predicted, about, ("creep_m",) if case == fitted else ())
 
 
 def damping_rows(
-    predictor: Predictor, frequencies: Mapping[str, float | None], fitted: str
-) -> Iterator[tuple[str, Row]]:
-    """Yield the kind of Rayleigh damping and a row for each prediction of a damping ratio.
+    predictor: Predictor, frequencies: Mapping[str, float | None], fitted: str, about: Row
+) -> Iterator[Row]:
+    """Yield a row for each kind of Rayleigh damping and prediction of a damping ratio.
 
     frequencies : predicted ones [Hz] by case; fitted : name of the case whose mean damping ratio α or β is fitted to
+    about : the row of another quantity of the model
     A mode of frequency ω is damped by the ratio α/2ω with the damping matrix α M, and by β ω/2 with β K.
     """
     swings, own = predictor.observed[fitted].swings, frequencies.get(fitted)
@@ -230,8 +235,9 @@ def damping_rows(
         return
     ratio = sum(swing.damping_ratio for swing in swings) / len(swings)
     for kind, power in {"mass": -1.0, "stiffness": 1.0}.items():
-        for case in predictor.experiment.swinging:
+        for case in swinging(predictor.experiment):
             hz = frequencies.get(case)
             predicted = None if hz is None else ratio * (hz / own) ** power
-            for row in compare_swing(predictor.observed[case], {"damping_ratio": predicted}):
-                yield kind, {"case": case, "calibrated": fitted} | row | {"fitted": case == fitted}
+            known = about | {"case": case, "setting": f"{about['setting']} damping={kind}"}
+            ratios = {"damping_ratio": predicted}
+            yield from compare_swing(predictor.observed[case], ratios, known, ratios if case == fitted else ())

@@ -21,6 +21,7 @@ from palpate.identification.relaxation import without_time
 from palpate.identification.sessions import compare_sessions, consistent_parts
 from palpate.run.job import steps
 from palpate.studies.measured import relaxed
+from palpate.studies.measured.records import presses_of
 from palpate.studies.measured.settings import Presses
 from palpate.table_declaration import Table
 
@@ -69,7 +70,7 @@ def identify_presses(
     input: Any, output: Any, wildcards: Any, say: Callable, entry: Presses, seed: int
 ) -> dict[str, pd.DataFrame]:
     """Identify elasticity and relaxation, as an entry asks for them, for the rule of this name."""
-    name, records = wildcards.presses, entry.records()
+    name, records = wildcards.presses, presses_of(entry)
     for doubt in (*records.found, *doubts(records)):
         warnings.warn(f"measured.presses.{name}: {doubt}", stacklevel=2)
     tables = {table.name: table.frame([]) for table in (PRESSES, PRESS_PREDICTIONS, PRESS_CURVES, *relaxed.TABLES)}

@@ -1,4 +1,4 @@
-"""Measurements of an experiment: records of markers, their registration, displacements and oscillations."""
+"""What was measured: records of markers, their registration, displacements and oscillations; presses of an entry."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,36 +9,42 @@ import pandas as pd
 from scipy.optimize import least_squares
 
 from palpate.bodies.mesh import unit
+from palpate.effects.instrument import Instrument
 from palpate.errors import InputError
+from palpate.identification.presses import PressRecords, join, read_presses
 
 if TYPE_CHECKING:
-    from palpate.studies.measured.settings import ExperimentSettings
+    from palpate.studies.measured.settings import ExperimentSettings, Presses
+
+
+def presses_of(entry: "Presses", folder: Path = Path()) -> PressRecords:
+    """Read all presses of an entry from its files, which are relative to ``folder``; InputError as ``read_presses``."""
+    instrument = Instrument(**dict(entry.instrument)) if entry.instrument else None
+    size = entry.thickness_m[1] if entry.thickness_m else None
+    asked = entry.columns, entry.names, entry.leave_out
+    return join([read_presses(folder / file, instrument, *asked, size_m=size) for file in entry.files])
+
+
+def compared(experiment: "ExperimentSettings") -> dict[str, list[float]]:
+    """Return the places at rest [m] of the markers that move, by name."""
+    return {name: marker.at_m for name, marker in experiment.markers.items() if not marker.fixed}
+
+
+def swinging(experiment: "ExperimentSettings") -> list[str]:
+    """Return the names of the cases in which a frequency is seen."""
+    return [name for name, case in experiment.cases.items() if case.swings]
+
 
 GAPS = 0.1
 """Largest fraction of the times at which a marker may be hidden; its places are interpolated there."""
 
 
-@dataclass(frozen=True, eq=False)
-class Record:
-    """Places (n, m, 3) [m] of m markers at ``times`` (n,) [s], in the frame of the file ``name``."""
+def read_record(path: str | Path, markers: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Return times (n,) [s] and the places (n, m, 3) [m] of m markers there, in the frame of the file.
 
-    name: str
-    times: np.ndarray
-    places: np.ndarray
-
-    def mean(self, begin: float, end: float) -> np.ndarray:
-        """Return the mean places (m, 3) [m] from ``begin`` to ``end`` [s]; InputError if there are none."""
-        within = (self.times >= begin - 1e-9) & (self.times <= end + 1e-9)
-        if not within.any():
-            raise InputError(f"{self.name} has no row from {begin:g} to {end:g} s; correct held_s or settled_s.")
-        return self.places[within].mean(axis=0)
-
-
-def read_record(path: str | Path, markers: list[str]) -> Record:
-    """Read the columns ``time_s`` and ``<marker>_x_m``, ``_y_m`` and ``_z_m`` of each marker; others are ignored.
-
-    Empty cells are places where a marker was hidden, and are interpolated. Raises InputError, naming file, column and
-    remedy, if a column is missing or no number, if times do not increase, or if more than GAPS of a marker are empty.
+    They are columns ``time_s`` and ``<marker>_x_m``, ``_y_m`` and ``_z_m`` of each marker; others are ignored. Empty
+    cells are places where a marker was hidden, and are interpolated. Raises InputError, naming file, column and remedy,
+    if a column is missing or no number, if times do not increase, or if more than GAPS of a marker are empty.
     """
     try:
         table = pd.read_csv(path)
@@ -63,7 +69,7 @@ def read_record(path: str | Path, markers: list[str]) -> Record:
             empty = f"{path}: {name} is empty in {1 - seen.mean():.0%} of the rows"
             raise InputError(f"{empty}; leave out the marker, or fill it.")
         column[~seen] = np.interp(times[~seen], times[seen], column[seen])
-    return Record(str(path), times, values[:, 1:].reshape(len(times), len(markers), 3))
+    return times, values[:, 1:].reshape(len(times), len(markers), 3)
 
 
 MISFIT = 0.2
@@ -272,24 +278,24 @@ def follow(file: str, experiment: "ExperimentSettings") -> Seen:
     move before the release.
     """
     markers = list(experiment.markers.values())
-    record = read_record(file, list(experiment.markers))
-    begin, end = float(record.times[0]), float(record.times[-1])
+    times, places = read_record(file, list(experiment.markers))
+    begin, end = float(times[0]), float(times[-1])
     if not end - begin > experiment.held_s + experiment.settled_s:
         raise InputError(f"{file} lasts {end - begin:g} s, less than held_s and settled_s together; shorten them.")
-    held = record.mean(begin, begin + experiment.held_s)
+    is_held = times <= begin + experiment.held_s + 1e-9
+    is_settled = times >= end - experiment.settled_s - 1e-9
+    held = places[is_held].mean(axis=0)
     frame = register(held, np.array([marker.at_m for marker in markers], dtype=float), file)
     fixed = np.array([marker.fixed for marker in markers])
     before = frame.apply(held[~fixed])
-    every = frame.apply(record.mean(end - experiment.settled_s, end)) - frame.apply(held)
+    every = frame.apply(places[is_settled].mean(axis=0)) - frame.apply(held)
     moves = every[~fixed] - (every[fixed].mean(axis=0) if fixed.any() else 0.0)
     mean_move = moves.mean(axis=0)
-    along = (frame.apply(record.places[:, ~fixed]) - before).mean(axis=1) @ unit(mean_move)
-    whole, while_held = np.linalg.norm(mean_move), np.ptp(along[record.times <= begin + experiment.held_s + 1e-9])
+    along = (frame.apply(places[:, ~fixed]) - before).mean(axis=1) @ unit(mean_move)
+    whole, while_held = np.linalg.norm(mean_move), np.ptp(along[is_held])
     if not while_held <= STILL * whole:
         raise InputError(
             f"{file}: markers move by {while_held:.3g} m within held_s, of {whole:.3g} m in all; "
             "shorten held_s to the time before the release."
         )
-    return Seen(
-        record.times, along, moves, frame.rotation @ unit(np.array(experiment.down, dtype=float)), frame.misfit_m
-    )
+    return Seen(times, along, moves, frame.rotation @ unit(np.array(experiment.down, dtype=float)), frame.misfit_m)

@@ -17,7 +17,7 @@ from palpate.scenes.effect_registry import effect, of_law
 from palpate.solvers.backward_euler import make
 from palpate.solvers.system import System
 from palpate.studies.measured.predict import GIVEN, Predictor, Row, compare_swing
-from palpate.studies.measured.records import Observed, Oscillation, swing_of
+from palpate.studies.measured.records import Observed, Oscillation, swing_of, swinging
 from palpate.studies.measured.settings import ExperimentSettings, Load, Releases
 from palpate.studies.measured.specimen import GRAVITY_M_S2, Bench, FemSpecimen, hung_masses, nodal_loads
 
@@ -137,16 +137,15 @@ def _rows(release: Release, predictor: Predictor, about: Row) -> Iterator[Row]:
     """Yield the rows of one release: frequency and damping, or with the Prony effect creep, of each case."""
     names = ("frequency_hz", "damping_ratio") if release.prony is None else ("creep_m", "creep_s")
     experiment = predictor.experiment
-    for case in experiment.swinging:
+    for case in swinging(experiment):
         predicted, message, seen = dict.fromkeys(names), "", predictor.observed[case]
         try:
             swing = release.swing(experiment.cases[case].loads, GRAVITY_M_S2 * seen.down)
             predicted = {name: getattr(swing, name) for name in names}
         except (NotConverged, InputError) as failure:
             message = str(failure)
-        for row in compare_swing(seen, predicted):
-            fitted = release.prony is not None and case == experiment.calibrate_on
-            yield about | {"case": case, "message": message, "fitted": fitted} | row
+        fitted = names if release.prony is not None and case == experiment.calibrate_on else ()
+        yield from compare_swing(seen, predicted, about | {"case": case, "message": message}, fitted)
 
 
 def _fitted_branch(seen: Observed, poisson: float) -> Prony:

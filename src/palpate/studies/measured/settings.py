@@ -3,18 +3,16 @@
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 from palpate.benchmark.settings import Instrument
 from palpate.bodies.make_body import make_body
 from palpate.bodies.settings import Body, check_laws
-from palpate.effects.instrument import Instrument as RigidInstrument
 from palpate.errors import InputError, suggest
 from palpate.files import check_file
-from palpate.identification.presses import PressRecords, join, read_presses
 from palpate.identification.relaxation import holds_of
 from palpate.setting_types import (
     Block,
@@ -33,7 +31,7 @@ from palpate.setting_types import (
     optional,
 )  # fmt: skip
 from palpate.studies.measured.check_places import check_places
-from palpate.studies.measured.records import follow
+from palpate.studies.measured.records import follow, presses_of
 
 
 class Load(Block):
@@ -45,19 +43,21 @@ class Load(Block):
     at_m: Vector | None = optional("Place [m] in the body's frame")
     radius_m: NotNegative = key("Radius [m] of the disc around at_m; 0 is a point, where no mesh has an answer", 0)
 
-    @model_validator(mode="after")
-    def _check_force_and_place(self) -> Self:
-        if (self.force_n is None) == (self.weight_n is None):
-            raise PydanticCustomError("load", "give either weight_n, of what hangs there, or force_n")
-        if (self.line_m is None) == (self.at_m is None):
-            raise PydanticCustomError("load", "give either line_m, the ends of an edge, or at_m, a point")
-        if self.line_m is not None and self.radius_m > 0.0:
-            raise PydanticCustomError("load", "leave out radius_m, which belongs to at_m and not to line_m")
-        return self
+
+def _consistent_load(load: Load) -> Load:
+    if (load.force_n is None) == (load.weight_n is None):
+        raise PydanticCustomError("load", "give either weight_n, of what hangs there, or force_n")
+    if (load.line_m is None) == (load.at_m is None):
+        raise PydanticCustomError("load", "give either line_m, the ends of an edge, or at_m, a point")
+    if load.line_m is not None and load.radius_m > 0.0:
+        raise PydanticCustomError("load", "leave out radius_m, which belongs to at_m and not to line_m")
+    return load
 
 
 class Case(Block):
-    loads: list[Load] = key("Weights and forces beside the body's own weight, on a line or on a disc", [])
+    loads: list[Annotated[Load, AfterValidator(_consistent_load)]] = key(
+        "Weights and forces beside the body's own weight, on a line or on a disc", []
+    )
     files: Distinct[Text] = key("CSV files of times and markers, one a repeat; none for a prediction alone", [])
     swings: Switch = key("Whether it swings after the release: a frequency and a damping ratio are compared", True)
 
@@ -78,28 +78,18 @@ class ExperimentSettings(Block):
     settled_s: Positive = key("Time at the end of each file in which it has come to rest [s]", 1.0)
     cases: dict[Name, Case] = key("Cases by name, each the body under gravity and other loads", min_length=1)
 
-    @model_validator(mode="after")
-    def _check_names(self) -> Self:
-        if not self.compared:
-            raise PydanticCustomError("markers", "markers are all fixed; leave fixed out of those on what moves")
-        if not any(self.down):
-            raise PydanticCustomError("down", "give down the direction of gravity in the frame of the files")
-        measured = [name for name, case in self.cases.items() if case.files]
-        if self.calibrate_on not in (None, *measured):
-            known = {"on": self.calibrate_on, "known": ", ".join(measured) or "none has files"}
-            told = "calibrate_on is {on}, which is no case with files; choose from {known}, or null"
-            raise PydanticCustomError("calibrate_on", told, known)
-        return self
 
-    @property
-    def compared(self) -> dict[str, list[float]]:
-        """The places at rest [m] of the markers that move, by name."""
-        return {name: marker.at_m for name, marker in self.markers.items() if not marker.fixed}
-
-    @property
-    def swinging(self) -> list[str]:
-        """Names of the cases in which a frequency is seen."""
-        return [name for name, case in self.cases.items() if case.swings]
+def _consistent_experiment(experiment: ExperimentSettings) -> ExperimentSettings:
+    if all(marker.fixed for marker in experiment.markers.values()):
+        raise PydanticCustomError("markers", "markers are all fixed; leave fixed out of those on what moves")
+    if not any(experiment.down):
+        raise PydanticCustomError("down", "give down the direction of gravity in the frame of the files")
+    measured = [name for name, case in experiment.cases.items() if case.files]
+    if experiment.calibrate_on not in (None, *measured):
+        known = {"on": experiment.calibrate_on, "known": ", ".join(measured) or "none has files"}
+        told = "calibrate_on is {on}, which is no case with files; choose from {known}, or null"
+        raise PydanticCustomError("calibrate_on", told, known)
+    return experiment
 
 
 class FemP1(Block):
@@ -179,21 +169,14 @@ class Presses(Block):
     branches: Distinct[Count] = key("How many branches of relaxation are tried", [1, 2, 3, 4], min_length=1)
     draws: Count = key("How often data are drawn anew for the intervals of branches", 40)
 
-    @model_validator(mode="after")
-    def _check_what_is_pressed(self) -> Self:
-        if self.body is not None and self.thickness_m is not None:
-            raise PydanticCustomError("pressed", "it has both body and thickness_m; leave out the thickness")
-        if "elastic" in self.ask and (self.instrument is None or self.instrument.kind != "sphere"):
-            told = "ask has elastic, and forces are known for a sphere; describe it as the instrument, or ask for "
-            raise PydanticCustomError("pressed", told + "relaxation alone")
-        return self
 
-    def records(self, folder: Path = Path()) -> PressRecords:
-        """Read all presses from the files, which are relative to ``folder``; InputError as ``read_presses``."""
-        instrument = RigidInstrument(**dict(self.instrument)) if self.instrument else None
-        size = self.thickness_m[1] if self.thickness_m else None
-        asked = self.columns, self.names, self.leave_out
-        return join([read_presses(folder / file, instrument, *asked, size_m=size) for file in self.files])
+def _consistent_presses(presses: Presses) -> Presses:
+    if presses.body is not None and presses.thickness_m is not None:
+        raise PydanticCustomError("pressed", "it has both body and thickness_m; leave out the thickness")
+    if "elastic" in presses.ask and (presses.instrument is None or presses.instrument.kind != "sphere"):
+        told = "ask has elastic, and forces are known for a sphere; describe it as the instrument, or ask for "
+        raise PydanticCustomError("pressed", told + "relaxation alone")
+    return presses
 
 
 class Settings(Block):
@@ -201,8 +184,10 @@ class Settings(Block):
 
     model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["experiments"]}, {"required": ["presses"]}]})
 
-    experiments: dict[Name, ExperimentSettings] = key("Bodies held straight, let go, and at rest under loads", {})
-    presses: dict[Name, Presses] = key("Tissue that was pressed", {})
+    experiments: dict[Name, Annotated[ExperimentSettings, AfterValidator(_consistent_experiment)]] = key(
+        "Bodies held straight, let go, and at rest under loads", {}
+    )
+    presses: dict[Name, Annotated[Presses, AfterValidator(_consistent_presses)]] = key("Tissue that was pressed", {})
     models: Models = key("Which models predict every experiment, and with what settings", {})
 
 
@@ -260,7 +245,7 @@ def _check_presses(bodies: Mapping[str, Body], file: Path, place: str, entry: Pr
     if entry.body is not None:
         _body(bodies, place, entry.body)
     try:
-        records = entry.records(file.parent)
+        records = presses_of(entry, file.parent)
         if "relaxation" in entry.ask:
             held, refused = holds_of(records)
             if not held:

@@ -1,15 +1,18 @@
-"""Compute what the report says of models beside measured bodies: what each predicts, and what it cannot."""
+"""Compute what the report says of models beside measured bodies and of pressed tissue."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import pandas as pd
 
+from palpate.report import tables
 from palpate.report.report import Report
 from palpate.report.words import spaced
 from palpate.studies.measured.figures.models import named
+from palpate.studies.measured.figures.presses import FLOORS, RIVALS, WAYS
 from palpate.studies.measured.measure import MEASURED
 from palpate.studies.measured.predict import GIVEN
-from palpate.studies.measured.report_of_presses import pressed, relaxing
+from palpate.studies.measured.relaxed import MEAN, NOTHING, OWN, POWER, SIBLINGS
 
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping ratio"}
 COVER = 2.0
@@ -27,8 +30,8 @@ def numbers(report: Report) -> dict[str, Any]:
     return {
         "experiments": [_experiment(str(one), rows) for one, rows in table.groupby("experiment", sort=False)],
         "silent": silent.drop_duplicates(["experiment", "case", "model", "setting"]),
-        "pressed": list(pressed(report)),
-        "relaxing": list(relaxing(report)),
+        "pressed": list(_pressed(report)),
+        "relaxing": list(_relaxing(report)),
     }
 
 
@@ -66,3 +69,85 @@ def _predicted(rows: pd.DataFrame) -> pd.DataFrame:
     rows = rows[rows["quantity"].isin(["sink_m", "frequency_hz"])].replace({"quantity": QUANTITIES})
     finest = rows[rows["nodes"].eq(rows["nodes"].max())].assign(error=lambda finest: finest["error"].abs())
     return finest.assign(excluded=finest["error"] > COVER * finest["uncertainty"])
+
+
+def _pressed(report: Report) -> Iterator[dict[str, Any]]:
+    """Yield the answers of each entry of presses whose elasticity is asked for."""
+    found = report.tables.get("presses", pd.DataFrame(columns=["entry"]))
+    for entry in dict.fromkeys(found["entry"]):
+        rows = tables.where(found, entry=entry)
+        told = tables.where(report.tables["press_predictions"], entry=entry)
+        parts = [_part(tables.where(rows, part=part)) for part in dict.fromkeys(rows["part"])]
+        yield {
+            "key": entry,
+            "name": spaced(entry),
+            "parts": parts,
+            "predicted": [_ways(told, way, words) for way, words in WAYS.items() if told["by"].eq(way).any()],
+        }
+
+
+def _part(rows: pd.DataFrame) -> dict[str, Any]:
+    """Return the law of a part, and its quantities with intervals."""
+    best = rows[rows["reported"].eq(True)]
+    values = best.set_index("quantity")
+    ranged = values[values["low"].notna() & ~values.index.isin(["exponent_excess"])]
+    others = rows[rows["quantity"].eq("exponent_excess")]
+    return {
+        "name": rows["part"].iloc[0],
+        "law": spaced(str(best["law"].iloc[0])),
+        "young": values.loc["young_pa", ["low", "best", "high"]].tolist(),
+        "unknown": [spaced(str(name)) for name, row in ranged.iterrows() if not row["known"]],
+        "excess": [(spaced(str(row.law)), row.low, row.high) for row in others.itertuples()],
+        "scatter": float(values.loc["place_scatter", "best"]),
+    }
+
+
+def _ways(told: pd.DataFrame, way: str, words: str) -> dict[str, Any]:
+    """Return the median errors of the best law, of rivals and floors, where something is left out."""
+    errors = told[told["by"].eq(way)].groupby("model", sort=False)["error_share"].median()
+    laws = errors[~errors.index.isin(list(RIVALS))]
+    return {
+        "way": words,
+        "law": spaced(str(laws.idxmin())),
+        "error": laws.min(),
+        "rivals": [(RIVALS[name], errors[name]) for name in RIVALS if name in errors and name not in FLOORS],
+        "floors": [(RIVALS[name], errors[name]) for name in FLOORS if name in errors],
+    }
+
+
+def _relaxing(report: Report) -> Iterator[dict[str, Any]]:
+    """Yield the answers of each entry of presses whose relaxation is asked for."""
+    found = report.tables.get("relaxation", pd.DataFrame(columns=["entry"]))
+    for entry in dict.fromkeys(found["entry"]):
+        rows, errors, presses, trends = (
+            tables.where(report.tables[f"relaxation{name}"], entry=entry)
+            for name in ("", "_errors", "_presses", "_trends")
+        )
+        chosen = rows[rows["chosen"].eq(True)]
+        model = f"{len(chosen)} branch{'es' if len(chosen) > 1 else ''}"
+        own = errors[errors["left_out"].eq(NOTHING)].assign(model=errors["model"].str.removeprefix(f"{OWN}: "))
+        kinds = [kind for kind in dict.fromkeys(errors["left_out"]) if kind != NOTHING]
+        yield {
+            "key": entry,
+            "name": spaced(entry),
+            "presses": presses,
+            "branches": chosen,
+            "own": own.groupby("model", sort=False)["error"].median(),
+            "predicted": [_judged(errors, kind, model) for kind in kinds],
+            "trends": trends.assign(over=trends["over"].map(TRENDS)),
+        }
+
+
+TRENDS = {"depth_m": "depth", "strain": "depth over thickness", "thickness_m": "thickness", "loading_s": "loading time"}
+
+
+def _judged(errors: pd.DataFrame, kind: str, model: str) -> dict[str, Any]:
+    medians = errors[errors["left_out"].eq(kind)].groupby("model", sort=False)["error"].median()
+    rivals = [(name, medians[name]) for name in medians.index if name != model and name != SIBLINGS]
+    order = {MEAN: 1, POWER: 2}
+    return {
+        "kind": kind,
+        "error": medians[model],
+        "rivals": sorted(rivals, key=lambda row: order.get(row[0], 0)),
+        "floor": medians.get(SIBLINGS),
+    }

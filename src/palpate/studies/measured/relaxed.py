@@ -160,10 +160,9 @@ def _groups(holds: Sequence[Hold], kinds: Sequence[str]) -> list[Group]:
             continue
         several = dict.fromkeys(names) if len(set(names)) > 1 else ()
         for name in (each for each in several if each or kind != DEPTH):
-            parts: dict[bool, list[Hold]] = {True: [], False: []}
-            for own, hold in zip(names, holds, strict=True):
-                parts[own == name].append(hold)
-            groups.append(Group(kind, name, parts[False], parts[True]))
+            seen = [hold for own, hold in zip(names, holds, strict=True) if own != name]
+            unseen = [hold for own, hold in zip(names, holds, strict=True) if own == name]
+            groups.append(Group(kind, name, seen, unseen))
     return groups
 
 

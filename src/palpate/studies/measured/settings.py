@@ -212,18 +212,18 @@ def check(config: Any, file: Path) -> None:
                 check_places(name, entry, made)
         except InputError as error:
             raise InputError(f"{file}: {error}") from error
-        for name, case in entry.cases.items():
+        for case_name, case in entry.cases.items():
             for path in case.files:
-                key = f"{place}.cases.{name}.files"
-                check_file(key, path, (file.parent / path).is_file())
+                files = f"{place}.cases.{case_name}.files"
+                check_file(files, path, (file.parent / path).is_file())
                 try:
                     seen = follow(str(file.parent / path), entry)
                 except InputError as error:
-                    raise InputError(f"{key}: {error}") from error
+                    raise InputError(f"{files}: {error}") from error
                 sunk = float(seen.moves.mean(axis=0) @ seen.down)
                 if sunk < 0.0 and all(load.force_n is None for load in case.loads):
                     raise InputError(
-                        f"{key}: {path}: the markers rise by {-sunk:.3g} m against down, {entry.down}, and no force "
+                        f"{files}: {path}: the markers rise by {-sunk:.3g} m against down, {entry.down}, and no force "
                         "lifts them; give the direction of gravity in the frame of the files."
                     )
 

@@ -158,12 +158,14 @@ class FemSpecimen:
     """A body as finite elements of ``order`` on one of its levels.
 
     rest : (n, 3) [m]; held : (k,) nodes; masses : (n, n) [kg]; mesh : that of the level, without middles of edges
+    linearise : returns the products with the stiffness [N/m] at positions, and with a preconditioner for it
     """
 
     def __init__(self, body: Body, level: int, order: int):
         with locking_is_measured():
             self._equilibrium = Equilibrium(body, level, order)
         self.rest, self.held = self._equilibrium.mesh.nodes, body.anchors[level + order - 1]
+        self.linearise = self._equilibrium.linearise
         self.mesh = cast(TetMesh, body.levels[level])
         self.order = order
         self.masses = mass_matrix(self.mesh, body.tissue(level).density_kg_m3, order)
@@ -171,10 +173,6 @@ class FemSpecimen:
     def settle(self, load: np.ndarray, start: np.ndarray | None) -> np.ndarray:
         """Return the equilibrium (n, 3) [m] under ``load`` (n, 3) [N], sought from ``start``; NotConverged if none."""
         return self._equilibrium.solve(load, TOLERANCE, start).x
-
-    def linearise(self, x: np.ndarray) -> tuple[Product, Product]:
-        """Return the products with the stiffness at ``x`` [N/m] and with a preconditioner for it."""
-        return self._equilibrium.linearise(x)
 
 
 class SpringSpecimen(LoadedSprings):

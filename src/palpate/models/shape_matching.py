@@ -301,10 +301,11 @@ class CutShapes(LevelModel):
         )
         right, forces = before_cut(case, level)
         uncut, tried = self._looked_at(before), []
-        for self._beta in BETAS:
+        for beta in BETAS:
+            self._beta = beta
             self._ready(uncut, self._clusters)
             x, force = self._settled()
-            tried.append((float(np.linalg.norm(x - uncut.rest - right)), self._beta, uncut.answer(x, force).force))
+            tried.append((float(np.linalg.norm(x - uncut.rest - right)), beta, uncut.answer(x, force).force))
         _, self._beta, own = min(tried, key=lambda each: each[0])
         self._factor = float(own @ forces / (own @ own))
 

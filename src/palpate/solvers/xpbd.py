@@ -178,6 +178,7 @@ def _constraints(x, element, gradients, flat, turn, work, f, r, shape, swell):
 def _meet(x, tetrahedra, gradients, volumes, mu, lam, flat, multipliers, turns, inverse, step_s, start, slow):
     """Correct ``x`` by both constraints of each element once (Macklin, Müller, Chentanez 2016, equation 26, for two).
 
+    The changes of both multipliers solve [[a, b], [b, c]] (first, second) = −(left, more).
     slow : β over the step, 0 without damping
     """
     f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))

@@ -50,23 +50,22 @@ def _integrators(stability: pd.DataFrame) -> Iterator[Claim]:
 def _poke(body_springs: pd.DataFrame) -> Iterator[Claim]:
     """Judge virtual body springs by a poke, for each of their stiffnesses [N/m]; 0 is the surface without them."""
     premise, section = "a tube's surface held at both ends, poked at one node", "3, figures 3.5, 3.6"
-    shown = body_springs[body_springs["case"].isin(["none", "body_springs"])]
-    depths = held(shown).groupby("body_springs_n_m")["max_displacement_m"].max()
+    found = pokes(body_springs).set_index("body_springs_n_m").sort_index()
+    dampers = found["case"] == "dampers_only"
+    left, shares = found["left_m"] / found["depth_m"], (found["moved"] / found["nodes"])[~dampers]
+    depths = found["depth_m"][~dampers]
     ours = ", ".join(f"{1e3 * depth:.2g} mm deep at {k:g} N/m" for k, depth in depths.items())
     claim = "with virtual body springs a surface resists like a solid"
     yield Claim(3, section, claim, premise, "it does", ours, verdict(depths.is_monotonic_decreasing))
-    shares = moved(body_springs)
     ours = ", ".join(f"{percent(share)} at {k:g} N/m" for k, share in shares.items()) + " of the nodes move"
     local = shares.is_monotonic_decreasing and shares.iloc[-1] < shares.iloc[0]
     yield Claim(3, section, "virtual body springs keep a poke local", premise, "they do", ours, verdict(local))
-    last = where(body_springs, time_s=body_springs["time_s"].max())
-    left = last[last["case"] != "dampers_only"].groupby("body_springs_n_m")["max_displacement_m"].max() / depths
-    ours = f"{', '.join(f'{percent(max(share, 1e-4))} at {k:g} N/m' for k, share in left.items())} are left, or less"
-    still, deep = (where(rows, case="dampers_only")["max_displacement_m"].max() for rows in (last, held(body_springs)))
-    if pd.notna(still):
-        ours += f"; of the same dampers without springs, {percent(max(still / deep, 1e-4))}"
+    shown = left[~dampers]
+    ours = f"{', '.join(f'{percent(max(share, 1e-4))} at {k:g} N/m' for k, share in shown.items())} are left, or less"
+    for share in left[dampers]:
+        ours += f"; of the same dampers without springs, {percent(max(share, 1e-4))}"
     claim = "with virtual body springs the body comes back when it is released"
-    yield Claim(3, section, claim, premise, "it does", ours, verdict(bool((left[left.index > 0] < _LEFT).all())))
+    yield Claim(3, section, claim, premise, "it does", ours, verdict(bool((shown[shown.index > 0] < _LEFT).all())))
 
 
 def _column(clusters: pd.DataFrame) -> Claim:
@@ -228,11 +227,15 @@ def held(body_springs: pd.DataFrame) -> pd.DataFrame:
     return where(body_springs, time_s=where(body_springs, phase="hold")["time_s"].max())
 
 
-def moved(body_springs: pd.DataFrame) -> pd.Series:
-    """Return the fraction of nodes that moved at the end of the hold, by stiffness [N/m]; 0 is without springs."""
-    rows = held(body_springs[body_springs["case"].isin(["none", "body_springs"])])
-    sums = rows.groupby("body_springs_n_m")[["moved", "nodes"]].sum()
-    return sums["moved"] / sums["nodes"]
+def pokes(body_springs: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each case and stiffness [N/m]: how deep and wide the surface gives way, and what is left of it.
+
+    depth_m, left_m : largest displacement [m] at the end of the hold and of the run; moved, nodes : numbers
+    """
+    by_case, last = ["case", "body_springs_n_m"], where(body_springs, time_s=body_springs["time_s"].max())
+    ends, left = (rows.groupby(by_case, sort=False)["max_displacement_m"].max() for rows in (held(body_springs), last))
+    counts = held(body_springs).groupby(by_case, sort=False)[["moved", "nodes"]].sum()
+    return counts.assign(depth_m=ends, left_m=left).reset_index()
 
 
 def tips(clusters: pd.DataFrame) -> pd.Series:

@@ -9,6 +9,7 @@ from palpate.report import tables
 from palpate.report.model_looks import FORCES, look
 from palpate.report.report import Report
 from palpate.report.words import percent, seconds
+from palpate.studies.springs.claims import as_fit_after
 
 FITTED, OTHERS = 0.05, 0.15
 """RMSE of the peak up to which a fit is good, on its own press and on the others."""
@@ -23,20 +24,11 @@ def numbers(report: Report) -> dict[str, Any]:
     return {
         "genetic": genetic,
         "ahead": 1.0 - gradient["fitness"].median() / np.median(genetic["fitness"]),
-        "passed": {words: _passed(history, force) for force, words in FORCES.items()},
+        "passed": {words: as_fit_after(history, "gradient", force) for force, words in FORCES.items()},
         "medians": _medians(fits),
         "good": (FITTED, OTHERS),
         "met": _met(fits[~fits["method"].isin(["gradient_all"])]),
     }
-
-
-def _passed(history: pd.DataFrame, force: bool) -> float | None:
-    """Return when [s] the gradient is better than the median of the genetic algorithm's ends; None if never."""
-    runs = tables.where(history, volume_force=force)
-    ends = tables.where(runs, method="genetic").groupby("seed")["fitness"].max()
-    gradient = tables.where(runs, method="gradient")
-    better = gradient[gradient["fitness"] > ends.median()]
-    return float(better["seconds"].min()) if len(better) else None
 
 
 def _met(fits: pd.DataFrame) -> list[str]:

@@ -7,7 +7,6 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh, area_normals, corner_normals
-from palpate.bodies.surfaces.triangles import distances
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.minimiser import Solution, descend_or
 from palpate.solvers.continuation import steps_to
@@ -41,8 +40,14 @@ class GraspedPatch:
         middle, near = self.corners.reshape(-1, 3).mean(axis=0), ON_PATCH * mesh.size
         reach = np.linalg.norm(self.corners - middle, axis=2).max() + near
         nodes = mesh.surface[np.linalg.norm(mesh.nodes[mesh.surface] - middle, axis=1) <= reach]
-        triangles = np.arange(3 * len(self.corners)).reshape(-1, 3)
-        return nodes[distances(mesh.nodes[nodes], self.corners.reshape(-1, 3), triangles) <= near]
+        first, sides = self.corners[:, 0], np.swapaxes(self.corners[:, 1:] - self.corners[:, :1], 1, 2)
+        away = mesh.nodes[nodes][:, None] - first
+        # coordinates along two sides of each triangle, moved into it: exact for nodes on it, an upper bound for others
+        along = np.einsum("tab,nta->ntb", np.swapaxes(np.linalg.pinv(sides), 1, 2), away)
+        along = np.clip(along, 0.0, None)
+        along /= np.maximum(along.sum(axis=2, keepdims=True), 1.0)
+        off = np.linalg.norm(away - np.einsum("tab,ntb->nta", sides, along), axis=2).min(axis=1, initial=np.inf)
+        return nodes[off <= near]
 
     def held_of(self, body: Body) -> Body:
         """Return the body with the patch held beside its anchors, on all levels."""

@@ -15,7 +15,7 @@ from palpate.effects.held import Held
 from palpate.effects.springs import Springs
 from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import InputError, NotConverged
-from palpate.linalg.polar import rotations
+from palpate.linalg.polar import nearest_rotation
 from palpate.solvers import goal_position, symplectic_euler
 from palpate.solvers.system import System, stable_step
 
@@ -150,7 +150,7 @@ def integrator(particles, mode, kind="one", alpha=0.5, **others):
 def misfit(particles, x):
     """How far ``x`` is from the rest shape, moved and turned, relative to its size."""
     rest, now = particles.nodes - particles.nodes.mean(axis=0), x - x.mean(axis=0)
-    turn = rotations((now.T @ rest)[None])[0]
+    turn = nearest_rotation(now.T @ rest)
     return np.abs(now - rest @ turn.T).max() / particles.size
 
 

@@ -188,17 +188,9 @@ def mesh_sizes(body: Body, paper_surface: Sequence | None = None) -> pd.DataFram
 
     paper_surface : (nodes, triangles) or None for each level
     """
-    papers = paper_surface or [None] * len(body.levels)
-    rows = [
-        {
-            "body": body.name,
-            "level": level,
-            "surface_nodes": len(mesh.surface),
-            "surface_triangles": len(mesh.triangles),
-            "nodes": len(mesh.nodes),
-            "tetrahedra": len(mesh.tetrahedra),
-            **dict(zip(("paper_nodes", "paper_triangles"), paper or (pd.NA, pd.NA), strict=True)),
-        }
-        for level, (mesh, paper) in enumerate(zip(body.levels, papers, strict=True))
-    ]
-    return pd.DataFrame(rows).astype({"paper_nodes": "Int64", "paper_triangles": "Int64"})
+    papers, rows = paper_surface or [None] * len(body.levels), []
+    for level, (mesh, paper) in enumerate(zip(body.levels, papers, strict=True)):
+        counts = len(mesh.surface), len(mesh.triangles), len(mesh.nodes), len(mesh.tetrahedra)
+        rows.append((body.name, level, *counts, *(paper or (pd.NA, pd.NA))))
+    names = "body level surface_nodes surface_triangles nodes tetrahedra paper_nodes paper_triangles"
+    return pd.DataFrame(rows, columns=names.split()).astype({"paper_nodes": "Int64", "paper_triangles": "Int64"})

@@ -8,7 +8,7 @@ import numpy as np
 from palpate.collision.trees.build_tree import FIRST, LAST
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import Counts, StoppedTree, crossing_pairs, overlaps, volume_pairs
-from palpate.collision.triangles.distance import triangle_pairs_contact
+from palpate.collision.triangles.distance import triangle_pairs_distance
 
 FLAT = 1e-12
 """Squared sine of the angle between two edges of a triangle, up to which it counts as a segment."""
@@ -41,11 +41,11 @@ def triangle_contacts(tree_a: Tree, tree_b: Tree, velocity_a: np.ndarray, veloci
     """
     pairs, counts = crossing_pairs(tree_a, tree_b)
     one, other = tree_a.triangles[pairs[:, 0]], tree_b.triangles[pairs[:, 1]]
-    apart, least, places = triangle_pairs_contact(tree_a.points[one], tree_b.points[other])
-    moving = _interpolated(tree_a.points[one], velocity_a[one], places[:, 0])
-    moving -= _interpolated(tree_b.points[other], velocity_b[other], places[:, 1])
-    directions, signed = ways_out(tree_a.points[one], tree_b.points[other], least, apart)
-    return Contacts(pairs, places.mean(axis=1), directions, -signed, moving, counts)
+    _, places, _ = triangle_pairs_distance(tree_a.points[one], tree_b.points[other])
+    moving = _interpolated(tree_a.points[one], velocity_a[one], places)
+    moving -= _interpolated(tree_b.points[other], velocity_b[other], places)
+    directions, depths = ways_out(tree_a.points[one], tree_b.points[other])
+    return Contacts(pairs, places, directions, depths, moving, counts)
 
 
 def stopped_contacts(
@@ -63,22 +63,22 @@ def stopped_contacts(
     return Contacts(pairs, places, directions, depths, moving, Counts(tests, 0))
 
 
-def ways_out(a: np.ndarray, b: np.ndarray, directions: np.ndarray, signed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return directions (k, 3) in which crossing triangles of closed bodies separate, and signed distances (k,) [m].
+def ways_out(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return directions (k, 3) in which crossing triangles of closed bodies separate, and depths (k,) [m].
 
-    a, b : (k, 3, 3) [m], facing out of the bodies; directions, signed : returned where both triangles are degenerate
+    a, b : (k, 3, 3) [m], facing out of the bodies; of two degenerate triangles direction and depth are zero
     The direction is the normal of b, or against that of a, whichever takes less: until a's corners are above b's plane,
     or b's above a's. The least translation in any direction, in contrast, may lead deeper into a body.
     """
-    directions, signed, best = directions.copy(), signed.copy(), np.full(len(a), np.inf)
+    directions, depths, best = np.zeros((len(a), 3)), np.zeros(len(a)), np.full(len(a), np.inf)
     for one, other, sign in ((a, b, 1.0), (b, a, -1.0)):
         normals = np.cross(other[:, 1] - other[:, 0], other[:, 2] - other[:, 0])
         lengths = np.linalg.norm(normals, axis=1)
         normals /= np.where(lengths > 0.0, lengths, 1.0)[:, None]
         below = np.einsum("ki,kci->kc", normals, other[:, :1] - one).max(axis=1)
         less = (lengths > 0.0) & (below < best)
-        best[less], directions[less], signed[less] = below[less], sign * normals[less], -below[less]
-    return directions, signed
+        best[less], directions[less], depths[less] = below[less], sign * normals[less], below[less]
+    return directions, depths
 
 
 @numba.njit(cache=True)

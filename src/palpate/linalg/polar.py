@@ -93,30 +93,18 @@ CERTAIN = 1e-6
 eigenvalue, s₂ + s₃, is above 8e-6 tr S, and a last rotation by 1e-6 rad cannot have changed its sign."""
 
 
-def rotations(matrices: np.ndarray) -> np.ndarray:
-    """Return the rotations (n, 3, 3) nearest to ``matrices`` (n, 3, 3) of any unit: U diag(1, 1, det U det V) Vᵀ.
+def nearest_rotation(matrix: np.ndarray) -> np.ndarray:
+    """Return the rotation (3, 3) nearest to ``matrix`` (3, 3) of any unit: U diag(1, 1, det U det V) Vᵀ.
 
     Müller, Heidelberger, Teschner, Gross 2005, section 3.3. Trap: where s₂ + s₃ = 0, with s₃ < 0 if det A < 0,
     several are equally near, and one of them is returned; the error grows like 1/(s₂ + s₃).
-
-    Raises InputError for another shape, and for NaN or infinite entries.
+    Raises InputError for NaN or infinite entries.
     """
-    matrices = np.ascontiguousarray(matrices, dtype=np.float64)
-    if matrices.ndim != 3 or matrices.shape[1:] != (3, 3):
-        raise InputError(f"matrices has shape {matrices.shape}: give an array of shape (n, 3, 3)")
-    if not np.isfinite(matrices).all():
-        raise InputError("matrices holds NaN or infinite entries, which have no nearest rotation: leave them out")
-    out = np.empty_like(matrices)
-    _rotations(matrices, out)
-    return out
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _rotations(matrices, out):
-    turn, work = np.empty(4), np.empty((4, 3, 3))
-    for n in range(len(matrices)):
-        turn[0] = 0.0  # no initial guess
-        nearest(matrices[n], turn, work, out[n])
+    if not np.isfinite(matrix).all():
+        raise InputError("a matrix holds NaN or infinite entries, and so has no nearest rotation: leave it out.")
+    found, no_guess = np.empty((3, 3)), np.zeros(4)
+    nearest(np.ascontiguousarray(matrix, dtype=float), no_guess, np.empty((4, 3, 3)), found)
+    return found
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -50,7 +50,8 @@ class Careless:
 
 def test_missed_and_made_up_pairs_are_counted():
     scene = two_livers(0)
-    (row,) = compare_trees._scene_rows(scene, FRAMES, {("careless", "", False): Careless})
+    rows = compare_trees._scene_rows(scene, FRAMES, {("careless", "", False): Careless})
+    row = compare_trees.COLLISION.frame(rows).loc[0]
     assert [0, 0] not in crossing(scene.at(0.0), scene.triangles).tolist()
     assert (row["missed_pairs"], row["extra_pairs"]) == (FRAMES, FRAMES)
 

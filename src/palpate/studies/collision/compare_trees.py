@@ -154,10 +154,10 @@ def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, r
     for scene in scenes(refinements, seed):
         rows += _scene_rows(scene, frames, contenders(depths, with_rivals=len(scene.triangles) == 2))
         report(scene.name)
-    return pd.DataFrame(rows)
+    return COLLISION.frame(rows)
 
 
-def _scene_rows(scene: Moving, frames: int, makers: dict) -> list[dict]:
+def _scene_rows(scene: Moving, frames: int, makers: dict) -> list[tuple]:
     """Measure all structures ``makers`` in one scene, in turns of BLOCK frames."""
     start = scene.at(0.0)
     runs = {key: _Run(make, scene.triangles, start) for key, make in makers.items()}
@@ -170,10 +170,7 @@ def _scene_rows(scene: Moving, frames: int, makers: dict) -> list[dict]:
                 if not rival or frame % RIVALS_EVERY == 0:
                     run.frame(points[frame], true[frame])
     count = sum(map(len, scene.triangles))
-    return [
-        {"scene": scene.name, "structure": structure, "depths": depths, "rival": rival, "triangles": count} | run.row()
-        for (structure, depths, rival), run in runs.items()
-    ]
+    return [(scene.name, *key, count, *run.row()) for key, run in runs.items()]
 
 
 class _Run:
@@ -198,14 +195,13 @@ class _Run:
         found, wanted = (p[:, 0] * self._count + p[:, 1] for p in (pairs, true))
         self._misjudged.append((len(np.setdiff1d(wanted, found)), len(np.setdiff1d(found, wanted))))
 
-    def row(self) -> dict:
-        names = ("refit_ms", "query_ms", "frame_ms", "node_tests", "triangle_tests", "pairs")
-        row = {"build_ms": float(np.median(self._built))}
-        row |= zip(names, np.median(self._frames, axis=0), strict=True)
+    def row(self) -> tuple:
+        """Return what COLLISION has after the triangles."""
+        build, (refit, *others) = float(np.median(self._built)), np.median(self._frames, axis=0)
         if not self._one.refits:  # each of its frames is a build
-            row |= {"build_ms": row["refit_ms"], "refit_ms": np.nan}
-        row |= zip(("missed_pairs", "extra_pairs"), np.sum(self._misjudged, axis=0), strict=True)
-        return row | {"rebuilds": getattr(self._one, "rebuilds", 0), "frames": len(self._frames), "threads": 1}
+            build, refit = refit, np.nan
+        wrong = np.sum(self._misjudged, axis=0)
+        return build, refit, *others, *wrong, getattr(self._one, "rebuilds", 0), len(self._frames), 1
 
 
 def timed(call: Callable, *given: Any) -> tuple[float, Any]:
@@ -255,14 +251,13 @@ def measure_growth(triangles: list[int], depths: list[list[int]], report: Callab
         scene = crossing_waves(number)
         points = [scene.at(0.002 * frame) for frame in range(3)]
         count = sum(map(len, scene.triangles))
-        for (structure, deep, rival), make in contenders(depths, with_rivals=True).items():
-            row = {"structure": structure, "depths": deep, "rival": rival, "triangles": count}
-            rows.append(row | _times(make, scene.triangles, points) | {"threads": 1})
+        for key, make in contenders(depths, with_rivals=True).items():
+            rows.append((*key, count, *_times(make, scene.triangles, points), 1))
         report(number)
-    return pd.DataFrame(rows)
+    return COLLISION_SCALING.frame(rows)
 
 
-def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.ndarray]]) -> dict[str, float]:
+def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.ndarray]]) -> tuple[float, ...]:
     """Measure the time of a build, and the medians of refit, query and pairs over frames of ``points``."""
     built, one = timed(make, triangles, points[0])
     taken = []
@@ -271,8 +266,7 @@ def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.nda
         update = timed(one.update, at)[0] if one.refits else np.nan
         query, pairs = timed(one.query)
         taken.append((update, query, len(pairs)))
-    update, query, pairs = np.median(taken, axis=0)
-    return dict(zip(STAGES, (built, update, query), strict=True)) | {"pairs": pairs}
+    return built, *np.median(taken, axis=0)
 
 
 def measure_collision(

@@ -338,13 +338,12 @@ def measure_apart(
         triangles = [cells for _, cells in bodies]
         for (structure, deep, rival), make in contenders(depths, with_rivals=True).items():
             one = make(triangles, [at for at, _ in bodies])
-            row = {"bodies": name, "structure": structure, "depths": deep, "rival": rival}
-            row |= {"triangles": sum(map(len, triangles))}
-            rows += [row | {"gap_m": gap} | _cost(one, placed[gap]) for gap in sorted(gaps_m, reverse=True)]
+            costs = [(gap, *_cost(one, placed[gap])) for gap in sorted(gaps_m, reverse=True)]
             test = nanoseconds(*one.trees) if structure in PURE and not rival else np.nan  # at the least gap
-            rows[-len(gaps_m) :] = [each | {"test_ns": test} for each in reversed(rows[-len(gaps_m) :])]
+            count = sum(map(len, triangles))
+            rows += [(name, structure, deep, rival, count, *cost, test) for cost in reversed(costs)]
         report(name)
-    return pd.DataFrame(rows)
+    return COLLISION_APART.frame(rows)
 
 
 def _place(bodies: tuple, gaps_m: list[float], random: np.random.Generator) -> Iterator[tuple[float, list[np.ndarray]]]:
@@ -365,8 +364,8 @@ def _place(bodies: tuple, gaps_m: list[float], random: np.random.Generator) -> I
         yield gap, [here, moved]
 
 
-def _cost(one: Any, placed: list[list[np.ndarray]]) -> dict[str, float]:
-    """Measure refit and query of a structure ``one`` over placements of two bodies, in the columns of COLLISION_APART.
+def _cost(one: Any, placed: list[list[np.ndarray]]) -> tuple[float, ...]:
+    """Measure refit and query of a structure ``one`` over placements of two bodies, as COLLISION_APART has it.
 
     placed : the points (n, 3) [m] of both bodies, for each placement. Times are medians [ms]. The bodies are apart, so
         that each pair of triangles that is found is one too many; tests are counted of RefittedTrees, else NaN
@@ -384,10 +383,9 @@ def _cost(one: Any, placed: list[list[np.ndarray]]) -> dict[str, float]:
             roots += len(overlapping_trees(one.trees))
     update, query, whole = np.median(costs, axis=0)
     nodes, triangles = np.mean(tests, axis=0) if tests else (np.nan, np.nan)
-    times = {"refit_ms": update if one.refits else np.nan, "query_ms": query, "frame_ms": whole}
-    counts = {"node_tests": nodes, "triangle_tests": triangles}
-    counts["roots_overlap"] = roots / len(placed) if tests else np.nan
-    return times | counts | {"extra_pairs": extra, "placements": len(placed), "threads": 1}
+    overlapping = roots / len(placed) if tests else np.nan
+    refit = update if one.refits else np.nan
+    return refit, query, whole, nodes, triangles, overlapping, extra, len(placed), 1
 
 
 def measure_collision_precision(

@@ -16,7 +16,7 @@ from palpate.effects.springs import make as make_springs
 from palpate.linalg.block_pattern import product
 from palpate.linalg.minimiser import Product, minimise_by_newton
 from palpate.linalg.multigrid import Factor
-from palpate.linalg.polar import rotations
+from palpate.linalg.polar import nearest_rotation
 from palpate.models.springs.mass_spring import LoadedSprings
 from palpate.solvers import quadratic_motion
 from palpate.solvers.equilibrium import Equilibrium
@@ -145,7 +145,7 @@ class Carried:
         for i, (interpolation, weights, offsets, mean) in enumerate(self._patches):
             points = interpolation @ x
             mean_now = weights @ points
-            rotation = rotations(((points - mean_now).T @ (weights[:, None] * offsets))[None])[0]
+            rotation = nearest_rotation((points - mean_now).T @ (weights[:, None] * offsets))
             positions[i] = mean_now + rotation @ (self._places[i] - mean)
         return positions
 

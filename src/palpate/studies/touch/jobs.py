@@ -1,5 +1,6 @@
 """Functions that workflow/rules/touch.smk calls (workflow/job.py says how), and the tables they write."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,21 +16,22 @@ from palpate.benchmark.touch_measure import SIGNED, TOUCH, Touches, touch_settin
 from palpate.benchmark.touch_mesh import check_by_coarse_elements
 from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.benchmark.truth import over, reasons
+from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.effects.instrument import Instrument
 from palpate.models.own_model import own_settings
-from palpate.run.job import free_mb, steps, write_table
+from palpate.run.job import free_mb, write_table
 from palpate.stores import store, stored
 from palpate.studies.touch.settings import Families
 from palpate.table_declaration import Table
 
 
 def simulate_touch_truth(
-    input, output, wildcards, say, instrument: ToolSettings, truth: TouchTruthSettings, at: list[Given],
+    body: Body, output, say, progress: Callable, instrument: ToolSettings, truth: TouchTruthSettings, at: list[Given],
     samples: int, depth_of_radius: tuple[float, float], seed: int,
 ):  # fmt: skip
     """Choose the touches of a body by an instrument, and find the truth of each."""
-    body, tool = load(input.body), Instrument(**dict(instrument))
+    tool = Instrument(**dict(instrument))
     if at:
         table = given_touches(body, tool, at)
     else:
@@ -37,7 +39,6 @@ def simulate_touch_truth(
         table = choose_touches(body, tool, *chosen, check_by_coarse_elements(body, truth.along_radius))
     write_table(table, output.touches)
     touches = touches_of(tool, pd.read_csv(output.touches))
-    progress = steps(say, f"{wildcards.body}, {wildcards.tool}: truth of touch")
     store(truth_of_touches(body, touches, progress, truth, say, free_mb()), output.truth)
 
 
@@ -46,20 +47,18 @@ BUDGET_S = 0.1
 
 
 def measure_touch_models(
-    input, wildcards, say, instrument: ToolSettings, deepest_of_radius: float, place: str, keywords: dict,
-    settings: Families, repeats: int, seed: int,
+    body: Body, touches: pd.DataFrame, truth: TouchTruth, wildcards, instrument: ToolSettings, place: str,
+    deepest_of_radius: float, keywords: dict, settings: Families, repeats: int, seed: int, progress: Callable,
 ):  # fmt: skip
     """Measure all settings of one model on the touches of a body by an instrument."""
     tool = Instrument(**dict(instrument))
-    touches = touches_of(tool, pd.read_csv(input.touches))
-    deepest = max([deepest_of_radius * tool.radius_m, *(touch.depth_m for touch in touches)])
-    case = TouchCase(load(input.body), tool, deepest, seed, settings)
-    name, progress = wildcards.model, steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
+    deepest = max([deepest_of_radius * tool.radius_m, *touches["depth_m"]])
+    case, name = TouchCase(body, tool, deepest, seed, settings), wildcards.model
     if place.endswith(".py"):
         tried = own_settings(name, place, "touch", case.body, tool.name, tool.radius_m, seed, progress)
     else:
         tried = touch_settings(case, name, place, progress, **keywords)
-    kind = Touches(case, touches, stored(TouchTruth, input.truth), place)
+    kind = Touches(case, touches_of(tool, touches), truth, place)
     found = tables(kind, *measure(kind, tried, repeats, BUDGET_S))
     return dict(zip(("samples", "settings"), found, strict=True))
 

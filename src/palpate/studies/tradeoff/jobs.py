@@ -3,9 +3,9 @@
 import subprocess
 import warnings
 from collections.abc import Callable
-from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
@@ -78,8 +78,7 @@ def load_model(name: str, place: str, fields: dict[str, Any]) -> Model:
 
     if place.endswith(".py"):
         return load_own(name, Path(place))
-    module, _, kind = place.partition(":")
-    return getattr(import_module(module), kind)(**fields)
+    return resolve_name(place)(**fields)
 
 
 def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radius_m: float, more: bool):

@@ -41,7 +41,7 @@ def arguments(function: Any, say: Any) -> dict[str, Any]:
         elif name in wildcards:
             found[name] = TypeAdapter(kind).validate_python(wildcards[name])
         elif name == "progress":
-            found[name] = steps(say, f"{snakemake.rule}, {', '.join(snakemake.wildcards)}:")
+            found[name] = steps(say, f"{', '.join([snakemake.rule, *snakemake.wildcards])}:")
     return found
 
 

@@ -92,9 +92,7 @@ def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radi
     return {"samples": samples, "settings": settings, "estimates": estimates(case, judge)}
 
 
-def measure_facets(
-    body: Body, loads: pd.DataFrame, truth: Truth, samples: int, entry: Smooth, progress: Callable
-):  # fmt: skip
+def measure_facets(body: Body, loads: pd.DataFrame, truth: Truth, samples: int, entry: Smooth, progress: Callable):
     """Tabulate what the facets of a body change against its smooth surface, on some samples."""
     from palpate.benchmark.presses import samples_in
     from palpate.bodies.organs import surface_of

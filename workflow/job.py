@@ -41,22 +41,25 @@ def arguments(function: Any, say: Any) -> dict[str, Any]:
         elif name in wildcards:
             found[name] = TypeAdapter(kind).validate_python(wildcards[name])
         elif name == "progress":
-            found[name] = steps(say, f"{snakemake.rule}, {', '.join(snakemake.wildcards)}:")
+            found[name] = steps(say, f"{', '.join([snakemake.rule, *snakemake.wildcards])}:")
     return found
 
 
 def read(file: Any, kind: Any) -> Any:
-    """Return what a file holds, of the kind that is annotated; of several files, annotated ``list[kind]``, a list."""
+    """Return what a file holds, of the kind that is annotated; None without one, and a list for ``list[kind]``."""
     import pandas as pd
 
     from palpate.bodies import body_file
+    from palpate.bodies.body import Body
     from palpate.stores import stored
 
     if get_origin(kind) is list:
         return [read(each, get_args(kind)[0]) for each in file]
+    if not file:
+        return None
     if kind is pd.DataFrame:
         return pd.read_csv(file)
-    return body_file.load(file) if kind.__name__ == "Body" else stored(kind, file)
+    return body_file.load(file) if kind is Body else stored(kind, file)
 
 
 def write(found: Any, file: str) -> None:

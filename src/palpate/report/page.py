@@ -2,7 +2,7 @@
 
 import re
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,6 @@ from palpate.files import templates, write_whole
 from palpate.report import closing, declared, page_assets, template
 from palpate.report.report import Report
 from palpate.report.template import Part, Section
-from palpate.run.job import load_warnings
 
 MOST_MB = 20.0
 """A page of this size goes into a mail, and is opened within a second or two."""
@@ -111,3 +110,8 @@ def write_report(input: Any, output: Any, told: dict[str, Any]) -> None:
     warned = load_warnings(file for file in said if file not in taken)
     made = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
     write(out.parent, out, warned=warned, taken=load_warnings(taken), more=made, **told)
+
+
+def load_warnings(paths: Iterable[str | Path]) -> list[str]:
+    """Read the warnings in files of ``save_warnings``, each once."""
+    return list(dict.fromkeys(line for path in paths for line in Path(path).read_text(encoding="utf-8").splitlines()))

@@ -24,11 +24,6 @@ def save_warnings(lines: Iterable[str], path: str | Path) -> None:
         part.write_text("".join(f"{line}\n" for line in dict.fromkeys(lines)), encoding="utf-8")
 
 
-def load_warnings(paths: Iterable[str | Path]) -> list[str]:
-    """Read the warnings in files of ``save_warnings``, each once."""
-    return list(dict.fromkeys(line for path in paths for line in Path(path).read_text(encoding="utf-8").splitlines()))
-
-
 @contextmanager
 def job(log: str | Path, warned: str | None = None) -> Iterator[Callable[[str], None]]:
     """Run the body of a workflow script; yields ``say``, which writes a line to the terminal and to ``log``.

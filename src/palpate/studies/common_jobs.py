@@ -4,16 +4,16 @@ workflow/job.py says how a function gets its arguments. One imports what it need
 runs again when that changes.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 
-from palpate.bodies.settings import Body
-from palpate.run.job import steps
-from palpate.stores import store
+from palpate.bodies import settings
+from palpate.bodies.body import Body
 
 
-def make_body(output, wildcards, entry: Body):
+def make_body(output, wildcards, entry: settings.Body):
     from palpate.bodies.body_file import save
     from palpate.bodies.make_body import make_body, taken
     from palpate.bodies.mesh import TetMesh
@@ -26,25 +26,17 @@ def make_body(output, wildcards, entry: Body):
     save_warnings((f"{body.name}: {line}" for line in lines), output.taken)
 
 
-def compute_compliance(input, output, params, wildcards, say):
-    from palpate.bodies.body_file import load
+def compute_compliance(body: Body, radius: float, contacts: int | None, order: int, seed: int, progress: Callable):
     from palpate.bodies.contacts import sampled_contacts
     from palpate.solvers.compliance import compute_compliance
 
-    body, radius = load(input.body), float(wildcards.radius)
-    progress = steps(say, f"{body.name}: unit forces at contact")
-    compliance = compute_compliance(
-        body, radius, progress, sampled_contacts(body, params.contacts, params.seed), params.order
-    )
-    store(compliance, output[0])
+    return compute_compliance(body, radius, progress, sampled_contacts(body, contacts, seed), order)
 
 
-def tabulate_meshes(input, params):
-    from palpate.bodies.body_file import load
+def tabulate_meshes(bodies: list[Body], paper: dict[str, list | None]):
     from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
 
-    bodies = [load(path) for path in input.bodies]
-    sizes = pd.concat(mesh_sizes(body, params.paper[body.name]) for body in bodies)
+    sizes = pd.concat(mesh_sizes(body, paper[body.name]) for body in bodies)
     return {"sizes": sizes, "quality": pd.concat(map(mesh_quality, bodies))}
 
 

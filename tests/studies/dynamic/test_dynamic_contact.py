@@ -10,11 +10,11 @@ from palpate.bodies.material import Material
 from palpate.effects.settings import ShapeMatching
 from palpate.models.shape_matching import cubes
 from palpate.scenes.settings import Scene
-from palpate.stores import store
+from palpate.stores import store, stored
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, training_of
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit
-from palpate.studies.dynamic.reference import read_truth, reference, tabulate
+from palpate.studies.dynamic.reference import reference, tabulate
 from palpate.studies.dynamic.settings import Training
 
 FLOOR = {"instruments": [{"kind": "floor", "height_m": -0.005}], "friction": 0.5}
@@ -74,7 +74,7 @@ def test_models_are_judged_until_meshes_part_beside_what_these_say_of_the_standa
     compared, coarse = (ComparedScene.of(PILE, block, 0.2, 10, level) for level in (1, 0))
     limit = linear_limit(compared, 2, 0.06)
     store(limit, tmp_path / "truth.h5")
-    limit = read_truth(tmp_path / "truth.h5")
+    limit = stored(LinearLimit, tmp_path / "truth.h5")
     assert isinstance(limit, LinearLimit) and 0.0 < limit.until_s < 0.2
     found = reference(coarse, None, 0.05, 4)
     grid = GRID | {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}

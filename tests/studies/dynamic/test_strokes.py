@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.body_file import save
 from palpate.bodies.material import Material
 from palpate.bodies.simple_shapes import box
 from palpate.effects.settings import Ball, Contact, Rayleigh
@@ -32,11 +31,9 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     monkeypatch.setattr(strokes, "DEPTHS_M", (0.004, 0.012))
     mesh = box([0.06, 0.06, 0.03], [4, 4, 2])
     body = nest("pad", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(5000.0, 0.3, 1000.0))
-    save(body, tmp_path / "body.h5")
     compared = Compared(scene=STROKED, own=OWN)
     region = {"half_width_m": 0.022, "strokes": 4, "seed": 1}
-    files = SimpleNamespace(body=tmp_path / "body.h5"), SimpleNamespace(strokes=tmp_path / "shown.h5")
-    simulate_strokes(*files, compared, region, print)
+    simulate_strokes(body, SimpleNamespace(strokes=tmp_path / "shown.h5"), compared, region, iter)
     shown = stored(Strokes, tmp_path / "shown.h5")
     assert shown.shown.shape == (4 * 60, len(mesh.nodes) + len(mesh.edges), 3) and shown.seconds > 0.0
     made = ComparedScene.of(STROKED, body, **OWN)

@@ -13,15 +13,13 @@ from palpate.benchmark.measuring import CALLS, Call, Kind, Prepared, Row, measur
 from palpate.benchmark.model import Setting, held_mb, setting_text
 from palpate.benchmark.ranking import TRUTH
 from palpate.bodies.body import Body
-from palpate.bodies.body_file import load
 from palpate.bodies.cutting.cut import Blade, Cut, make_cut
 from palpate.bodies.cutting.ways import VIRTUAL_NODES
 from palpate.errors import InputError, NotConverged
 from palpate.models.cut.opened import CutCase, CutModel
 from palpate.models.cut.tried import MODELS, TRIED
-from palpate.run.job import steps
 from palpate.solvers.grasping import patch_around
-from palpate.stores import store, stored
+from palpate.stores import store
 from palpate.studies.cut.settings import Pull
 from palpate.table_declaration import Table
 
@@ -201,9 +199,9 @@ FRONT_OF_WIDTH = 0.5
 """Longest edges at the front of a cut over its half width, on the meshes that are halved; elsewhere at the cut 1."""
 
 
-def find_cut_truth(input: Any, output: Any, wildcards: Any, entry: Pull) -> dict[str, Any]:
+def find_cut_truth(body: Body, output: Any, wildcards: Any, entry: Pull) -> dict[str, pd.DataFrame]:
     """Find the truth of a cut, for the rule of that name (workflow/job.py says how it is called)."""
-    case = asked(load(input.body), entry)
+    case = asked(body, entry)
     cut = case.cuts[0]
     found = truth_of_cut(case.body, cut, case.hooks, cut.narrow_m, FRONT_OF_WIDTH * cut.narrow_m, case.places)
     store(found, output.truth)
@@ -211,9 +209,8 @@ def find_cut_truth(input: Any, output: Any, wildcards: Any, entry: Pull) -> dict
 
 
 def measure_cut(
-    input: Any, wildcards: Any, say: Callable, entry: Pull, repeats: int, budget_s: float
+    body: Body, truth: CutTruth, wildcards: Any, entry: Pull, repeats: int, budget_s: float, progress: Callable
 ) -> dict[str, pd.DataFrame]:
     """Measure all models of a cut, for the rule of that name."""
-    case, progress = asked(load(input.body), entry), steps(say, f"{wildcards.scene}: setting")
-    tables = measure_models(wildcards.scene, case, stored(CutTruth, input.truth), repeats, budget_s, progress)
+    tables = measure_models(wildcards.scene, asked(body, entry), truth, repeats, budget_s, progress)
     return dict(zip(("cut", "opening"), tables, strict=True))

@@ -17,20 +17,18 @@ from palpate.benchmark.load import Answer
 from palpate.benchmark.measuring import Call, Kind, Prepared, Row
 from palpate.benchmark.model import checked
 from palpate.benchmark.motion_truth import MotionRun, MotionTruth, force_errors
-from palpate.bodies import body_file
+from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged
 from palpate.models.own_model import OwnSolver, own_settings
 from palpate.models.reduced_body import ReducedBody
 from palpate.models.reduced_motion import ReducedMotion, move
 from palpate.own_file import MODEL_GUIDE
-from palpate.run.job import steps
-from palpate.stores import stored
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.estimates import MotionEstimate, error_of_step, estimate, estimate_in_modes
 from palpate.studies.dynamic.fitted import Fitted, Grid, Settings, corrects, models_of
 from palpate.studies.dynamic.forces import DYNAMIC_FORCE, LIMIT, curve
 from palpate.studies.dynamic.linear_limit import LinearLimit
-from palpate.studies.dynamic.reference import Reference, read_truth
+from palpate.studies.dynamic.reference import Reference
 from palpate.studies.dynamic.strokes import Strokes, stroke_modes
 from palpate.table_declaration import Table
 
@@ -345,25 +343,28 @@ def _columns_of_times(times: Sequence[float], steps: int, whole_s: float) -> Row
 
 
 def measure_dynamic(
-    input: Any,
+    body: Body,
     compared: Compared,
+    reference: Reference,
+    truth: MotionTruth | LinearLimit | None,
+    strokes: list[Strokes],
     stroked: list[str],
     settings: dict[str, Any],
     own: dict[str, str],
     seed: int,
-    say: Callable,
-) -> Any:
+    progress: Callable,
+) -> dict[str, pd.DataFrame]:
     """Compare the models in a scene, for the rule of that name."""
-    scene, training = compared.and_training(body_file.load(input.body))
+    scene, training = compared.and_training(body)
     table, force = measure(
         scene,
         training,
-        stored(Reference, input.reference),
+        reference,
         settings,
         names=compared.own.models or (),
-        progress=steps(say, f"{scene.name}: model"),
-        limit=read_truth(input.truth) if input.truth else None,
-        strokes={name: stored(Strokes, path) for name, path in zip(stroked, input.strokes, strict=True)},
+        progress=progress,
+        limit=truth,
+        strokes=dict(zip(stroked, strokes, strict=True)),
         seed=seed,
         own=own,
     )

@@ -17,20 +17,19 @@ from palpate.benchmark.conformal import CONSTANT, OWN, bound_row
 from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.presses import oblique
 from palpate.benchmark.ranking import EXACT
-from palpate.bodies import body_file
+from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts
 from palpate.collision.contact.instrument_contact import instruments_of
 from palpate.effects.settings import Contact, Push
 from palpate.errors import NotConverged
 from palpate.files import merge
 from palpate.models import strokes
-from palpate.run.job import steps
 from palpate.solvers.quadratic_motion import Reached
-from palpate.stores import stored
 from palpate.studies.dynamic.accuracy import STEP, Motions, Moved, measure, prepared_setting
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.fitted import Fitted, MadeModes
-from palpate.studies.dynamic.reference import read_truth, reference
+from palpate.studies.dynamic.linear_limit import LinearLimit
+from palpate.studies.dynamic.reference import reference
 from palpate.studies.dynamic.strokes import Strokes, contact_of, modes_of_strokes
 from palpate.table_declaration import Table
 
@@ -276,23 +275,24 @@ def measure_stroke(
 
 
 def measure_elsewhere(
-    input: Any, compared: Compared, own: dict[str, Any], settings: dict[str, Any], seed: int, say: Callable
-) -> Any:
+    body: Body,
+    compared: Compared,
+    truth: MotionTruth | LinearLimit | None,
+    own: dict[str, Any],
+    settings: dict[str, Any],
+    seed: int,
+    progress: Callable,
+) -> pd.DataFrame:
     """Measure the models at other places, for the rule of that name."""
-    scene = compared.of(body_file.load(input.body))
-    found = read_truth(input.truth) if input.truth else None
-    like = found if isinstance(found, MotionTruth) and not found.rejected else None
-    progress = steps(say, f"{scene.name}: place")
-    return measure_places(scene, own, settings, seed, progress, like)
+    like = truth if isinstance(truth, MotionTruth) and not truth.rejected else None
+    return measure_places(compared.of(body), own, settings, seed, progress, like)
 
 
 def measure_held_out(
-    input: Any, compared: Compared, grid: dict[str, Any], held_out: int, seed: int, say: Callable
-) -> Any:
+    body: Body, compared: Compared, strokes: Strokes, grid: dict[str, Any], held_out: int, seed: int, progress: Callable
+) -> pd.DataFrame:
     """Measure strokes that region_modes were not shown, for the rule of that name."""
-    scene = compared.of(body_file.load(input.body))
-    progress = steps(say, f"{scene.name}: stroke held out")
-    return measure_strokes(scene, stored(Strokes, input.strokes), grid, held_out, seed, progress)
+    return measure_strokes(compared.of(body), strokes, grid, held_out, seed, progress)
 
 
 def tabulate_dynamic(input: Any, output: Any, left_out: dict[str, str]) -> Any:

@@ -12,10 +12,9 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors
 from palpate.benchmark.motion_truth import MotionTruth, force_errors, motion_truth
 from palpate.benchmark.richardson import limit
-from palpate.bodies import body_file
+from palpate.bodies.body import Body
 from palpate.errors import NotConverged
-from palpate.run.job import steps
-from palpate.stores import store, stored
+from palpate.stores import store
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit, resolved_frames
 from palpate.studies.dynamic.settings import Truth
@@ -219,22 +218,17 @@ def tabulate_truth(compared: ComparedScene, found: MotionTruth | LinearLimit) ->
     return MOTION_TRUTH.frame([row | {"balance": found.finest.balance, "rejected": found.rejected}])
 
 
-def read_truth(path: str) -> MotionTruth | LinearLimit:
-    """Read what ``find_motion_truth`` wrote."""
-    kinds: Any = MotionTruth | LinearLimit
-    return stored(kinds, path)
-
-
 PART = 0.05
 """Of the peak, by which two linear meshes and two steps may differ in a frame."""
 
 
-def find_motion_truth(input: Any, output: Any, truth: Truth, compared: Compared, say: Callable) -> Any:
+def find_motion_truth(
+    body: Body, output: Any, truth: Truth, compared: Compared, say: Callable, progress: Callable
+) -> dict[str, pd.DataFrame]:
     """Find the truth of a scene's motion, or until when linear meshes agree on it, for the rule of that name."""
     if truth.elements == "linear":
         compared = compared.but(own=compared.own.but(level=truth.levels - 1))
-    scene = compared.of(body_file.load(input.body))
-    count, progress = truth.steps_per_frame, steps(say, f"{scene.name}: motion")
+    scene, count = compared.of(body), truth.steps_per_frame
     if truth.elements == "linear":
         known = linear_limit(scene, count, PART, progress)
         say(f"{scene.name}: {known.said}")
@@ -253,9 +247,9 @@ def find_motion_truth(input: Any, output: Any, truth: Truth, compared: Compared,
     return {"table": tabulate_truth(scene, found)}
 
 
-def simulate_dynamic_reference(input: Any, output: Any, compared: Compared, say: Callable) -> Any:
+def simulate_dynamic_reference(body: Body, output: Any, compared: Compared, say: Callable) -> dict[str, pd.DataFrame]:
     """Find the reference of a scene, for the rule of that name."""
-    scene, training = compared.and_training(body_file.load(input.body))
+    scene, training = compared.and_training(body)
     change, halvings = compared.own.change_of_peak, compared.own.max_halvings
     assert change and halvings  # as the rule says
     found = reference(scene, training, change, halvings)

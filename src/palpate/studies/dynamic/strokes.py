@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from palpate.bodies import body_file
+from palpate.bodies.body import Body
 from palpate.effects.settings import Contact, Touching
 from palpate.models import stroke_motion, strokes
-from palpate.run.job import steps
 from palpate.scenes.run_scene import compose
 from palpate.scenes.settings import Scene
 from palpate.stores import store
@@ -49,12 +48,14 @@ WIDER = 1.3
 """Half width of the square that strokes are shown in, over that of the region."""
 
 
-def simulate_strokes(input: Any, output: Any, compared: Compared, region: dict[str, Any] | None, say: Callable) -> Any:
+def simulate_strokes(
+    body: Body, output: Any, compared: Compared, region: dict[str, Any] | None, progress: Callable
+) -> None:
     """Simulate the strokes of a scene with finite elements, for the rule of that name."""
-    scene = compared.of(body_file.load(input.body))
+    scene = compared.of(body)
     contacts, begin = learnt_from(scene, region), process_time()
     duration_s = scene.duration_s if region is None else strokes.DURATION_S
-    shown = strokes.shown(scene.body, contacts, scene.rayleigh, duration_s, steps(say, f"{scene.name}: stroke"))
+    shown = strokes.shown(scene.body, contacts, scene.rayleigh, duration_s, progress)
     store(Strokes(shown.astype(np.float32), process_time() - begin), output.strokes, compressed=True)
 
 

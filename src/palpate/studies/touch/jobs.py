@@ -1,5 +1,7 @@
 """Functions that workflow/rules/touch.smk calls (workflow/job.py says how), and the tables they write."""
 
+from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -9,35 +11,32 @@ from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.measuring import measure, tables
 from palpate.benchmark.ranking import TRUTH
 from palpate.benchmark.settings import Given, TouchTruthSettings
-from palpate.benchmark.settings import Instrument as ToolSettings
 from palpate.benchmark.touch import TouchCase, TouchErrors, TouchTruth, choose_touches, given_touches, touches_of
 from palpate.benchmark.touch_measure import SIGNED, TOUCH, Touches, touch_settings, truth_rows
 from palpate.benchmark.touch_mesh import check_by_coarse_elements
 from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.benchmark.truth import over, reasons
-from palpate.bodies.body_file import load
+from palpate.bodies.body import Body
 from palpate.effects.instrument import Instrument
 from palpate.models.own_model import own_settings
-from palpate.run.job import free_mb, steps, write_table
-from palpate.stores import store, stored
+from palpate.run.job import free_mb, write_table
+from palpate.stores import store
 from palpate.studies.touch.settings import Families
 from palpate.table_declaration import Table
 
 
 def simulate_touch_truth(
-    input, output, wildcards, say, instrument: ToolSettings, truth: TouchTruthSettings, at: list[Given],
+    body: Body, output, say, progress: Callable, instrument: Instrument, truth: TouchTruthSettings, at: list[Given],
     samples: int, depth_of_radius: tuple[float, float], seed: int,
 ):  # fmt: skip
     """Choose the touches of a body by an instrument, and find the truth of each."""
-    body, tool = load(input.body), Instrument(**dict(instrument))
     if at:
-        table = given_touches(body, tool, at)
+        table = given_touches(body, instrument, at)
     else:
-        chosen = samples, depth_of_radius, seed
-        table = choose_touches(body, tool, *chosen, check_by_coarse_elements(body, truth.along_radius))
+        bears = check_by_coarse_elements(body, truth.along_radius)
+        table = choose_touches(body, instrument, samples, depth_of_radius, seed, bears)
     write_table(table, output.touches)
-    touches = touches_of(tool, pd.read_csv(output.touches))
-    progress = steps(say, f"{wildcards.body}, {wildcards.tool}: truth of touch")
+    touches = touches_of(instrument, pd.read_csv(output.touches))
     store(truth_of_touches(body, touches, progress, truth, say, free_mb()), output.truth)
 
 
@@ -46,43 +45,40 @@ BUDGET_S = 0.1
 
 
 def measure_touch_models(
-    input, wildcards, say, instrument: ToolSettings, deepest_of_radius: float, place: str, keywords: dict,
-    settings: Families, repeats: int, seed: int,
+    body: Body, touches: pd.DataFrame, truth: TouchTruth, wildcards, instrument: Instrument, place: str,
+    deepest_of_radius: float, keywords: dict, settings: Families, repeats: int, seed: int, progress: Callable,
 ):  # fmt: skip
     """Measure all settings of one model on the touches of a body by an instrument."""
-    tool = Instrument(**dict(instrument))
-    touches = touches_of(tool, pd.read_csv(input.touches))
-    deepest = max([deepest_of_radius * tool.radius_m, *(touch.depth_m for touch in touches)])
-    case = TouchCase(load(input.body), tool, deepest, seed, settings)
-    name, progress = wildcards.model, steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
+    deepest = max([deepest_of_radius * instrument.radius_m, *touches["depth_m"]])
+    case, name = TouchCase(body, instrument, deepest, seed, settings), wildcards.model
     if place.endswith(".py"):
-        tried = own_settings(name, place, "touch", case.body, tool.name, tool.radius_m, seed, progress)
+        tried = own_settings(name, place, "touch", body, instrument.name, instrument.radius_m, seed, progress)
     else:
         tried = touch_settings(case, name, place, progress, **keywords)
-    kind = Touches(case, touches, stored(TouchTruth, input.truth), place)
+    kind = Touches(case, touches_of(instrument, touches), truth, place)
     found = tables(kind, *measure(kind, tried, repeats, BUDGET_S))
     return dict(zip(("samples", "settings"), found, strict=True))
 
 
-def tabulate_touch(input, instruments: list[ToolSettings]):
-    """Tabulate how exactly truths are known, the force of each touch, and all settings with their bounds."""
-    truths, forces, samples, settings = [], [], [], []
-    files = zip(input.bodies, input.touches, input.truths, instruments, strict=True)
-    for body, chosen, solved, tool in files:
-        instrument, touches, truth = Instrument(**dict(tool)), pd.read_csv(chosen), stored(TouchTruth, solved)
-        case = TouchCase(load(body), instrument, touches["depth_m"].max(), 0)
-        places = case.body.fine.nodes[touches["node"]]
-        own, row = truth_rows(case, touches_of(instrument, touches), truth)
-        labels = row[["scene", "body", "instrument"]].iloc[0].to_dict() | dict(tool)
-        labels = {name: labels[name] for name in labels if name != "kind"}
-        truths.append(touch_truth_row(labels, touches, truth))
-        forces += touch_force_rows(labels, touches, truth, places)
-        samples.append(own)
-        settings.append(row)
-    samples += map(pd.read_csv, input.samples)
-    settings += map(pd.read_csv, input.settings)
-    touch = touch_table(_joined(settings), _joined(samples))
-    return {"truth": TOUCH_TRUTH.frame(truths), "forces": TOUCH_FORCES.frame(forces), "touch": touch}
+def tabulate_touch(
+    bodies: list[Body], touches: list[pd.DataFrame], truths: list[TouchTruth], instruments: list[Instrument],
+    samples: list[pd.DataFrame], settings: list[pd.DataFrame],
+):  # fmt: skip
+    """Tabulate how exactly truths are known, the force of each touch, and all settings with their bounds.
+
+    touches, truths : of each pair of ``bodies`` and ``instruments``; samples, settings : the tables of all models
+    """
+    known, forces, errors, means = [], [], [], []
+    for body, asked, truth, instrument in zip(bodies, touches, truths, instruments, strict=True):
+        case = TouchCase(body, instrument, asked["depth_m"].max(), 0)
+        own, row = truth_rows(case, touches_of(instrument, asked), truth)
+        labels = row[["scene", "body", "instrument"]].iloc[0].to_dict() | asdict(instrument)
+        known.append(touch_truth_row(labels, asked, truth))
+        forces += touch_force_rows(labels, asked, truth, body.fine.nodes[asked["node"]])
+        errors.append(own)
+        means.append(row)
+    touch = touch_table(_joined([*means, *settings]), _joined([*errors, *samples]))
+    return {"truth": TOUCH_TRUTH.frame(known), "forces": TOUCH_FORCES.frame(forces), "touch": touch}
 
 
 def _joined(parts: list[pd.DataFrame]) -> pd.DataFrame:

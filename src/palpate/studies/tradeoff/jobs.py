@@ -2,9 +2,10 @@
 
 import subprocess
 import warnings
-from importlib import import_module
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from palpate.benchmark.accuracy import Truth, read_judged
 from palpate.benchmark.model import Model
 from palpate.benchmark.press_measure import ACCURACY_VS_TIME
 from palpate.benchmark.settings import FitOptions
+from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.bodies.settings import Smooth
 from palpate.models.model_registry import SAVED_AGAINST
@@ -76,8 +78,7 @@ def load_model(name: str, place: str, fields: dict[str, Any]) -> Model:
 
     if place.endswith(".py"):
         return load_own(name, Path(place))
-    module, _, kind = place.partition(":")
-    return getattr(import_module(module), kind)(**fields)
+    return resolve_name(place)(**fields)
 
 
 def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radius_m: float, more: bool):
@@ -91,15 +92,13 @@ def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radi
     return {"samples": samples, "settings": settings, "estimates": estimates(case, judge)}
 
 
-def measure_facets(input, wildcards, say, samples: int, entry: Smooth):
+def measure_facets(body: Body, loads: pd.DataFrame, truth: Truth, samples: int, entry: Smooth, progress: Callable):
     """Tabulate what the facets of a body change against its smooth surface, on some samples."""
     from palpate.benchmark.presses import samples_in
     from palpate.bodies.organs import surface_of
     from palpate.studies.tradeoff.truth_table import geometry_share
 
-    body, truth, presses = load(input.body), stored(Truth, input.truth), samples_in(pd.read_csv(input.loads))
-    progress = steps(say, f"{body.name}, {wildcards.regime}: what its facets change, solution")
-    return geometry_share(body, surface_of(entry), presses, truth, truth.spread(samples), progress)
+    return geometry_share(body, surface_of(entry), samples_in(loads), truth, truth.spread(samples), progress)
 
 
 def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], split: int):
@@ -199,19 +198,6 @@ def measure_other_loads(
         rest = repeats, budget_s, steps(say, f"{place}, {name}: setting")
         found.append(measure_beyond(*of_model) if beyond else measure_any(*of_model, *rest))
     return pd.concat(found)
-
-
-RADIUS_M = 0.012
-"""Of the disc whose press grows to a limit point, that of a fingertip."""
-
-
-def tabulate_limit_points(input, say, contacts: int | list[int]):
-    """Press a body harder and harder at some contacts, until the law itself gives way."""
-    from palpate.studies.tradeoff.truth_table import limit_points
-
-    body = load(input.body)
-    progress = steps(say, f"{body.name}: a growing press at contact")
-    return limit_points(body, RADIUS_M, contacts, progress=progress)
 
 
 def commit() -> str:

@@ -91,7 +91,7 @@ def patch_nodes(mesh: Mesh, contact: int, radius_m: float) -> np.ndarray:
 class Method(Protocol):
     """A fitted method; ``sigma_m`` is its kernel width [m], NaN if it has none."""
 
-    sigma_m: float
+    sigma_m: float = np.nan
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""

@@ -49,6 +49,11 @@ class TruthErrors(NamedTuple):
     patch_max_of_peak: float
 
 
+def peak_of(displacement: np.ndarray) -> float:
+    """Return the length of the longest of the vectors ``displacement`` (..., 3) [m]."""
+    return float(np.linalg.norm(displacement, axis=-1).max())
+
+
 def errors(predicted: np.ndarray, reference: np.ndarray) -> Errors:
     """Measure a predicted displacement (n, 3) [m] against the simulated one, (n, 3) [m].
 

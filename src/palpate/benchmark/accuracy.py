@@ -49,6 +49,11 @@ class TruthErrors(NamedTuple):
     patch_max_of_peak: float
 
 
+def peak_of(displacement: np.ndarray) -> float:
+    """Return the length of the longest of the vectors ``displacement`` (..., 3) [m]."""
+    return float(np.linalg.norm(displacement, axis=-1).max())
+
+
 def errors(predicted: np.ndarray, reference: np.ndarray) -> Errors:
     """Measure a predicted displacement (n, 3) [m] against the simulated one, (n, 3) [m].
 
@@ -91,7 +96,7 @@ def patch_nodes(mesh: Mesh, contact: int, radius_m: float) -> np.ndarray:
 class Method(Protocol):
     """A fitted method; ``sigma_m`` is its kernel width [m], NaN if it has none."""
 
-    sigma_m: float
+    sigma_m: float = np.nan
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import patch_nodes
+from palpate.benchmark.accuracy import patch_nodes, peak_of
 from palpate.benchmark.load import Load, loads_of
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import sampled_contacts
@@ -54,10 +54,6 @@ def samples_in(table: pd.DataFrame) -> list[Sample]:
     loads = loads_of(table["contact"], table[FORCES].to_numpy(dtype=float))
     rows = zip(table["sample"], loads, table["radius_m"], strict=True)
     return [Sample(int(number), load, float(radius_m)) for number, load, radius_m in rows]
-
-
-def _peak(displacement: np.ndarray) -> float:
-    return float(np.linalg.norm(displacement, axis=-1).max())
 
 
 PEAK_TOLERANCE = 0.05
@@ -136,7 +132,7 @@ class PressSearch:
         limit = UNCAPPED if self._free else "pressure"
         if bound < max_newtons:
             max_newtons, limit = bound, why
-        stiffness = 1.0 / _peak(self._linear(unit))
+        stiffness = 1.0 / peak_of(self._linear(unit))
         low, high = Trial(0.0, np.zeros_like(unit), 0.0, 1.0), None
         newtons = min(target_peak * stiffness, max_newtons)
         if newtons > self._most / 2.0:  # not at once to where the body may collapse, which takes long to find out
@@ -176,7 +172,7 @@ class PressSearch:
             return Trial(newtons, below.moved, np.inf, -np.inf, "unstable")
         least = self._solver.least_det(x)
         wrong = "" if least >= SOUND else "squeezed" if least > 0.0 else "inverted"
-        return Trial(newtons, x - rest, _peak(x - rest), least, wrong)
+        return Trial(newtons, x - rest, peak_of(x - rest), least, wrong)
 
 
 def _next_force(low: Trial, high: Trial | None, target_peak: float, stiffness: float, max_newtons: float) -> float:

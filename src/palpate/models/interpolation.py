@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from palpate.benchmark.accuracy import Method
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Solver
@@ -9,10 +10,8 @@ from palpate.models import kinds
 from palpate.models.coarse_answers import coarse_solver
 
 
-class Interpolation:
+class Interpolation(Method):
     """Fine displacements by the prolongation alone: one sparse product."""
-
-    sigma_m = np.nan
 
     def __init__(self, db: Database):
         self._prolongation = db.prolongation

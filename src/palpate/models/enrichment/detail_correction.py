@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from palpate.benchmark.accuracy import Method
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case, Solver
 from palpate.bodies.mesh import TetMesh
@@ -131,7 +132,7 @@ class Query(NamedTuple):
     ratios: np.ndarray
 
 
-class DetailCorrection:
+class DetailCorrection(Method):
     """x_f = P x_c + R (s D (R_cᵀ f) + e): P interpolates, D is the linear response's detail, R turns each node's.
 
     The detail of a unit force is what the linear fine response has and interpolation from the coarse nodes
@@ -142,8 +143,6 @@ class DetailCorrection:
     helps on samples left out. Without ``turned`` the rotations are taken for the identity, and without ``learn``
     s = 1 and e = 0: docs/method.md has what each part is worth.
     """
-
-    sigma_m = np.nan
 
     def __init__(self, db: Database, compliance: Compliance, protocol: str, turned: bool = True):
         coarse = TetMesh(db.coarse_nodes, db.coarse_tetrahedra)

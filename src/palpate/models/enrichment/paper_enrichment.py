@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from scipy.optimize import nnls
 from scipy.spatial.distance import cdist
 
+from palpate.benchmark.accuracy import Method
 from palpate.benchmark.model import Case
 from palpate.models.coarse_answers import Enriched, enriched
 from palpate.models.enrichment.features import describe, features_of
@@ -146,7 +147,7 @@ class DescribedSamples:
         return float(self.sigmas[errors.mean(axis=1).argmin()])
 
 
-class Blend:
+class Blend(Method):
     """A fitted regressor: one kind of feature, one kind of weights, one σ."""
 
     def __init__(self, samples: DescribedSamples, kind: str, sigma: float):
@@ -177,14 +178,12 @@ def median_distance(squared: np.ndarray) -> float:
     return float(np.median(distances)) if len(distances) else 1.0
 
 
-class LinearRegressor:
+class LinearRegressor(Method):
     """x_f = Xf (XcᵀXc)⁻¹ Xcᵀ x_c: the linear map of least norm through all training samples, without any σ.
 
     Weights are not normalised, so that a press twice as hard is answered by twice the displacement. With more samples
     than numbers in a feature vector XcᵀXc is singular, and its pseudoinverse gives the map of least squares.
     """
-
-    sigma_m = np.nan
 
     def __init__(self, training: Training, features: str):
         samples = training.share((features, None), lambda: DescribedSamples(training, features))

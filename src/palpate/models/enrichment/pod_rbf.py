@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
+from palpate.benchmark.accuracy import Method
 from palpate.benchmark.model import Case
 from palpate.models import kinds
 from palpate.models.coarse_answers import Enriched, enriched
@@ -21,13 +22,11 @@ KERNELS = [("linear", 1.0)] + [
 """The kernels tried with their ε, relative to the reciprocal median distance of the features."""
 
 
-class PodRbf:
+class PodRbf(Method):
     """Fine displacements in POD modes, whose coefficients are interpolated from coarse surface displacements.
 
     Cross-validation chooses the kernel, its width and, unless ``modes`` are given, their number.
     """
-
-    sigma_m = np.nan
 
     def __init__(self, training: Training, modes: int | None = None):
         self._surface = training.db.coarse_surface

@@ -6,6 +6,7 @@ than there are samples. All settings are chosen by cross-validation on the train
 
 import numpy as np
 
+from palpate.benchmark.accuracy import Method
 from palpate.benchmark.model import Case
 from palpate.models import kinds
 from palpate.models.coarse_answers import Enriched, enriched
@@ -52,13 +53,11 @@ def _detail(training: Training) -> np.ndarray:
     return (training.db.fine - interpolated).reshape(len(interpolated), -1)
 
 
-class RidgeUpsampling:
+class RidgeUpsampling(Method):
     """A linear map from coarse surface to fine displacements.
 
     The ridge pulls the map toward nothing or toward linear interpolation, whichever cross-validates better.
     """
-
-    sigma_m = np.nan
 
     def __init__(self, training: Training):
         self._surface, self._described = training.db.coarse_surface, _described(training)
@@ -103,7 +102,7 @@ class KernelRidge:
         return (kernel @ self._dual).reshape(-1, 3)
 
 
-class KernelRidgeDetail:
+class KernelRidgeDetail(Method):
     """Linear interpolation plus its detail by kernel ridge on all coarse surface displacements."""
 
     def __init__(self, training: Training):

@@ -28,10 +28,8 @@ PAPERS = READINGS[0]
 MOVED = 0.1  # displacement over the peak from which on a node counts as moved
 
 
-class Zero:
+class Zero(Method):
     """The method that predicts zero displacement, whose error the others have to be below."""
-
-    sigma_m = np.nan
 
     def __init__(self, db: Database):
         self._shape = db.nodes_fine_surface.shape

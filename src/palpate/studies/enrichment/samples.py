@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import Errors, Method, errors
+from palpate.benchmark.accuracy import Errors, Method, errors, peak_of
 from palpate.benchmark.database import SAMPLE_COLUMNS, Database
 from palpate.benchmark.presses import LOAD_COLUMNS
 from palpate.bodies.body import Body
@@ -59,7 +59,7 @@ def choose_loads(
     for contact in contacts:
         direction = -body.fine.normals[contact]
         row = compliance.row(contact)
-        fine, coarse = (_peak(np.tensordot(direction, each[row], 1)) for each in (compliance.fine, compliance.coarse))
+        fine, coarse = (peak_of(np.tensordot(direction, each[row], 1)) for each in (compliance.fine, compliance.coarse))
         softer, start = fine / coarse, 1.0 / fine
         unit = nodal_load(body, 0, contact, direction, radius_m)
         for magnitude in magnitudes:
@@ -71,17 +71,13 @@ def choose_loads(
     return pd.DataFrame(rows, columns=LOAD_COLUMNS)
 
 
-def _peak(displacement: np.ndarray) -> float:
-    return float(np.linalg.norm(displacement, axis=-1).max())
-
-
 def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: float) -> tuple[float, float]:
     """Search the factor of the load ``unit`` at which the largest displacement is ``peak`` [m], from ``newtons`` on.
 
     Returns it and the largest displacement over ``peak``, which is off 1 by more than LOAD_TOLERANCE if it fails.
     """
     for tries_left in reversed(range(13)):
-        reached = _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
+        reached = peak_of(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
         if not tries_left or abs(reached / peak - 1.0) < LOAD_TOLERANCE:
             break
         newtons *= np.clip(peak / reached, 0.5, 2.0)

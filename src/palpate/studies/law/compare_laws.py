@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import OWN as ERRORS
-from palpate.benchmark.accuracy import Truth, truth_errors, truth_levels
+from palpate.benchmark.accuracy import Truth, peak_of, truth_errors, truth_levels
 from palpate.benchmark.presses import FORCES, Sample, choose_presses, samples_in
 from palpate.benchmark.truth import truth_of
 from palpate.bodies import body_file
@@ -138,7 +138,7 @@ def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i:
     levels, before = _answered(truth, i), _answered(own, i)
     row = {"why": truth.rejected[i], "believed": bool(truth.believed[i])}
     if before:
-        row |= {"depth_of_size": _peak(own.displacement[i]) / body.fine.size}
+        row |= {"depth_of_size": peak_of(own.displacement[i]) / body.fine.size}
     if not levels:
         return row
     limit, finest = truth.displacement[i], len(body.levels) - 1 - truth_levels(body)[0]
@@ -153,7 +153,7 @@ def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i:
         row |= {
             f"{kind}_{name}": getattr(errors, name) for name in ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
         }
-    row |= {"peak_of_size": _peak(limit) / body.fine.size}
+    row |= {"peak_of_size": peak_of(limit) / body.fine.size}
     row |= {"own_rmse_of_peak": truth.own[i, ERRORS.index("rmse_of_peak")]}
     row |= {"volume_change": truth.volume_change[i], "least_det": truth.least_det[i]}
     return row | {"iterations": truth.iterations[i], "cycles": truth.products[i]}
@@ -164,10 +164,6 @@ def _answered(truth: Truth, i: int) -> list[np.ndarray]:
     if not np.isfinite(truth.displacement[i]).all():
         return []
     return [level for level in truth.levels[i] if np.isfinite(level).all()]
-
-
-def _peak(displacement: np.ndarray) -> float:
-    return float(np.linalg.norm(displacement, axis=1).max())
 
 
 def growing_presses(

@@ -6,11 +6,10 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.files import templates, write_whole
+from palpate.files import load_warnings, templates, write_whole
 from palpate.report import closing, declared, page_assets, template
 from palpate.report.report import Report
 from palpate.report.template import Part, Section
-from palpate.run.job import load_warnings
 
 MOST_MB = 20.0
 """A page of this size goes into a mail, and is opened within a second or two."""

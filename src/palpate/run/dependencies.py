@@ -12,11 +12,11 @@ from palpate.files import write_whole
 from palpate.table_declaration import Table
 
 PACKAGE = Path(__file__).parents[1]
-WRAPPERS = frozenset(
-    PACKAGE / name
-    for name in ("run/job.py", "run/dependencies.py", "files.py", "errors.py", "__init__.py", "pictures.py")
-) | frozenset(PACKAGE.glob("studies/*/settings.py"))
-"""Modules around the work; no result depends on them. The settings of studies are parameters of jobs."""
+_AROUND = ("run/job.py", "run/dependencies.py", "files.py", "errors.py", "__init__.py", "pictures.py")
+_SETTINGS = {*PACKAGE.glob("studies/*/settings.py")} - {PACKAGE / "studies/measured/settings.py"}
+WRAPPERS = frozenset({PACKAGE / name for name in _AROUND} | _SETTINGS)
+"""Modules around the work; no result depends on them. The settings of studies are parameters of jobs, but those of
+experiments say how a file is read."""
 KEPT = PACKAGE / "__pycache__" / f"digests-{sha256(Path(__file__).read_bytes()).hexdigest()[:12]}"
 """Facts of files by the digest of their text, as this version of this module finds them."""
 

@@ -91,6 +91,17 @@ def merge(input: Any, output: Iterable[str]) -> None:
                 temporary.write_text("".join([parts[0][0], *(line for part in parts for line in part[1:])]))
 
 
+def save_warnings(lines: Iterable[str], path: str | Path) -> None:
+    """Write warnings to a file, one a line and each once; it is empty if there are none."""
+    with write_whole(path) as part:
+        part.write_text("".join(f"{line}\n" for line in dict.fromkeys(lines)), encoding="utf-8")
+
+
+def load_warnings(paths: Iterable[str | Path]) -> list[str]:
+    """Read the warnings in files of ``save_warnings``, each once."""
+    return list(dict.fromkeys(line for path in paths for line in Path(path).read_text(encoding="utf-8").splitlines()))
+
+
 def check_file(place: str, path: str, there: bool) -> None:
     """Raise InputError, naming the key ``place`` of the settings, if a file that it names is not there."""
     if not there:

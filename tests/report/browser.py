@@ -42,8 +42,8 @@ class Visit:
 
 
 @contextmanager
-def visit(browser: Browser, file: Path, device: dict = DESKTOP, **options) -> Iterator[Visit]:
-    """Load a file as somebody does who has never seen it, and watch what it says and asks for."""
+def visit(browser: Browser, place: Path | str, device: dict = DESKTOP, **options) -> Iterator[Visit]:
+    """Load a file, or an address, as somebody does who has never seen it, and watch what it says and asks for."""
     with browser.new_context(**device, **options) as context:
         visited = Visit(context.new_page())
         page = visited.page
@@ -55,7 +55,7 @@ def visit(browser: Browser, file: Path, device: dict = DESKTOP, **options) -> It
         page.on("console", listen)
         page.on("pageerror", lambda error: visited.complaints.append(str(error)))
         page.on("request", lambda request: visited.asked.append(request.url))
-        page.goto(file.resolve().as_uri())
+        page.goto(place if isinstance(place, str) else place.resolve().as_uri())
         yield visited
 
 

@@ -3,13 +3,11 @@
 import sys
 
 import pytest
-from fixtures.material import STUDIES as FOLDER
 
 from palpate import studies
 from palpate.errors import InputError
 from palpate.report import declared, page
 
-STUDIES = declared.names()
 TOY = {
     "__init__.py": "",
     "measure.py": (
@@ -23,11 +21,6 @@ TOY = {
         '## All toys\n\n{% call fold("How to read it") %}\nSee the table.\n{% endcall %}\n\n{{ folded("toys") }}\n'
     ),
 }
-
-
-@pytest.mark.parametrize("study", STUDIES)
-def test_a_part_begins_with_its_title(study):
-    assert (FOLDER / study / "report.md").read_text(encoding="utf-8").startswith("# ")
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ from fixtures.small_scene import BAR
 from palpate.bodies.particles import particles_of
 from palpate.effects import linear_elements
 from palpate.errors import InputError, about
-from palpate.report.page import load_warnings
+from palpate.files import load_warnings, save_warnings
 from palpate.run import dependencies
-from palpate.run.job import job, save_warnings
+from palpate.run.job import job
 from palpate.solvers.equilibrium import Equilibrium
 
 

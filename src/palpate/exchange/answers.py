@@ -143,9 +143,6 @@ def _setting(
 
 def _mesh(file: "_File", place: str, questions: Questions) -> tuple[np.ndarray, np.ndarray]:
     """Read nodes and triangles of the engine's own mesh; InputError where they are none, or not around the body."""
-    for name in ("nodes_m", "triangles"):
-        if not file.has(place + name):
-            raise file.wrong(place + name, "is missing", "a mesh of your own has nodes_m and triangles")
     nodes, triangles = file.floats(place + "nodes_m"), file.get(place + "triangles")
     if nodes.ndim != 2 or nodes.shape[1] != 3 or not len(nodes):
         raise file.wrong(place + "nodes_m", f"has the shape {nodes.shape}", "give (nodes, 3)")

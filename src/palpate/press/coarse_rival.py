@@ -6,26 +6,17 @@ It answers presses anywhere from the compliance of the coarse surface, in bytes 
 import json
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import area_normals
+from palpate.press.portable.runtimes.palpate_model import PortableAnswer
 from palpate.solvers.equilibrium import Equilibrium
 
 MOST_SURFACE_NODES = 420
 """Free coarse surface nodes beyond which the bytes would be more than 6 MB; such a body goes without."""
 _ARRAYS = {"nodes": "<f4", "triangles": "<u4", "parents": "<u4", "weights": "<f4", "compliance": "<f4"}
-
-
-class Answered(NamedTuple):
-    """Displacement (n, 3) [m] and forces (k, 3) [N] of presses; this model estimates no error and no doubt."""
-
-    displacement: np.ndarray
-    forces: np.ndarray
-    error: float = float("nan")
-    doubt: str = ""
 
 
 class CoarseAnswer:
@@ -61,8 +52,11 @@ class CoarseAnswer:
         np.add.at(coarse, self.arrays["parents"], self.arrays["weights"] * (fine / fine.sum())[:, None])
         return coarse
 
-    def respond(self, presses: Sequence[Mapping]) -> Answered:
-        """Return the answer to ``presses``, each with triangle, weights, and either force [N] or moved [m]."""
+    def respond(self, presses: Sequence[Mapping]) -> PortableAnswer:
+        """Return the answer to ``presses``, each with triangle, weights, and either force [N] or moved [m].
+
+        It estimates no error and has no doubt.
+        """
         shares = np.array([self.shares(press["triangle"], press["weights"]) for press in presses])
         size = shares.shape[1]
         compliance = self.arrays["compliance"].reshape(size, 3, size, 3)
@@ -73,7 +67,7 @@ class CoarseAnswer:
         forces = press_forces(between, given, np.array(["moved" in press for press in presses]))
         coarse = np.einsum("kmab,kb->ma", moved_by, forces)
         moved = np.einsum("nc,nca->na", self.arrays["weights"], coarse[self.arrays["parents"]])
-        return Answered(moved, forces)
+        return PortableAnswer(moved, forces, float("nan"), "", [])
 
 
 def press_forces(compliance: np.ndarray, given: np.ndarray, pushed: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from palpate.report.words import spaced
 
 _PIXELS, _INCHES = 640, 2.9
 _MARGIN = 1.12  # the balls of held nodes reach beyond the mesh
-_SIDE, _CAPTION, _GAP = 0.35, 0.62, 0.1  # [inch] for the body's name, for three lines below a picture, between them
+_CAPTION = 0.7  # [inch] of three lines below a picture
 
 
 @style.styled
@@ -17,24 +17,17 @@ def draw_mesh_levels(bodies: list[Body]) -> Figure:
     """Draw one row for each body, one column for each level; dark balls are nodes that are held or lie on a bed."""
     columns = max(len(body.levels) for body in bodies)
     clouds = [body.coarse.nodes for body in bodies]
-    axes = [render.directions(nodes, np.zeros(3)) for nodes in clouds]
-    views = render.same_scale([render.frame(ways, [nodes], _MARGIN) for ways, nodes in zip(axes, clouds, strict=True)])
+    ways = [render.directions(nodes, np.zeros(3)) for nodes in clouds]
+    views = render.same_scale([render.frame(way, [nodes], _MARGIN) for way, nodes in zip(ways, clouds, strict=True)])
     aspect = views[0].width / views[0].height
-    picture = _INCHES - _GAP, (_INCHES - _GAP) / aspect
-    row = picture[1] + _CAPTION
-    width, height = _SIDE + _INCHES * columns, row * len(bodies)
-    figure = Figure(figsize=(width, height))
+    figure, axes = style.grid(len(bodies), columns, aspect, _INCHES, bare=True, caption=_CAPTION)
     with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
-        for number, (body, view) in enumerate(zip(bodies, views, strict=True)):
-            bottom = height - (number + 1) * row + _CAPTION
+        for row, body, view in zip(axes, bodies, views, strict=True):
+            row[0].set_ylabel(spaced(body.name), fontweight="bold")
+            for axis in row[len(body.levels) :]:
+                axis.remove()
             for level, mesh in enumerate(body.levels):
-                left = _SIDE + _INCHES * level
-                size = picture[0] / width, picture[1] / height
-                axis = figure.add_axes((left / width, bottom / height, *size), xticks=[], yticks=[])
-                axis.spines[:].set_visible(False)
-                style.place(axis, stage.level(view, mesh, body.supported(level)), _level_caption(mesh, level))
-                if level == 0:
-                    axis.set_ylabel(spaced(body.name), fontweight="bold")
+                style.place(row[level], stage.level(view, mesh, body.supported(level)), _level_caption(mesh, level))
     return figure
 
 

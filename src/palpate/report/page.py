@@ -2,11 +2,11 @@
 
 import re
 import warnings
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.files import templates, write_whole
+from palpate.files import load_warnings, templates, write_whole
 from palpate.report import closing, declared, page_assets, template
 from palpate.report.report import Report
 from palpate.report.template import Part, Section
@@ -110,8 +110,3 @@ def write_report(input: Any, output: Any, told: dict[str, Any]) -> None:
     warned = load_warnings(file for file in said if file not in taken)
     made = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
     write(out.parent, out, warned=warned, taken=load_warnings(taken), more=made, **told)
-
-
-def load_warnings(paths: Iterable[str | Path]) -> list[str]:
-    """Read the warnings in files of ``save_warnings``, each once."""
-    return list(dict.fromkeys(line for path in paths for line in Path(path).read_text(encoding="utf-8").splitlines()))

@@ -159,12 +159,15 @@ _SPARE = 0.15  # [inch] of the last caption's space that one line leaves free
 _GAP = 0.05  # of a picture's width, between pictures
 
 
-def grid(rows: int, columns: int, aspect: float, inches: float, bare: bool = False) -> tuple[Figure, np.ndarray]:
+def grid(
+    rows: int, columns: int, aspect: float, inches: float, bare: bool = False, caption: float = _CAPTION
+) -> tuple[Figure, np.ndarray]:
     """Make a figure with (rows, columns) axes for pictures ``inches`` wide and ``inches``/``aspect`` high.
 
     Unless ``bare``, there is space for titles of two lines above and for ``colour_bar`` below.
+    caption : space below each picture [inch]
     """
-    row = inches / aspect + _CAPTION
+    row = inches / aspect + caption
     title = 0.1 if bare else _TITLE
     height = title + rows * row + (-_SPARE if bare else _BAR)
     width = _SIDE + inches * columns
@@ -173,7 +176,7 @@ def grid(rows: int, columns: int, aspect: float, inches: float, bare: bool = Fal
     for r in range(rows):
         for c in range(columns):
             left = (_SIDE + inches * (c + _GAP / 2)) / width
-            bottom = 1 - (title + (r + 1) * row - _CAPTION) / height
+            bottom = 1 - (title + (r + 1) * row - caption) / height
             size = (inches * (1 - _GAP) / width, inches / aspect / height)
             axes[r, c] = figure.add_axes((left, bottom, *size))
             axes[r, c].set(xticks=[], yticks=[])

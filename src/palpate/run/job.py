@@ -6,22 +6,16 @@ import sys
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from palpate.errors import InputError, NotConverged
-from palpate.files import write_whole
+from palpate.files import save_warnings, write_whole
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-def save_warnings(lines: Iterable[str], path: str | Path) -> None:
-    """Write warnings to a file, one a line and each once; it is empty if there are none."""
-    with write_whole(path) as part:
-        part.write_text("".join(f"{line}\n" for line in dict.fromkeys(lines)), encoding="utf-8")
 
 
 @contextmanager

@@ -1,6 +1,10 @@
 """A scene: which bodies move, what acts on them, and how time is stepped. Its effects are its blocks."""
 
-from typing import Any, Literal
+import json
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator
+from pydantic_core import PydanticCustomError
 
 from palpate.bodies.cutting.settings import Cut
 from palpate.effects.settings import (
@@ -21,6 +25,14 @@ from palpate.effects.settings import (
     Volume,
 )  # fmt: skip
 from palpate.setting_types import Index, Name, Switch, key, optional
+
+
+def _finite(settings: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    try:
+        json.dumps(settings, allow_nan=False, default=str)
+    except ValueError:
+        raise PydanticCustomError("finite", "give finite numbers") from None
+    return settings
 
 
 class Scene(Loads, Stepping):
@@ -48,7 +60,9 @@ class Scene(Loads, Stepping):
     maxwell: Maxwell | None = optional("Springs that relax, beside the springs")
     velocity_damping: VelocityDamping | None = optional("Damping in proportion to velocity")
     own: dict[Name, str] = key("Effects of your own: name and Python file, relative to this configuration", {})
-    own_settings: dict[str, dict[str, Any]] = key("What your effects get as settings, by name", {})
+    own_settings: Annotated[dict[str, dict[str, Any]], AfterValidator(_finite)] = key(
+        "What your effects get as settings, by name", {}
+    )
     name: Name = key("What messages and tables call it; in a configuration its key", "scene")
     seed: Index = key("Of the start random; in a configuration its seed", 1)
 

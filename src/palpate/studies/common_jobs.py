@@ -17,7 +17,7 @@ def make_body(output, wildcards, entry: settings.Body):
     from palpate.bodies.body_file import save
     from palpate.bodies.make_body import make_body, taken
     from palpate.bodies.mesh import TetMesh
-    from palpate.run.job import save_warnings
+    from palpate.files import save_warnings
 
     body = make_body(wildcards.body, entry)
     save(body, output.body)

@@ -8,6 +8,8 @@ import pytest
 from palpate.benchmark.database import fold_table, write
 from palpate.benchmark.press_measure import ACCURACY_VS_TIME
 from palpate.bodies.body_file import save
+from palpate.press.finished_run import FinishedRun
+from palpate.press.serve.live_models import LiveModels
 
 CONFIG = """\
 bodies:
@@ -44,3 +46,9 @@ def finished(slab_case, tmp_path_factory) -> Path:
     table = pd.DataFrame(rows, columns=ACCURACY_VS_TIME.columns)
     table.to_csv(folder / "results/tables/accuracy_vs_time.csv", index=False)
     return folder
+
+
+@pytest.fixture(scope="module")
+def live(finished) -> LiveModels:
+    """The models that answer presses of the slab."""
+    return LiveModels(FinishedRun(finished / "config.yaml", finished / "results"), "slab_large")

@@ -11,7 +11,6 @@ from palpate.benchmark.load import Load
 from palpate.bodies.cutting.settings import CutSettings
 from palpate.errors import InputError
 from palpate.models.kinds import FEM
-from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.knife import KnifeModel, read_cuts
 from palpate.press.serve.live_models import LiveModels
 from palpate.press.serve.pressed_model import Asked
@@ -25,11 +24,6 @@ def skewed(x: float, y: float, z: float = 0.08) -> list[float]:
 PATH = [skewed(0.11, -0.04), skewed(0.11, 0.14)]
 CUT = [{"path_m": PATH, "depth_m": 0.06}]
 SEVERED = [{"path_m": PATH, "depth_m": 0.12}]
-
-
-@pytest.fixture(scope="module")
-def live(finished) -> LiveModels:
-    return LiveModels(FinishedRun(finished / "config.yaml", finished / "results"), "slab_large")
 
 
 def surface(live: LiveModels, name: str, cuts: list) -> dict:

@@ -12,7 +12,6 @@ from report import browser as chromium
 from palpate.bodies.cutting.settings import CutSettings
 from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.command import _page, answers
-from palpate.press.serve.live_models import LiveModels
 from palpate.press.serve.pressed_model import Asked
 from palpate.press.serve.server import PressServer
 
@@ -20,11 +19,6 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(chromium.PROGRAM is None, rea
 CUT = f"{STAGE}.cuts.length === 1 && !{STAGE}.severing"
 WHOLE = f"{STAGE}.cuts.length === 0 && !{STAGE}.severing"
 NOTE = ".knife .advice"
-
-
-@pytest.fixture(scope="module")
-def live(finished) -> LiveModels:
-    return LiveModels(FinishedRun(finished / "config.yaml", finished / "results"), "slab_large")
 
 
 @pytest.fixture(scope="module")
@@ -39,15 +33,11 @@ def address(live, finished):
 
 @pytest.fixture
 def page(browser, address):
-    with browser.new_context(**chromium.DESKTOP, reduced_motion="reduce") as context:
-        shown, said = context.new_page(), []
-        shown.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
-        shown.on("pageerror", lambda error: said.append(str(error)))
-        shown.goto(address)
-        chromium.until(shown, READY)
-        rest(shown)
-        yield shown
-        assert [each for each in said if "400" not in each] == []  # a browser tells each refusal
+    with chromium.visit(browser, address, reduced_motion="reduce") as visited:
+        chromium.until(visited.page, READY)
+        rest(visited.page)
+        yield visited.page
+        assert [each for each in visited.complaints if "400" not in each] == []  # a browser tells each refusal
 
 
 def choose(page, name):

@@ -22,15 +22,9 @@ from palpate.benchmark.load import Load
 from palpate.cli import main
 from palpate.errors import InputError, NotConverged
 from palpate.models.kinds import FEM
-from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.command import find_run
 from palpate.press.serve.live_models import LiveModels
 from palpate.press.serve.server import MAX_BYTES, PressServer
-
-
-@pytest.fixture(scope="module")
-def live(finished) -> LiveModels:
-    return LiveModels(FinishedRun(finished / "config.yaml", finished / "results"), "slab_large")
 
 
 def test_the_best_setting_that_answers_soon_and_anywhere_is_taken(live):

@@ -122,7 +122,7 @@ def _rescaled_values(file: Path) -> np.ndarray:
 def _check_series(folder: Path, slices: list[Slice], modality: str) -> None:
     """Raise InputError unless the slices are several of one series of one modality on one grid."""
     if not slices:
-        raise InputError(f"{folder}: no file in it is a DICOM image; give the folder that holds the slices.")
+        raise InputError(f"{folder}: no file in it is a DICOM image; give the folder of slices, or the file of a mesh.")
     for s in slices:
         if s.modality != _TAGS[modality]:
             said = next((f" or say modality: {name}" for name, tag in _TAGS.items() if tag == s.modality), "")

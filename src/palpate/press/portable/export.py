@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from scipy.optimize import nnls
 
 from palpate.benchmark.conformal import bound_factor
@@ -95,23 +96,25 @@ def calibrate(
     best : the most accurate contact modes, prepared at the nodes ``checked`` between these, which ``progress`` wraps
     surface : (n,) the numbers of the fine surface nodes
     """
-    rows, peaks = [], []
+    rows: list[dict] = []
+    peaks = []
     for node in progress(checked):
         for i, force in enumerate(best.offline.contact(node, "snapshots").forces[::EVERY]):
             if (row := _compared(model, surface, best, ((node, force),))) is not None:
-                rows.append((node, *row))
+                rows.append({"node": node, **row._asdict()})
                 peaks += [row.peak_m] if i == 0 else []
     halves = [(node, 0.5 * _hardest(solver, node)) for node in nodes[:AT_CONTACTS]]
     at_contacts = [_compared(model, surface, solver, (press,)) for press in halves]
     stored = max((row.error for row in at_contacts if row is not None), default=0.0)
+    least = stored + LEAST_ERROR
     peak = float(np.median(peaks)) if peaks else 0.0
     if not rows:
-        return Calibration(stored + LEAST_ERROR, 0.1, 1.0, 1.0, peak, stored, np.empty(0), 0, 0.0, np.empty(0), 1.0)
-    table = np.array(rows)
-    answered = float((table[:, 6] == BELIEVED).mean())
-    table = table[table[:, 6] == table[:, 6].min()]
-    place, error = table[:, 0], table[:, 1]
-    parts = np.column_stack([np.full(len(error), stored + LEAST_ERROR), table[:, 2:4]])
+        return Calibration(least, 0.1, 1.0, 1.0, peak, stored, np.empty(0), 0, 0.0, np.empty(0), 1.0)
+    table = pd.DataFrame(rows)
+    answered = float((table["doubt"] == BELIEVED).mean())
+    table = table[table["doubt"] == table["doubt"].min()]
+    place, error = table["node"].to_numpy(), table["error"].to_numpy()
+    parts = np.column_stack([np.full(len(error), least), table[["size", "spread"]]])
     weights = _bound_weights(parts, error, place)
     half = np.isin(place, np.unique(place)[::2])
     held = [
@@ -119,8 +122,8 @@ def calibrate(
         for fitted in (half, ~half)
         if fitted.any()
     ]
-    pairs, several = _pairs(model, surface, best, solver, checked, weights, stored + LEAST_ERROR)
-    floor, share, spread = weights * [stored + LEAST_ERROR, 1.0, 1.0]
+    pairs, several = _pairs(model, surface, best, solver, checked, weights, least)
+    floor, share, spread = weights * [least, 1.0, 1.0]
     covered = float(np.concatenate(held).mean()) if len(held) else 0.0
     return Calibration(floor, share, spread, several, peak, stored, error, len(set(place)), covered, pairs, answered)
 

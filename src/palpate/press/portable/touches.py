@@ -163,23 +163,26 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     distances = np.array([(pose.tip - origin) @ direction for pose, direction in zip(poses, directions, strict=True)])
     first = np.linalg.lstsq(np.column_stack([np.ones(len(x)), x, y, x * x, x * y, y * y]), distances)[0]
     edge = instrument.radius_m if instrument.kind == SPHERE else instrument.edge_m
-    sizes: list[Any] = [instrument.radius_m, edge, axes, first, deepest, 1.0, *4 * [0.0]]
     slopes, volumes, mu, lam = (each[0] for each in reduced.model.body[:4])
-    moduli = volumes, np.broadcast_to(mu, volumes.shape), np.broadcast_to(lam, volumes.shape)
-    none = np.empty((0, 3)), np.empty((0, reduced.count))
-    arrays: list[Any] = [reduced.model.rest, *moduli, slopes, *reduced.points, *none, reduced.surface]
-    row = int(np.searchsorted(body.fine.surface, node))
-    place = TouchPlace(row, instrument.kind, *sizes, *arrays)
-    pushed, states, areas = [], [], []
+    points, moves, areas, penalty = reduced.points
+    place = TouchPlace(  # its errors are found by ``measured``
+        int(np.searchsorted(body.fine.surface, node)), instrument.kind, instrument.radius_m, edge, axes, first, deepest,
+        stretched=1.0, error=0.0, force_error=0.0, tilted_error=0.0, tilted_force_error=0.0, rest=reduced.model.rest,
+        volumes=volumes, mu=np.broadcast_to(mu, volumes.shape), lam=np.broadcast_to(lam, volumes.shape), slopes=slopes,
+        points=points, moves=moves, areas=areas, penalty=penalty, surface=reduced.surface,
+        pushed=np.empty((0, 3)), starts=np.empty((0, reduced.count)),
+    )  # fmt: skip
+    # the search of any push begins where pushes like it have come to, interpolated by a kernel
+    pushed, states, touching = [], [], []
     for pose, direction in zip(poses, directions, strict=True):
         q = np.zeros(reduced.count)
         for share in SHARES:
             q, _, area, _ = settle_touch(place, pose.tip + share * deepest * direction, q)
             pushed.append(share * axes @ direction)
             states.append(q)
-            areas.append(area)
+            touching.append(area)
     kernel = touch_kernel(np.array(pushed), np.array(pushed).T) + RIDGE * np.eye(len(pushed))
-    starts, stretched = np.linalg.solve(kernel, states), solver.respond(straight).area_m2 / areas[len(SHARES) - 1]
+    starts, stretched = np.linalg.solve(kernel, states), solver.respond(straight).area_m2 / touching[len(SHARES) - 1]
     place = replace(place, pushed=np.array(pushed), starts=starts, stretched=stretched)
     return place, _trials(case, level, node, axes, number)
 

@@ -148,14 +148,16 @@ def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray,
                 sides[:, c] = side
                 lips.append(_copies(parted, element, sides))
             both = lips[0] != lips[1]
+            # barycentric coordinates (k, 4, 4) of the corners of sections in their elements
             frames, places = (
                 np.concatenate([np.swapaxes(points, 1, 2), np.ones((len(element), 1, 4))], axis=1)
                 for points in (mesh.nodes[mesh.tetrahedra[element]], sections)
             )
             barycentric = np.swapaxes(np.linalg.solve(frames, places), 1, 2)
-            for triangle in ([0, 1, 2], [0, 2, 3]):
+            for triangle in ([0, 1, 2], [0, 2, 3]):  # of a section with four corners
                 section, weight = sections[:, triangle], barycentric[:, triangle]
                 turned = corner_normals(section) @ piece.normal
+                # each lip's triangles are wound so that they face the gap
                 for copies, outward in zip(lips, (-1.0, 1.0), strict=True):
                     for kept, step in ((both & (outward * turned > 0.0), 1), (both & (outward * turned < 0.0), -1)):
                         corners.append(section[kept, ::step])

@@ -23,8 +23,8 @@ def __getattr__(name: str) -> object:
         suggest = import_module("palpate.errors").suggest
         raise AttributeError(f"palpate has no {name}; {suggest(name, __all__, 'it has')}")
     module, own_name = _PLACES[name]
-    globals()[name] = found = getattr(import_module(module), own_name)
-    return found
+    globals()[name] = value = getattr(import_module(module), own_name)
+    return value
 
 
 def __dir__() -> list[str]:

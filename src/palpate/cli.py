@@ -174,19 +174,19 @@ def _add_identify(command: argparse.ArgumentParser) -> None:
     command.set_defaults(act=_identify)
 
 
-def _identify(asked: argparse.Namespace) -> str:
+def _identify(arguments: argparse.Namespace) -> str:
     from palpate.init.identify_command import Asked, body_of, identify_file
 
-    if asked.body is not None and asked.thickness is not None:
+    if arguments.body is not None and arguments.thickness is not None:
         raise InputError("a slab of --thickness and a --body exclude each other; give one of them.")
-    columns = dict(text.partition("=")[::2] for text in asked.column)
+    columns = dict(text.partition("=")[::2] for text in arguments.column)
     given = {
-        "poisson": asked.poisson, "sticking": asked.sticking, "thickness_m": asked.thickness, "offset_m": asked.offset,
-        "laws": asked.law, "columns": columns,
+        "poisson": arguments.poisson, "sticking": arguments.sticking, "thickness_m": arguments.thickness,
+        "offset_m": arguments.offset, "laws": arguments.law, "columns": columns,
     }  # fmt: skip
-    settings = Asked(_instrument(asked.instrument), **{k: v for k, v in given.items() if v is not None})
-    make = partial(body_of, asked.body, asked.config, asked.scale, asked.hold)
-    return identify_file(asked.presses, settings, asked.folder, make)
+    settings = Asked(_instrument(arguments.instrument), **{k: v for k, v in given.items() if v is not None})
+    make = partial(body_of, arguments.body, arguments.config, arguments.scale, arguments.hold)
+    return identify_file(arguments.presses, settings, arguments.folder, make)
 
 
 LENGTHS_M = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
@@ -194,10 +194,10 @@ LENGTHS_M = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6,
 
 def _length(text: str) -> float:
     """Return a length [m] that may have a unit, 4mm; ValueError for what is none."""
-    found = re.fullmatch(r"\s*([-+.\d]+(?:[eE][-+]?\d+)?)\s*(\D*?)\s*", text)
-    if not found or found[2].lower() not in LENGTHS_M:
+    match = re.fullmatch(r"\s*([-+.\d]+(?:[eE][-+]?\d+)?)\s*(\D*?)\s*", text)
+    if not match or match[2].lower() not in LENGTHS_M:
         raise ValueError(text)
-    return float(found[1]) * LENGTHS_M[found[2].lower()]
+    return float(match[1]) * LENGTHS_M[match[2].lower()]
 
 
 def _lengths(text: str) -> tuple[float, float]:
@@ -207,27 +207,29 @@ def _lengths(text: str) -> tuple[float, float]:
 def _range(text: str, number: Callable[[str], float] = float) -> tuple[float, float]:
     low, _, high = text.partition(":")
     try:
-        found = number(low), number(high or low)
+        ends = number(low), number(high or low)
     except ValueError:
-        found = math.nan, math.nan
-    if not found[0] <= found[1]:
+        ends = math.nan, math.nan
+    if not ends[0] <= ends[1]:
         raise argparse.ArgumentTypeError(f"{text} is no range; give LOW:HIGH, such as 0.02:0.04")
-    return found
+    return ends
 
 
-def _init(asked: argparse.Namespace) -> str:
+def _init(arguments: argparse.Namespace) -> str:
     from palpate.init.command import init, init_each
 
-    if asked.each:
-        return init_each(*_given(asked), asked.threshold, asked.folder, asked.mri, asked.scale, asked.hold)
-    return init(_recognised(asked), asked.folder, asked.hold)
+    if arguments.each:
+        return init_each(
+            *_given(arguments), arguments.threshold, arguments.folder, arguments.mri, arguments.scale, arguments.hold
+        )
+    return init(_recognised(arguments), arguments.folder, arguments.hold)
 
 
-def _try(asked: argparse.Namespace) -> str:
+def _try(arguments: argparse.Namespace) -> str:
     from palpate.init.command import program
     from palpate.init.try_command import try_body
 
-    return try_body(_recognised(asked), asked.folder, asked.hold, f"{program()} {shlex.join(sys.argv[1:])}")
+    return try_body(_recognised(arguments), arguments.folder, arguments.hold, f"{program()} {shlex.join(sys.argv[1:])}")
 
 
 def _recognised(asked: argparse.Namespace) -> "Data":
@@ -236,14 +238,14 @@ def _recognised(asked: argparse.Namespace) -> "Data":
     return recognise(*_given(asked), asked.threshold, asked.regions, asked.mri, asked.scale)
 
 
-def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
+def _given(arguments: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
     """Return the data's paths, and labels; InputError for an unknown --hold."""
     from palpate.init.recognise import HOLDS
 
-    if asked.hold not in (None, *HOLDS):
-        raise InputError(f"--hold {asked.hold} is no side; choose from {', '.join(HOLDS)}.")
-    paths = [Path(path) for path in (asked.data, asked.mask) if path is not None]
-    return paths, [int(label) if label.isdecimal() else label for label in asked.label]
+    if arguments.hold not in (None, *HOLDS):
+        raise InputError(f"--hold {arguments.hold} is no side; choose from {', '.join(HOLDS)}.")
+    paths = [Path(path) for path in (arguments.data, arguments.mask) if path is not None]
+    return paths, [int(label) if label.isdecimal() else label for label in arguments.label]
 
 
 def _port(text: str) -> int:
@@ -252,11 +254,19 @@ def _port(text: str) -> int:
     return int(text)
 
 
-def _export(asked: argparse.Namespace) -> str:
+def _export(arguments: argparse.Namespace) -> str:
     from palpate.press.portable.command import export
 
-    instruments = [_instrument(text) for text in asked.instrument]
-    return export(asked.config, asked.scene, asked.model, asked.contacts, asked.out, instruments, asked.places)
+    instruments = [_instrument(text) for text in arguments.instrument]
+    return export(
+        arguments.config,
+        arguments.scene,
+        arguments.model,
+        arguments.contacts,
+        arguments.out,
+        instruments,
+        arguments.places,
+    )
 
 
 def _instrument(text: str) -> "Instrument":
@@ -293,17 +303,17 @@ def _share(text: str) -> float:
     return value
 
 
-def _advise(asked: argparse.Namespace) -> str:
+def _advise(arguments: argparse.Namespace) -> str:
     from palpate.report.advise import Asked, advise
 
-    given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}
+    given = {"budgets_ms": arguments.budget_ms, "max_errors": arguments.max_error, "speeds": arguments.speed}
     limits = {name: [value] for name, value in given.items() if value is not None}
-    if asked.budget_ms is not None and asked.speed is not None:
+    if arguments.budget_ms is not None and arguments.speed is not None:
         raise InputError("a budget is for a step in real time; leave --budget-ms or --speed out.")
-    if asked.error == "force" and asked.load is not None:
+    if arguments.error == "force" and arguments.load is not None:
         raise InputError("--error force is of instruments that are pushed to a depth or moved; leave --load out.")
-    scene = None if asked.scene == "all" else asked.scene
-    return advise(Asked(Path(asked.results), limits, asked.error or "rms", asked.load or ""), scene)
+    scene = None if arguments.scene == "all" else arguments.scene
+    return advise(Asked(Path(arguments.results), limits, arguments.error or "rms", arguments.load or ""), scene)
 
 
 if __name__ == "__main__":

@@ -51,8 +51,8 @@ class ComparedCase:
     judge: Judge
 
     def __repr__(self) -> str:
-        asked = f"{self.case.n_training} presses to learn from, {len(self.judge.samples.contact)} to answer"
-        return f"<ComparedCase of {self.case.body.name}: {asked}>"
+        counts = f"{self.case.n_training} presses to learn from, {len(self.judge.samples.contact)} to answer"
+        return f"<ComparedCase of {self.case.body.name}: {counts}>"
 
 
 def make_case(
@@ -77,8 +77,8 @@ def make_case(
     check(seed=(Index, seed), progress=(Callable, progress))
     contacts, seed = int(contacts), int(seed)
     if contacts < LEAST_CONTACTS:
-        told = f"as a bound of errors needs {FEWEST} of the {100 * TEST:g} % that are held out, and one to try it on"
-        raise InputError(f"contacts is {contacts}; give at least {LEAST_CONTACTS}, {told}.")
+        reason = f"as a bound of errors needs {FEWEST} of the {100 * TEST:g} % that are held out, and one to try it on"
+        raise InputError(f"contacts is {contacts}; give at least {LEAST_CONTACTS}, {reason}.")
     if not 0.0 < peak_of_size <= DEEPEST:
         raise InputError(f"peak_of_size is {peak_of_size:g}; give a share above 0, of at most {DEEPEST:g}.")
     if len(body.levels) < 2:
@@ -98,13 +98,13 @@ def make_case(
     fine = press(body, len(body.levels) - 1, loads, TOLERANCE, progress, order=2)
     samples = assemble(body, loads, fine, press(body, 0, loads, TOLERANCE), "")
     tests = round(TEST * contacts)
-    known, asked = split(samples.contact, contacts - tests, tests, "contacts", seed)
+    known, held_out = split(samples.contact, contacts - tests, tests, "contacts", seed)
     case = Case(body, "press", radius_m, samples.take(known), compliance, FitOptions(seed=seed), TOLERANCE)
-    judged = samples.take(asked)
+    judged = samples.take(held_out)
     patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in judged.contact])
     not_estimated = np.full((tests, len(TruthErrors._fields)), np.nan)  # the truth's own errors
     sides = np.full(tests, "test")
-    return ComparedCase(case, Judge(1, asked, sides, judged, judged.fine, not_estimated, judged.seconds, patch))
+    return ComparedCase(case, Judge(1, held_out, sides, judged, judged.fine, not_estimated, judged.seconds, patch))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,15 +135,15 @@ class Comparison:
         return self.summary.to_html(index=False, float_format="{:.3g}".format)
 
 
-def compare(asked: ComparedCase, models: Iterable[Any], repeats: int = 20, budget_s: float = 0.2) -> Comparison:
+def compare(compared_case: ComparedCase, models: Iterable[Any], repeats: int = 20, budget_s: float = 0.2) -> Comparison:
     """Prepare each model, ask it the presses that are held out, time and judge its answers.
 
     models : FEM(), ContactModes() ... and objects of your own with ``prepare(case)`` (docs/add-a-model.md)
     repeats : calls that are timed, fewer if they take longer than ``budget_s`` [s]
     Raises InputError for a model that is none; a model that fails has empty cells, and ``failure`` says why.
     """
-    if not isinstance(asked, ComparedCase):
-        raise InputError(f"compare needs what make_case returns, and not a {type(asked).__name__}.")
+    if not isinstance(compared_case, ComparedCase):
+        raise InputError(f"compare needs what make_case returns, and not a {type(compared_case).__name__}.")
     if isinstance(models, Block) or not isinstance(models, Iterable):
         raise InputError(f"compare needs a list of models, such as [FEM(order=1)], and not {models!r}.")
     check(repeats=(Whole, repeats), budget_s=(NotNegative, budget_s))
@@ -159,49 +159,49 @@ def compare(asked: ComparedCase, models: Iterable[Any], repeats: int = 20, budge
         families[made.name].append(made)
     if not families or repeats < 1:
         raise InputError(f"there are {len(families)} models and {repeats} repeats; give at least one of each.")
-    found = []
+    measured = []
     for made in (each for family in families.values() for each in family):
         try:
-            found.append(measure(asked.case, made.name, [made], asked.judge, repeats, budget_s))
+            measured.append(measure(compared_case.case, made.name, [made], compared_case.judge, repeats, budget_s))
         except Exception as error:  # one model's fault is no other's
             kind = type(error).__name__
             why = said(error) if isinstance(error, InputError) else f"{type(made).__name__}: {kind}: {said(error)}"
-            found.append(failed(asked.case, made, asked.judge, why))
-    answers, table = zip(*found, bounds(asked.case, asked.judge), strict=True)
+            measured.append(failed(compared_case.case, made, compared_case.judge, why))
+    answers, table = zip(*measured, bounds(compared_case.case, compared_case.judge), strict=True)
     rows = pd.concat(table, ignore_index=True)
     rows = rows[rows["model"] != "truth"].assign(break_even_queries=np.nan)
     rows[["rejected", "rejected_answered"]] = 0  # all are without a truth
     return Comparison(rows, pd.concat(answers, ignore_index=True))
 
 
-def advise(found: Comparison, budget_ms: float | None = None, max_error: float | None = None) -> str:
+def advise(compared: Comparison, budget_ms: float | None = None, max_error: float | None = None) -> str:
     """Say which of the compared models to take: within a time of an answer [ms], or below an error of the peak."""
-    _check(found)
+    _check(compared)
     if (budget_ms is None) == (max_error is None):
         raise InputError("give either budget_ms or max_error.")
     check(budget_ms=(Positive | None, budget_ms), max_error=(Inside | None, max_error))
     limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
-    row = advice_of(found.table, found.answers, kinds=["rms"], **limits).iloc[0]
+    row = advice_of(compared.table, compared.answers, kinds=["rms"], **limits).iloc[0]
     with explained():
         from palpate.report.advice_words import lines
 
     return lines(row)
 
 
-def plot_precision(found: Comparison, path: str | Path) -> None:
+def plot_precision(compared: Comparison, path: str | Path) -> None:
     """Draw error against time of an answer for all models, as the study ``tradeoff`` does, as a .png, .svg or .pdf."""
-    _check(found)
+    _check(compared)
     pictures.check_path(path, ".png", ".svg", ".pdf")
-    asked = found.table[~found.table["model"].isin(BOUNDS)]
+    asked = compared.table[~compared.table["model"].isin(BOUNDS)]
     if asked["rmse_of_peak"].isna().all():
         raise InputError(f"no model has answered, so that there is nothing to draw: {asked['failure'].iloc[0]}")
     with explained():
         from palpate.studies.tradeoff.figures.precision import draw_work_precision
 
     nothing = pd.DataFrame({"scene": [], "error": [], "budget_ms": [], "model": []})
-    draw_work_precision(found.table, nothing, scene=found.table["scene"].iloc[0]).savefig(path)
+    draw_work_precision(compared.table, nothing, scene=compared.table["scene"].iloc[0]).savefig(path)
 
 
-def _check(found: Any) -> None:
-    if not isinstance(found, Comparison):
-        raise InputError(f"this needs what compare returns, and not a {type(found).__name__}.")
+def _check(compared: Any) -> None:
+    if not isinstance(compared, Comparison):
+        raise InputError(f"this needs what compare returns, and not a {type(compared).__name__}.")

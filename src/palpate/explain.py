@@ -97,9 +97,9 @@ def _described(place: tuple, config: Any, schema: dict) -> tuple[dict, str]:
     node, about = {key: each for key, each in schema.items() if key != "description"}, ""
     for step in (*place, None):
         # a reference, or the only alternative that the value can be of, is what the schema means
-        while len(found := [node.get("$ref")] if "$ref" in node else _alternatives(node, config)) == 1:
+        while len(references := [node.get("$ref")] if "$ref" in node else _alternatives(node, config)) == 1:
             own = {key: each for key, each in node.items() if key == "description"}
-            node = schema["$defs"][str(found[0]).rpartition("/")[2]] | own
+            node = schema["$defs"][str(references[0]).rpartition("/")[2]] | own
         about = node.get("description", about).partition("\n")[0]
         if step is not None:
             others = [*node.get("patternProperties", {}).values(), node.get("items"), node.get("additionalProperties")]
@@ -114,5 +114,5 @@ def _described(place: tuple, config: Any, schema: dict) -> tuple[dict, str]:
 def _alternatives(node: dict, config: Any) -> list[str]:
     """Return the references of the alternatives of a part of the schema that a value may be of."""
     if "discriminator" in node and isinstance(config, dict):
-        return [found] if (found := node["discriminator"]["mapping"].get(str(config.get("kind")))) else []
+        return [reference] if (reference := node["discriminator"]["mapping"].get(str(config.get("kind")))) else []
     return [each["$ref"] for each in node.get("anyOf", []) if "$ref" in each] if isinstance(config, dict) else []

@@ -63,4 +63,4 @@ def _in_arguments() -> Iterator[None]:
 def _argument(said: str) -> str:
     """Return a sentence on options as one on arguments: scale_m=0.002 for --scale 0.002."""
     option = rf"(?<![\w/.-])--({'|'.join(ARGUMENTS)})\b( [\d.e+-]*\d)?"
-    return re.sub(option, lambda found: ARGUMENTS[found[1]] + (found[2] or "").replace(" ", "="), said)
+    return re.sub(option, lambda match: ARGUMENTS[match[1]] + (match[2] or "").replace(" ", "="), said)

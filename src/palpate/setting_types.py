@@ -61,12 +61,12 @@ class Block(BaseModel):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: Any, handler: GetJsonSchemaHandler) -> dict:
-        found = handler(schema)
-        described = handler.resolve_ref_schema(found)
+        reference = handler(schema)
+        described = handler.resolve_ref_schema(reference)
         described.pop("description", None)
         if cls.own_doc:
             described["description"] = cleandoc(cls.own_doc)
-        return found
+        return reference
 
     def __init__(self, /, **fields: Any) -> None:
         try:
@@ -75,8 +75,8 @@ class Block(BaseModel):
             from palpate.explain import explain
 
             name = _public_name(type(self))
-            told = explain(error.errors(), plain(fields), type(self).model_json_schema(), name)
-            raise InputError(told if told.startswith(f"{name} ") else f"{name}: {told}") from None
+            message = explain(error.errors(), plain(fields), type(self).model_json_schema(), name)
+            raise InputError(message if message.startswith(f"{name} ") else f"{name}: {message}") from None
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # validation of a whole does not call it
 

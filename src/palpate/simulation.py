@@ -76,14 +76,14 @@ def simulate(
         blocks["push"] = settings.Push(loads=blocks["push"])
     shifted = [{"body": made.name, "shift_m": list(shift)} for made, (_, shift) in zip(bodies[1:], pairs, strict=True)]
     times: dict[str, Any] = {"step_s": step_s, "duration_s": duration_s, "others": shifted}
-    asked = Scene(**times | {"body": bodies[0].name, "name": bodies[0].name} | blocks | scene)
-    if asked.step_s > asked.duration_s:
+    described = Scene(**times | {"body": bodies[0].name, "name": bodies[0].name} | blocks | scene)
+    if described.step_s > described.duration_s:
         raise InputError(f"step_s is {step_s:g}, and duration_s {duration_s:g}; give a step that is not longer.")
-    scene_check.check_instruments(asked.place, asked)
-    scene_check.check_loads(asked.place, asked)
-    particles = particles_in(asked, bodies)
-    scene_check.check_together(asked.place, asked, traits(particles))
-    return run(asked, particles, own=own).motion
+    scene_check.check_instruments(described.place, described)
+    scene_check.check_loads(described.place, described)
+    particles = particles_in(described, bodies)
+    scene_check.check_together(described.place, described, traits(particles))
+    return run(described, particles, own=own).motion
 
 
 def _free(name: str, taken: Sequence[str]) -> str:

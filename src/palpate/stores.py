@@ -18,7 +18,7 @@ KIND, PARTS = "__kind__", "__parts__"
 """Attributes of a group: the class of what it holds, and the names of its fields, columns or items, in their order."""
 
 
-def store(found: object, path: Path | str, compressed: bool = False) -> None:
+def store(thing: object, path: Path | str, compressed: bool = False) -> None:
     """Write a dataclass or a named tuple, whole or not at all; numbers have checksums, and are ``compressed`` by gzip.
 
     Fields are arrays of numbers or of text, csr_arrays, tables, numbers, text or None, other dataclasses and named
@@ -27,7 +27,7 @@ def store(found: object, path: Path | str, compressed: bool = False) -> None:
     import h5py
 
     with write_whole(path) as part, h5py.File(part, "w") as file:
-        _fill(file, found, "gzip" if compressed else None)
+        _fill(file, thing, "gzip" if compressed else None)
 
 
 def stored(kind: type[Record], path: Path | str, **names: type) -> Record:
@@ -40,11 +40,11 @@ def stored(kind: type[Record], path: Path | str, **names: type) -> Record:
         return _made(file, kind, names)
 
 
-def _fill(group: "h5py.Group", found: Any, compression: str | None) -> None:
+def _fill(group: "h5py.Group", thing: Any, compression: str | None) -> None:
     import h5py
 
-    parts = _parts(found)
-    group.attrs.update({KIND: type(found).__name__, PARTS: list(parts)})
+    parts = _parts(thing)
+    group.attrs.update({KIND: type(thing).__name__, PARTS: list(parts)})
     for name, part in parts.items():
         if part is None:
             group.attrs[name] = h5py.Empty("f4")
@@ -57,17 +57,17 @@ def _fill(group: "h5py.Group", found: Any, compression: str | None) -> None:
             _fill(group.create_group(name), part, compression)
 
 
-def _parts(found: Any) -> dict[str, Any]:
-    match type(found).__name__:
+def _parts(thing: Any) -> dict[str, Any]:
+    match type(thing).__name__:
         case "list" | "tuple":
-            return {str(number): each for number, each in enumerate(found)}
+            return {str(number): each for number, each in enumerate(thing)}
         case "csr_array":
-            return {"data": found.data, "indices": found.indices, "indptr": found.indptr, "shape": found.shape}
+            return {"data": thing.data, "indices": thing.indices, "indptr": thing.indptr, "shape": thing.shape}
         case "DataFrame":
-            return {name: column.to_numpy() for name, column in found.items()}
-    if not (hasattr(found, "__dataclass_fields__") or hasattr(found, "_fields")):
-        raise TypeError(f"a {type(found).__name__} cannot be stored")
-    return {name: getattr(found, name) for name in signature(type(found)).parameters}
+            return {name: column.to_numpy() for name, column in thing.items()}
+    if not (hasattr(thing, "__dataclass_fields__") or hasattr(thing, "_fields")):
+        raise TypeError(f"a {type(thing).__name__} cannot be stored")
+    return {name: getattr(thing, name) for name in signature(type(thing)).parameters}
 
 
 def _made(group: "h5py.Group", annotation: Any, names: dict[str, type]) -> Any:

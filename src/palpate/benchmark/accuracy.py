@@ -224,8 +224,8 @@ class Judge:
         """
         if self.coarser is None:
             return np.nan, np.nan
-        found = truth_errors(answer, self.coarser[i], self.patch[i])
-        return found.rmse_of_peak, found.patch_rms_of_peak
+        distance = truth_errors(answer, self.coarser[i], self.patch[i])
+        return distance.rmse_of_peak, distance.patch_rms_of_peak
 
 
 def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: int, radius_m: float) -> Judge:
@@ -239,15 +239,15 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
     rows: list[int] = []
     rejected: list[int] = []
     for name, asked in zip(SIDES, fold_sides(table, split)[1:], strict=True):
-        found = truth.rows(asked)
-        if not len(found):
+        believed = truth.rows(asked)
+        if not len(believed):
             raise InputError(
                 f"{body.name}: no {name} sample of split {split} has an answer on all levels; press less "
                 "(regimes.*.peak_of_size), or refine the body."
             )
-        rows += list(found)
-        side += [name] * len(found)
-        rejected += list(np.setdiff1d(asked, truth.sample[found]))
+        rows += list(believed)
+        side += [name] * len(believed)
+        rejected += list(np.setdiff1d(asked, truth.sample[believed]))
     judged = _judge(body, db, truth, split, radius_m, np.array(rows), np.array(side))
     return replace(judged, rejected=db.take(np.array(rejected)) if rejected else None)
 

@@ -78,17 +78,17 @@ ELEMENTS = "fem_p1"
 _FIRST = {side: i for i, side in enumerate((*SIDES[::-1], TRAINING))}
 
 
-def choice(asked: Candidates, limit: Limit) -> pd.Series:
+def choice(candidates: Candidates, limit: Limit) -> pd.Series:
     """Return what is advised under one limit: the columns of ADVICE, and those of the table that it follows from."""
-    return pd.Series(dict.fromkeys(ADVICE.columns, np.nan) | asked.advise(limit))
+    return pd.Series(dict.fromkeys(ADVICE.columns, np.nan) | candidates.advise(limit))
 
 
 def limits_of(
     budgets_ms: Iterable[float] = (), max_errors: Iterable[float] = (), speeds: Iterable[float] = ()
 ) -> list[Limit]:
     """Return one limit for each time [ms], error and speed."""
-    found = [Limit(budget_ms=budget) for budget in budgets_ms] + [Limit(max_error=error) for error in max_errors]
-    return found + [Limit(speed=speed) for speed in speeds]
+    limits = [Limit(budget_ms=budget) for budget in budgets_ms] + [Limit(max_error=error) for error in max_errors]
+    return limits + [Limit(speed=speed) for speed in speeds]
 
 
 def advise(
@@ -105,8 +105,8 @@ def advise(
     _check(settings, errors)
     rows, tests = [], errors[errors["side"] == "test"]
     for kind in kinds:
-        asked = presses(settings, errors, kind)
-        for row in map(asked.advise, limits_of(budgets_ms, max_errors)):
+        candidates = presses(settings, errors, kind)
+        for row in map(candidates.advise, limits_of(budgets_ms, max_errors)):
             if row["model"] != NONE:
                 mine = tests[(tests["model"] == row["model"]) & (tests["setting"] == row["setting"])]
                 row["error_low"], row["error_high"] = resampled(mine, KINDS[kind]).iloc[0].quantile(list(RANGE))
@@ -158,10 +158,10 @@ def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataF
     place = ["split", *SETTING]
     named = settings[place].assign(key=same_settings(settings))
     named = named.assign(first=named.groupby(["model", "key"], sort=False)["setting"].transform("first"))
-    found = errors.merge(named, on=place).sort_values("side", key=lambda sides: sides.map(_FIRST), kind="stable")
-    found["setting"] = found["first"]
-    failed = found[column].isna().groupby([found[name] for name in SETTING]).any()
-    wide = found.drop_duplicates([*SETTING, "sample"]).pivot(
+    joined = errors.merge(named, on=place).sort_values("side", key=lambda sides: sides.map(_FIRST), kind="stable")
+    joined["setting"] = joined["first"]
+    failed = joined[column].isna().groupby([joined[name] for name in SETTING]).any()
+    wide = joined.drop_duplicates([*SETTING, "sample"]).pivot(
         index=SETTING, columns=["contact", "sample"], values=column
     )
     return wide.loc[wide.index.isin(failed.index[~failed])]
@@ -170,17 +170,17 @@ def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataF
 def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
     """Raise InputError if a setting stands twice or its samples do not have the mean that its row gives."""
     place = ["split", *SETTING]
-    able = settings[~settings["model"].isin(BOUNDS) & (settings["failures"] == 0)].set_index(place, drop=False)
+    usable = settings[~settings["model"].isin(BOUNDS) & (settings["failures"] == 0)].set_index(place, drop=False)
     scene = settings["scene"].iloc[0]
-    if able.index.has_duplicates:
-        twice = able[able.index.duplicated()].iloc[0]
+    if usable.index.has_duplicates:
+        twice = usable[usable.index.duplicated()].iloc[0]
         raise InputError(
             f"accuracy_vs_time.csv has {twice['model']} {twice['setting']} of {scene} twice: give each its own setting"
         )
-    found = errors[errors["side"] == "test"].groupby(place)["rmse_of_peak"].mean().reindex(able.index)
-    if not (right := np.isclose(found, able["rmse_of_peak"], rtol=1e-6, atol=0)).all():
+    means = errors[errors["side"] == "test"].groupby(place)["rmse_of_peak"].mean().reindex(usable.index)
+    if not (right := np.isclose(means, usable["rmse_of_peak"], rtol=1e-6, atol=0)).all():
         raise InputError(
-            f"accuracy_vs_time.csv and the samples of {' '.join(able[~right].iloc[0][SETTING])} of {scene} disagree: "
+            f"accuracy_vs_time.csv and the samples of {' '.join(usable[~right].iloc[0][SETTING])} of {scene} disagree: "
             "make both anew with the workflow"
         )
 
@@ -198,20 +198,20 @@ def other_loads(rows: pd.DataFrame, kind: str, error: str = "rms", own: float = 
     answers = rows[rows["kind"] == kind]
     if answers.empty:
         raise InputError(f"any_load.csv has no loads of the kind {kind} in {scene}; choose another scene.")
-    able = answers[(answers["refused"] == 0) & (answers["failures"] == 0) & (answers["contacts"] > 0)]
-    most = able[f"{column}_most"]
-    able = able.assign(
-        most=most, mean=able[column], basis=BOUND,
-        limit=np.where(able["contacts"] >= FEWEST, most + np.nan_to_num(own), np.inf),
-        pace=able["online_median_s"], slowest_s=able["online_max_s"],
+    answering = answers[(answers["refused"] == 0) & (answers["failures"] == 0) & (answers["contacts"] > 0)]
+    most = answering[f"{column}_most"]
+    answering = answering.assign(
+        most=most, mean=answering[column], basis=BOUND,
+        limit=np.where(answering["contacts"] >= FEWEST, most + np.nan_to_num(own), np.inf),
+        pace=answering["online_median_s"], slowest_s=answering["online_max_s"],
     )  # fmt: skip
     refused = sorted(set(answers["model"]) - set(answers.loc[answers["refused"] == 0, "model"]))
     notes = [
-        "" if len(able) else "no setting has answered all loads",
+        "" if len(answering) else "no setting has answered all loads",
         f"refused by {', '.join(refused)}" if refused else "",
     ]
     about = {"scene": scene, "load": kind, "error": error}
-    return Candidates(able.reset_index(drop=True), about, "load", own, notes=notes)
+    return Candidates(answering.reset_index(drop=True), about, "load", own, notes=notes)
 
 
 def touches(rows: pd.DataFrame) -> Candidates:
@@ -221,15 +221,15 @@ def touches(rows: pd.DataFrame) -> Candidates:
     truth's own error.
     """
     own = float(rows.loc[rows["model"] == TRUTH, "force_error_p95"].max())
-    able = rows[(rows["model"] != TRUTH) & (rows["failures"] == 0) & rows["force_error_size"].notna()]
-    bound, p95 = able["force_error_bound"], able["force_error_p95"] + own
-    able = able.assign(
+    answering = rows[(rows["model"] != TRUTH) & (rows["failures"] == 0) & rows["force_error_size"].notna()]
+    bound, p95 = answering["force_error_bound"], answering["force_error_p95"] + own
+    answering = answering.assign(
         limit=bound.fillna(p95), basis=np.where(bound.notna(), BOUND, SPREAD), doubted=0,
-        mean=able["force_error_size"], pace=able["online_median_s"], slowest_s=able["online_max_s"],
+        mean=answering["force_error_size"], pace=answering["online_median_s"], slowest_s=answering["online_max_s"],
     )  # fmt: skip
-    able = able[np.isfinite(able["limit"])].reset_index(drop=True)
+    answering = answering[np.isfinite(answering["limit"])].reset_index(drop=True)
     about = {"scene": rows["scene"].iloc[0], "error": "force"}
-    return Candidates(able, about, "touch", own, notes=[] if len(able) else ["no model gives a force"])
+    return Candidates(answering, about, "touch", own, notes=[] if len(answering) else ["no model gives a force"])
 
 
 def advise_motion(
@@ -245,8 +245,8 @@ def advise_motion(
 
     rows, bounds, pressed, error : of ``motions``
     """
-    asked = motions(rows, bounds, pressed, error)
-    return ADVICE.frame(map(asked.advise, limits_of(budgets_ms, max_errors, speeds)))
+    candidates = motions(rows, bounds, pressed, error)
+    return ADVICE.frame(map(candidates.advise, limits_of(budgets_ms, max_errors, speeds)))
 
 
 def motions(
@@ -269,29 +269,31 @@ def motions(
     over = f"the first {until:.3g} of {whole:.3g} s" if until < whole * (1 - 1e-9) else "the whole motion"
     about = {"scene": first["scene"], "error": error, "split": 0, "over": over}  # such a scene is not divided
     # modes for another place show what that costs, and nobody who knows the place takes them
-    able = rows[(rows["failures"] == 0) & (rows["varied"] != "place")].reset_index(drop=True)
+    finished = rows[(rows["failures"] == 0) & (rows["varied"] != "place")].reset_index(drop=True)
     if error == "force":  # how wrong the standard's mesh is in it no press shows, and of pushes elsewhere none is known
-        able = able.dropna(subset="force_rms_of_peak").reset_index(drop=True)
-        able = able.assign(rmse_of_peak=able["force_rms_of_peak"], reference_error=able["reference_force_error"])
+        finished = finished.dropna(subset="force_rms_of_peak").reset_index(drop=True)
+        finished = finished.assign(
+            rmse_of_peak=finished["force_rms_of_peak"], reference_error=finished["reference_force_error"]
+        )
         bounds = pressed = None
     if said := parted(first):
-        return Candidates(able[:0], about, "step", notes=[f"no error of a model is known, as {said}"])
-    if able.empty:
+        return Candidates(finished[:0], about, "step", notes=[f"no error of a model is known, as {said}"])
+    if finished.empty:
         felt = " and told a force" if error == "force" else ""
-        return Candidates(able, about, "step", notes=[f"no model got through the scene{felt}"])
-    own, reference = _reference(able.iloc[0], pressed, error)
-    bound, measured_on = zip(*(bound_elsewhere(row, bounds) for _, row in able.iterrows()), strict=True)
+        return Candidates(finished, about, "step", notes=[f"no model got through the scene{felt}"])
+    own, reference = _reference(finished.iloc[0], pressed, error)
+    bound, measured_on = zip(*(bound_elsewhere(row, bounds) for _, row in finished.iterrows()), strict=True)
     measured = bool(np.isfinite(bound).any())
-    limit = pd.Series(bound) if measured else able["rmse_of_peak"] + own
-    able = able.assign(
-        mean=able["rmse_of_peak"] + np.nan_to_num(own), limit=np.inf if np.isnan(own) else limit.fillna(np.inf),
+    limit = pd.Series(bound) if measured else finished["rmse_of_peak"] + own
+    finished = finished.assign(
+        mean=finished["rmse_of_peak"] + np.nan_to_num(own), limit=np.inf if np.isnan(own) else limit.fillna(np.inf),
         basis=BOUND if measured else PATH, bound_on=measured_on, doubted=0,
-        pace=able["real_time_factor"], times_life=1.0 / able["real_time_factor"],
-        slowest_s=1e-3 * able["step_p95_ms"], online_p95_s=1e-3 * able["step_p95_ms"],
-        online_max_s=1e-3 * able["step_max_ms"],
+        pace=finished["real_time_factor"], times_life=1.0 / finished["real_time_factor"],
+        slowest_s=1e-3 * finished["step_p95_ms"], online_p95_s=1e-3 * finished["step_p95_ms"],
+        online_max_s=1e-3 * finished["step_max_ms"],
     )  # fmt: skip
     notes = [f"errors are from the standard, {reference}"]
-    return Candidates(able, about, "step", own, compared="rmse_of_peak", notes=notes)
+    return Candidates(finished, about, "step", own, compared="rmse_of_peak", notes=notes)
 
 
 def parted(first: pd.Series) -> str:
@@ -310,10 +312,10 @@ def bound_elsewhere(row: pd.Series, bounds: pd.DataFrame | None) -> tuple[float,
         return np.nan, f"{alone} nothing was measured elsewhere"
     places = f"{bounds['places'].max():g} other places"
     mine = (bounds["model"] == row["model"]) & (bounds["setting"] == row["setting"])
-    found = bounds[mine & (bounds["estimate"] == CONSTANT)]
-    if found.empty:
+    of_setting = bounds[mine & (bounds["estimate"] == CONSTANT)]
+    if of_setting.empty:
         return np.nan, f"{alone} this setting was not asked at the {places}"
-    there = found.iloc[0]
+    there = of_setting.iloc[0]
     if np.isnan(there["bound_of_peak"]):
         return np.nan, f"{alone} this setting answered at {there['places'] - there['failures']:g} of {places}"
     tried = np.isfinite(there["coverage"])
@@ -378,7 +380,7 @@ def operator_error(pressed: pd.DataFrame, column: str) -> float:
 def _converged(pressed: pd.DataFrame, elements: str, level: int | None = None) -> pd.DataFrame:
     """Select the rows of elements on a level, the finest if none is named, that were solved most exactly from rest."""
     rows = pressed[pressed["model"] == elements]
-    told = fields_of(rows, "level", "start", "tolerance", "target")
-    told = told[(told["start"] == "rest") & told["target"].isna() & told["tolerance"].notna()]
-    told = told[told["level"] == (told["level"].max() if level is None else level)]
-    return rows.loc[told.index[told["tolerance"] == told["tolerance"].min()]]
+    solved = fields_of(rows, "level", "start", "tolerance", "target")
+    solved = solved[(solved["start"] == "rest") & solved["target"].isna() & solved["tolerance"].notna()]
+    solved = solved[solved["level"] == (solved["level"].max() if level is None else level)]
+    return rows.loc[solved.index[solved["tolerance"] == solved["tolerance"].min()]]

@@ -100,9 +100,9 @@ class Candidates:
 
     def advise(self, limit: Limit) -> dict[str, Any]:
         """Return what to take under a limit, or none and the nearest to it: columns of advice.csv and of ``rows``."""
-        found, why = ({}, []) if self.rows.empty else self._choose(limit)
-        told = {"reference_error": self.own, "unit": self.unit, "why": "; ".join(filter(None, [*why, *self.notes]))}
-        return {"model": NONE} | found | self.about | limit._asdict() | told
+        taken, why = ({}, []) if self.rows.empty else self._choose(limit)
+        basis = {"reference_error": self.own, "unit": self.unit, "why": "; ".join(filter(None, [*why, *self.notes]))}
+        return {"model": NONE} | taken | self.about | limit._asdict() | basis
 
     def _choose(self, limit: Limit) -> tuple[dict[str, Any], list[str]]:
         """Return what is advised, and the parts of the reason."""
@@ -144,19 +144,21 @@ class Candidates:
         by = self.compared if np.isfinite(rows["limit"]).any() else "mean"
         order = (("doubted", 1.0), (by, EQUAL), ("pace" if self.unit == "step" else "used", 1.0), ("pace", 1.0))
         best = pick(rows, order, self.floor)
-        found = _taken(best, best["limit"]) | self._rival(best, rows, order, by)
-        found["confidence"] = self._stays(best, rows, by)
-        found["margin"] = 1.0 - (best["used"] if np.isnan(limit.max_error) else best["limit"] / limit.max_error)
+        taken = _taken(best, best["limit"]) | self._rival(best, rows, order, by)
+        taken["confidence"] = self._stays(best, rows, by)
+        taken["margin"] = 1.0 - (best["used"] if np.isnan(limit.max_error) else best["limit"] / limit.max_error)
         what = best["basis"] if by == "limit" else "error"
         spare = f" that leave {percent(MARGIN)} of {limit.time} unused" if limit.time else ""
-        return found, [f"least {what} of {_counted(rows)}{spare}", *self._hidden(best[by])]
+        return taken, [f"least {what} of {_counted(rows)}{spare}", *self._hidden(best[by])]
 
     def _stays(self, best: pd.Series, rows: pd.DataFrame, by: str) -> float:
         """Return the share of contacts without which ``best`` has, or ties with, the least error of ``rows``."""
         if self.held is None:
             return np.nan
-        found = [np.maximum(limit if by == "limit" else mean, self.floor) for limit, mean in self.held.without.values()]
-        return float(np.mean([error[best.name] <= EQUAL * error[rows.index].min() for error in found]))
+        without_each = [
+            np.maximum(limit if by == "limit" else mean, self.floor) for limit, mean in self.held.without.values()
+        ]
+        return float(np.mean([error[best.name] <= EQUAL * error[rows.index].min() for error in without_each]))
 
     @property
     def _by_time(self) -> Order:
@@ -168,7 +170,7 @@ class Candidates:
 
         Limits are ever stricter, until the choice that they make keeps ``max_error`` at contacts left out of it, too.
         """
-        found, why = self._nearest(self.rows, max_error), self._why_none(self.rows)
+        taken, why = self._nearest(self.rows, max_error), self._why_none(self.rows)
         for share in STRICTER if self.held else STRICTER[:1]:
             fits = _below(self.rows, share * max_error)
             if fits.empty:
@@ -177,14 +179,14 @@ class Candidates:
             bound, kept = self._left_out(share * max_error, max_error)
             limit = max(bound, best["limit"])
             if limit <= max_error:
-                found = _taken(best, limit) | self._rival(best, fits, self._by_time, "pace")
-                found |= self._passed_over(best, max_error) | {"margin": 1.0 - limit / max_error, "confidence": kept}
+                taken = _taken(best, limit) | self._rival(best, fits, self._by_time, "pace")
+                taken |= self._passed_over(best, max_error) | {"margin": 1.0 - limit / max_error, "confidence": kept}
                 why = f"fastest of {_counted(fits)} whose {best['basis']} is below {percent(share * max_error)}"
-                return found, [why, *self._hidden(best["limit"])]
-            found = _near(best) | {"nearest_bound": finite(bound), "nearest_risk": 1.0 - kept, "confidence": kept}
+                return taken, [why, *self._hidden(best["limit"])]
+            taken = _near(best) | {"nearest_bound": finite(bound), "nearest_risk": 1.0 - kept, "confidence": kept}
             lucky = f"{_name(best)} was lucky: where each contact is left out of the choice, only {percent(kept)}"
             why = f"{lucky} of the answers there stay below {percent(max_error)}"
-        return found, [why]
+        return taken, [why]
 
     def _left_out(self, most: float, max_error: float) -> tuple[float, float]:
         """Choose the fastest below ``most`` anew without each contact, and try each choice at the contact left out.
@@ -194,14 +196,14 @@ class Candidates:
         """
         if self.held is None:
             return 0.0, np.nan
-        found, places, rows = [np.empty(0)], [np.empty(0, dtype=int)], self.rows[list(dict(self._by_time))]
+        per_place, places, rows = [np.empty(0)], [np.empty(0, dtype=int)], self.rows[list(dict(self._by_time))]
         for place, (bound, mean) in self.held.without.items():
             fits = _below(rows.assign(limit=bound, mean=mean), most)
             if len(fits):
                 there = self.held.errors[pick(fits, self._by_time, self.floor).name, self.held.contact == place]
-                found.append(there[np.isfinite(there)])
-                places.append(np.full(len(found[-1]), place))
-        errors, contact = np.concatenate(found), np.concatenate(places)
+                per_place.append(there[np.isfinite(there)])
+                places.append(np.full(len(per_place[-1]), place))
+        errors, contact = np.concatenate(per_place), np.concatenate(places)
         if not len(errors):  # with as few contacts as a bound needs there is none where one is left out
             return 0.0, np.nan
         return bound_factor(errors, contact), share_below(errors, contact, max_error)
@@ -222,8 +224,8 @@ class Candidates:
         if rows.empty:
             return {}
         row = rows.loc[rows["pace"].idxmin()]
-        found = {"faster": row["model"], "faster_setting": row["setting"], "faster_error": row["mean"]}
-        return found | {"faster_high": finite(row["limit"]), "faster_factor": best["pace"] / row["pace"]}
+        columns = {"faster": row["model"], "faster_setting": row["setting"], "faster_error": row["mean"]}
+        return columns | {"faster_high": finite(row["limit"]), "faster_factor": best["pace"] / row["pace"]}
 
     def _nearest(self, rows: pd.DataFrame, max_error: float) -> dict[str, Any]:
         """Return which of ``rows`` comes nearest to an error that none is sure to keep, and what it risks."""
@@ -259,9 +261,9 @@ def _taken(row: pd.Series, limit: float) -> dict[str, Any]:
 
 def _near(row: pd.Series) -> dict[str, Any]:
     """Return a setting as what comes nearest, and what its error rests on."""
-    found = row[row.index.intersection(["contacts", "presses", "samples", "doubted", "basis", "bound_on"])].to_dict()
-    found |= {"nearest": row["model"], "nearest_setting": row["setting"], "nearest_error": row["mean"]}
-    return found | {"nearest_bound": finite(row["limit"]), "nearest_s": row["slowest_s"]}
+    columns = row[row.index.intersection(["contacts", "presses", "samples", "doubted", "basis", "bound_on"])].to_dict()
+    columns |= {"nearest": row["model"], "nearest_setting": row["setting"], "nearest_error": row["mean"]}
+    return columns | {"nearest_bound": finite(row["limit"]), "nearest_s": row["slowest_s"]}
 
 
 def _name(row: pd.Series) -> str:

@@ -29,11 +29,11 @@ def bound_factor(scores: np.ndarray, contact: np.ndarray) -> float:
 
 def bounds(errors: np.ndarray, contact: np.ndarray) -> np.ndarray:
     """Return the bound (m,) of each row of ``errors`` (m, n): ``bound_factor`` of its samples that are not NaN."""
-    known, found = np.isfinite(errors), np.empty(len(errors))
+    known, factors = np.isfinite(errors), np.empty(len(errors))
     for there in {row.tobytes(): row for row in known}.values():
         same = (known == there).all(axis=1)
-        found[same] = _factors(errors[same][:, there], contact[there])
-    return found
+        factors[same] = _factors(errors[same][:, there], contact[there])
+    return factors
 
 
 def _factors(scores: np.ndarray, contact: np.ndarray) -> np.ndarray:

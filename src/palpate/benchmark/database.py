@@ -107,12 +107,12 @@ def write(db: Database, path: Path | str) -> None:
 def read(path: Path | str) -> Database:
     """Read a database; InputError naming the file and the field that is missing, damaged or wrong."""
     with read_hdf5(path) as file:
-        if (found := _attribute(path, file, "format")) != FORMAT:
-            refuse(str(path), "format", f"is {found} but this version reads {FORMAT}")
+        if (stored := _attribute(path, file, "format")) != FORMAT:
+            refuse(str(path), "format", f"is {stored} but this version reads {FORMAT}")
         values = {name: _load(path, file, name) for name in FIELDS}
-        found = {field.name: _attribute(path, file, field.name) for field in fields(Material)}
-        law = str(found.pop("law"))
-        material = Material(**{name: float(value) for name, value in found.items()}, law=law)
+        stored = {field.name: _attribute(path, file, field.name) for field in fields(Material)}
+        law = str(stored.pop("law"))
+        material = Material(**{name: float(value) for name, value in stored.items()}, law=law)
         digest = str(_attribute(path, file, "config_digest"))
     check(values, str(path))
     return Database(**values, material=material, config_digest=digest)
@@ -140,8 +140,8 @@ def _load(path: Path | str, file: "h5py.File", name: str) -> np.ndarray | sparse
     place = file.get(f"{field.group}/{name}")
     if place is None:
         refuse(str(path), name, "is missing")
-    if (found := place.attrs.get("unit")) != field.unit:
-        refuse(str(path), name, f"has unit {found} instead of {field.unit}")
+    if (unit := place.attrs.get("unit")) != field.unit:
+        refuse(str(path), name, f"has unit {unit} instead of {field.unit}")
     try:
         if name != "prolongation":
             return place[()]

@@ -86,9 +86,9 @@ class Load:
         given = [(press.node, press.force) for press in self.presses if press.force is not None]
         return given, [(p.node, p.moved) for p in self.presses if p.force is None and p.moved is not None]
 
-    def with_found(self, found: np.ndarray) -> np.ndarray:
-        """Return the force of every press, (presses, 3) [N]; found : those of the presses to a depth, in order."""
-        rest = iter(found)
+    def with_found(self, forces: np.ndarray) -> np.ndarray:
+        """Return the force of every press, (presses, 3) [N]; forces : those of the presses to a depth, in order."""
+        rest = iter(forces)
         return np.array([next(rest) if press.force is None else press.force for press in self.presses])
 
     def times(self, factor: float) -> "Load":

@@ -142,12 +142,12 @@ class Kind:
         failures = [row["failure"] for row in rows if row["failure"]]
         summed = [row for row in rows if cls.sums_failed or not row["failure"]]
         table = pd.DataFrame(summed, columns=list(cls.errors), dtype=float)
-        found: Row = {"samples": len(rows), "failures": len(failures), "failure": "".join(failures[:1]), "threads": 1}
-        found |= table.mean().to_dict() | {name: table[name].max() for name in cls.largest}
+        columns: Row = {"samples": len(rows), "failures": len(failures), "failure": "".join(failures[:1]), "threads": 1}
+        columns |= table.mean().to_dict() | {name: table[name].max() for name in cls.largest}
         for name in cls.spread:
             size = table[name].abs()
-            found |= {f"{name}_median": size.median(), f"{name}_p95": size.quantile(0.95)}
-        return found | online([row.get(CALLS, ()) for row in rows])
+            columns |= {f"{name}_median": size.median(), f"{name}_p95": size.quantile(0.95)}
+        return columns | online([row.get(CALLS, ()) for row in rows])
 
     @classmethod
     def columns_of_questions(cls, labels: Iterable[str]) -> list[str]:
@@ -165,7 +165,7 @@ def measure(kind: Kind, settings: Iterable[Prepared], repeats: int, budget_s: fl
     from threadpoolctl import threadpool_limits
 
     questions: list[Row] = []
-    found: list[Row] = []
+    of_settings: list[Row] = []
     with threadpool_limits(limits=1):
         for one in settings:
             if isinstance(one.solver, LeftOut):
@@ -176,8 +176,8 @@ def measure(kind: Kind, settings: Iterable[Prepared], repeats: int, budget_s: fl
             costs = {"offline_s": offline_s, "memory_mb": float(getattr(one.solver, "memory_mb", 0.0))}
             more, rest = kind.further(one, rows)
             questions += [kind.labels | one.about | row for row in (*rows, *rest)]
-            found.append(kind.labels | one.about | costs | kind.means(rows) | more)
-    return questions, found
+            of_settings.append(kind.labels | one.about | costs | kind.means(rows) | more)
+    return questions, of_settings
 
 
 def tables(kind: Kind, questions: list[Row], settings: list[Row]) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -197,7 +197,7 @@ def ask(kind: Kind, solver: Any, repeats: int, budget_s: float) -> list[Row]:
         kind.begin(solver)
     except NotConverged as failure:
         return [row | failed(failure) for row in rows]
-    asked = []
+    answered = []
     for i, row in enumerate(rows):
         begin = time.perf_counter()
         try:
@@ -205,28 +205,28 @@ def ask(kind: Kind, solver: Any, repeats: int, budget_s: float) -> list[Row]:
         except NotConverged as failure:
             row |= failed(failure)
         else:
-            asked.append(i)
+            answered.append(i)
         row["preparation_s"] = time.perf_counter() - begin
-    found: dict[int, Row] = {}
+    judged: dict[int, Row] = {}
 
     def receive(k: int, answer: Any) -> None:
         if kind.n_surface is not None:
             checked(answer, kind.n_surface, kind.place)
-        if k not in found:
-            found[k] = kind.judged(asked[k], answer)
+        if k not in judged:
+            judged[k] = kind.judged(answered[k], answer)
 
-    if asked:
-        timed = time_calls(_Calls(kind, solver, asked), repeats, budget_s, receive, kind.warm_up)
+    if answered:
+        timed = time_calls(_Calls(kind, solver, answered), repeats, budget_s, receive, kind.warm_up)
         for k, why in enumerate(timed.failures):
-            rows[asked[k]] |= failed(why) if why else found[k] | spent(timed.seconds[k])
+            rows[answered[k]] |= failed(why) if why else judged[k] | spent(timed.seconds[k])
     return rows
 
 
 class _Calls(Sequence):
     """The calls of the questions ``asked``, each looked up anew."""
 
-    def __init__(self, kind: Kind, solver: Any, asked: list[int]):
-        self._kind, self._solver, self._asked = kind, solver, asked
+    def __init__(self, kind: Kind, solver: Any, questions: list[int]):
+        self._kind, self._solver, self._asked = kind, solver, questions
 
     def __len__(self) -> int:
         return len(self._asked)

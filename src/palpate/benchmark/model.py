@@ -229,8 +229,8 @@ class Model(Block):
         case = _alone(body, press.radius_m, (press.node,) if self.needs_contacts else ())
         solver = case.share(("solver", type(self), repr(self)), lambda: self.prepare(case))
         solver.precede(load)
-        found, doubt = answered(solver, load, case.n_surface)
-        return Response(body, found.displacement, found.error, doubt)
+        answer, doubt = answered(solver, load, case.n_surface)
+        return Response(body, answer.displacement, answer.error, doubt)
 
     def law_of(self, case: Case) -> str:
         """Return the law of the material with which the model answers for the body of ``case``."""

@@ -378,10 +378,10 @@ class ForceErrors(NamedTuple):
     force_peak_error: float = np.nan
 
 
-def force_errors(found: np.ndarray, true: np.ndarray) -> ForceErrors:
+def force_errors(forces: np.ndarray, true: np.ndarray) -> ForceErrors:
     """Measure forces (f, k, 3) [N] of k instruments in f frames against the ``true`` ones (f, k, 3) [N]."""
     peak = np.linalg.norm(true, axis=2).max(initial=0.0)
-    if not peak or found.shape != true.shape:
+    if not peak or forces.shape != true.shape:
         return ForceErrors()
-    off = np.sqrt(np.mean(np.sum((found - true) ** 2, axis=2)))
-    return ForceErrors(float(off / peak), float(np.linalg.norm(found, axis=2).max() / peak - 1.0))
+    off = np.sqrt(np.mean(np.sum((forces - true) ** 2, axis=2)))
+    return ForceErrors(float(off / peak), float(np.linalg.norm(forces, axis=2).max() / peak - 1.0))

@@ -83,12 +83,12 @@ class Presses(Kind):
 
     def judged(self, i: int, answer: np.ndarray | Answer) -> Row:
         moved = displacement_of(answer)
-        found: Row = self.judge.errors(i, moved)._asdict()
+        columns: Row = self.judge.errors(i, moved)._asdict()
         if self._reduces:
-            found[OPERATOR] = self.judge.operator_error(i, moved)
+            columns[OPERATOR] = self.judge.operator_error(i, moved)
         if isinstance(answer, Answer) and answer.error is not None:
-            found[ESTIMATED] = answer.error
-        return found | dict(zip(COARSER.values(), self.judge.from_coarser(i, moved), strict=True))
+            columns[ESTIMATED] = answer.error
+        return columns | dict(zip(COARSER.values(), self.judge.from_coarser(i, moved), strict=True))
 
     @classmethod
     def means(cls, rows: list[Row]) -> Row:
@@ -97,10 +97,10 @@ class Presses(Kind):
         Errors on validation samples are empty unless all of these were answered.
         """
         chooses, tests = ([row for row in rows if row["side"] == side] for side in SIDES)
-        found = pd.DataFrame(chooses, columns=CHOSEN_BY, dtype=float).mean(skipna=False).add_prefix("validation_")
+        columns = pd.DataFrame(chooses, columns=CHOSEN_BY, dtype=float).mean(skipna=False).add_prefix("validation_")
         every = super().means(rows)
         kept = {name: every[name] for name in every if name == "failure" or name.startswith("online")}
-        return found.to_dict() | {"protocol": "live"} | super().means(tests) | kept
+        return columns.to_dict() | {"protocol": "live"} | super().means(tests) | kept
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         """Ask the presses of training contacts and those without a truth, untimed."""

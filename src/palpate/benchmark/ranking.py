@@ -159,8 +159,8 @@ def fields_of(rows: pd.DataFrame, *names: str) -> pd.DataFrame:
     The inverse of ``setting_text``, and the one place that reads such a text.
     """
     parts = [dict(part.split("=", 1) for part in text.split(", ") if "=" in part) for text in rows["setting"]]
-    found = [{name: _value(part[name]) for name in names if name in part} for part in parts]
-    return pd.DataFrame(found, index=rows.index, columns=list(names))
+    values = [{name: _value(part[name]) for name in names if name in part} for part in parts]
+    return pd.DataFrame(values, index=rows.index, columns=list(names))
 
 
 def _value(text: str) -> int | float | bool | str:

@@ -67,9 +67,9 @@ def press(
     Warns of samples with inverted quadratic elements; linear ones, as under the paper's point forces, are counted only.
     Raises InputError for a contact that cannot be pressed, NotConverged naming the sample.
     """
-    able = contacts_of(body)
+    contacts = contacts_of(body)
     for contact in loads["contact"]:
-        row_of(able, int(contact), f"{body.name}, ")
+        row_of(contacts, int(contact), f"{body.name}, ")
     level %= len(body.levels)
     solver = StaticSolver(body, level, order)
     solved = []
@@ -203,8 +203,11 @@ def assemble(body: Body, loads: pd.DataFrame, fine: Responses, live: Responses, 
     The paper's coarse displacements are the fine ones at the coarse nodes. InputError for responses to other loads, or
     of other meshes.
     """
-    for name, found, mesh in (("fine", fine, body.fine), ("coarse", live, body.coarse)):
-        if not np.array_equal(found.sample, loads["sample"]) or found.displacement.shape[1:] != mesh.nodes.shape:
+    for name, responses, mesh in (("fine", fine, body.fine), ("coarse", live, body.coarse)):
+        if (
+            not np.array_equal(responses.sample, loads["sample"])
+            or responses.displacement.shape[1:] != mesh.nodes.shape
+        ):
             raise InputError(f"{body.name}: the {name} responses are not those to the loads; simulate them again.")
     db = database_of(body, loads["contact"].to_numpy(), loads[FORCES].to_numpy(), live.displacement, fine.displacement)
     return replace(db, residual=fine.residual, seconds=fine.seconds + live.seconds, config_digest=digest)

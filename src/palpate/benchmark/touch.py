@@ -227,7 +227,7 @@ def given_touches(body: Body, instrument: Instrument, given: Sequence[Given]) ->
     InputError for a point that is off the surface or on what is held, for a direction out of the body, and for an
     instrument that would be pushed through all of it.
     """
-    mesh, able, pulls = body.fine, places_to_touch(body), instrument.kind == GRASP
+    mesh, allowed, pulls = body.fine, places_to_touch(body), instrument.kind == GRASP
     corners = mesh.nodes[mesh.triangles]
     longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
     rows: list[list[float]] = []
@@ -238,7 +238,7 @@ def given_touches(body: Body, instrument: Instrument, given: Sequence[Given]) ->
             raise InputError(
                 f"{place}.at_m is {away.min():.3g} m off the surface of {body.name}; give a point on it, in metres."
             )
-        if node not in able:
+        if node not in allowed:
             raise InputError(f"{place}.at_m is where {body.name} is held, or beside; give another place.")
         outward = mesh.normals[node]
         way = outward if pulls else -outward
@@ -259,9 +259,9 @@ def given_touches(body: Body, instrument: Instrument, given: Sequence[Given]) ->
 
 def touches_of(instrument: Instrument, table: pd.DataFrame) -> list[Touch]:
     """Return the touches of the rows of a table with TOUCH_COLUMNS."""
-    ways = table[["direction_x", "direction_y", "direction_z"]].to_numpy(dtype=float)
-    rows = zip(table["node"], ways, table["depth_m"], strict=True)
-    return [Touch(instrument, int(node), way, float(depth)) for node, way, depth in rows]
+    directions = table[["direction_x", "direction_y", "direction_z"]].to_numpy(dtype=float)
+    rows = zip(table["node"], directions, table["depth_m"], strict=True)
+    return [Touch(instrument, int(node), direction, float(depth)) for node, direction, depth in rows]
 
 
 TILT = 45.0
@@ -276,31 +276,31 @@ def choose_touches(
     count: int,
     depth_of_radius: tuple[float, float],
     seed: int,
-    bears: Callable[[Touch], bool],
+    has_equilibrium: Callable[[Touch], bool],
 ) -> pd.DataFrame:
     """Choose ``count`` touches, rows with TOUCH_COLUMNS: places drawn by area, depths drawn evenly.
 
     Every other touch is tilted from the normal, by TILT at most. A grasp pulls outward, other instruments push inward.
     depth_of_radius : least and largest depth over the radius
-    bears : whether the body has an equilibrium under a touch; where not, the touch is made less deep, and after FALLS
-        tries another place is taken
-    Warns of touches that were made less deep and places that were left; InputError where no place bears any.
+    has_equilibrium : tells this of the body under a touch; where it has none, the touch is made less deep, and after
+        FALLS tries another place is taken
+    Warns of touches that were made less deep and places that were left; InputError where there is an equilibrium at no place.
     """
-    rng, able = np.random.default_rng(seed), places_to_touch(body)
-    order = able[np.argsort(rng.exponential(size=len(able)) / body.fine.areas[able])]
+    rng, allowed = np.random.default_rng(seed), places_to_touch(body)
+    order = allowed[np.argsort(rng.exponential(size=len(allowed)) / body.fine.areas[allowed])]
     rows: list[list[float]] = []
     left = lowered = 0
     for node in order[: 3 * count]:
         if len(rows) == count:
             break
         tilt = np.deg2rad(TILT * rng.random()) if len(rows) % 2 else 0.0
-        turn, asked = 2.0 * np.pi * rng.random(), float(rng.uniform(*depth_of_radius)) * instrument.radius_m
+        turn, depth_m = 2.0 * np.pi * rng.random(), float(rng.uniform(*depth_of_radius)) * instrument.radius_m
         across, along, outward = upright(instrument, body.fine.nodes[node], body.fine.normals[node]).axes
         out = np.cos(tilt) if instrument.kind == GRASP else -np.cos(tilt)
-        way = out * outward + np.sin(tilt) * (np.cos(turn) * across + np.sin(turn) * along)
+        direction = out * outward + np.sin(tilt) * (np.cos(turn) * across + np.sin(turn) * along)
         for fall in range(FALLS):
-            if bears(touch := Touch(instrument, int(node), way, asked * LOWER**fall)):
-                rows.append([len(rows), node, *way, touch.depth_m, asked])
+            if has_equilibrium(touch := Touch(instrument, int(node), direction, depth_m * LOWER**fall)):
+                rows.append([len(rows), node, *direction, touch.depth_m, depth_m])
                 lowered += fall > 0
                 break
         else:

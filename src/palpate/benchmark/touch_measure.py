@@ -90,9 +90,9 @@ class Touches(Kind):
 
     def judged(self, i: int, answer: Touched | np.ndarray) -> Row:
         touch, true, touched = self.touches[i], self._truth.answer(self.believed[i]), self._as_touched(answer)
-        found: Row = touch_errors(touched, true, patch_of(self.case.body, touch))._asdict()
-        found["penetration_of_depth"] = penetration(self.case, touch, touched)
-        return found | {"reaction_error": touched.reaction_n / true.force_n - 1.0, "force_n": touched.force_n}
+        columns: Row = touch_errors(touched, true, patch_of(self.case.body, touch))._asdict()
+        columns["penetration_of_depth"] = penetration(self.case, touch, touched)
+        return columns | {"reaction_error": touched.reaction_n / true.force_n - 1.0, "force_n": touched.force_n}
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         """Ask each touch at less depth, untimed, for the slope of the force; it is NaN where there is no answer."""
@@ -137,13 +137,13 @@ def touch_settings(
 def truth_rows(case: TouchCase, touches: Sequence[Touch], truth: TouchTruth) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate the truth's own errors as if it were a model: a row a touch, and one row of means."""
     kind = Touches(case, touches, truth)
-    found = kind.rows()
-    for row, of_touch in zip(found, kind.believed, strict=True):
+    own_rows = kind.rows()
+    for row, of_touch in zip(own_rows, kind.believed, strict=True):
         row |= dict(zip(TouchErrors._fields, truth.own[of_touch], strict=True))
         row |= {"penetration_of_depth": truth.overlap[of_touch], "seconds": truth.seconds[of_touch]}
     about: Row = kind.labels | {"model": TRUTH, "setting": OWN_ERROR, "sees": "load", "prepared": False, "law": LAW}
     about |= {"offline_s": 0.0, "memory_mb": 0.0, "rejected": int((~truth.believed).sum())}
-    return tables(kind, [about | row for row in found], [about | kind.means(found)])
+    return tables(kind, [about | row for row in own_rows], [about | kind.means(own_rows)])
 
 
 def penetration(case: TouchCase, touch: Touch, answer: Touched) -> float:

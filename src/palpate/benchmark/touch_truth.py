@@ -38,7 +38,7 @@ def truth_of_touches(
     body: Body,
     touches: Sequence[Touch],
     progress: Callable = iter,
-    asked: TouchTruthSettings = USUAL,
+    settings: TouchTruthSettings = USUAL,
     say: Callable[[str], None] | None = None,
     free_mb: float = np.inf,
 ) -> TouchTruth:
@@ -49,7 +49,7 @@ def truth_of_touches(
     free_mb : free memory [MB]; InputError if the largest mesh needs more
     """
     meshes, rows = TouchedMeshes(body), []
-    nodes, tetrahedra = max(_largest(meshes, touch, asked) for touch in touches)
+    nodes, tetrahedra = max(_largest(meshes, touch, settings) for touch in touches)
     needed_mb, place = FIRST_MB + NODE_MB * nodes, f"{body.name}, {touches[0].instrument.name}"
     size = f"the largest mesh of the truth has about {nodes} nodes in {tetrahedra} tetrahedra and takes"
     if say is not None:
@@ -61,7 +61,7 @@ def truth_of_touches(
         )
     for touch in progress(touches):
         begin = perf_counter()
-        rows.append(_truth(body, meshes, touch, asked) | {"seconds": perf_counter() - begin})
+        rows.append(_truth(body, meshes, touch, settings) | {"seconds": perf_counter() - begin})
     truth = TouchTruth(sample=np.arange(len(rows)), **columns_of(rows))
     warn_of_rejected(f"{body.name}, {touches[0].instrument.name}", "touches", truth.rejected, "they judge no model.")
     return truth
@@ -83,27 +83,27 @@ class _Answer(NamedTuple):
         return Touched(self.displacement, self.force, self.area)
 
 
-def _levels(meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> tuple[list[int], list[int]]:
+def _levels(meshes: TouchedMeshes, touch: Touch, settings: TouchTruthSettings) -> tuple[list[int], list[int]]:
     """Return three levels at the rim of what is held, and three where it is touched; NotConverged beyond the finest."""
-    level = max(meshes.level_for(touch, asked.along_radius), 2)
-    return [max(0, asked.finest - back) for back in (2, 1, 0)], [level - back for back in (2, 1, 0)]
+    level = max(meshes.level_for(touch, settings.along_radius), 2)
+    return [max(0, settings.finest - back) for back in (2, 1, 0)], [level - back for back in (2, 1, 0)]
 
 
-def _largest(meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> tuple[int, int]:
+def _largest(meshes: TouchedMeshes, touch: Touch, settings: TouchTruthSettings) -> tuple[int, int]:
     """Estimate the nodes and tetrahedra of the largest mesh of a truth; none where there can be no truth."""
     try:
-        rims, where = _levels(meshes, touch, asked)
+        rims, where = _levels(meshes, touch, settings)
     except NotConverged:
         return 0, 0
     return max(meshes.size(touch, rims[1], where[2]), meshes.size(touch, rims[2], where[1]))
 
 
-def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> dict[str, Any]:
+def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, settings: TouchTruthSettings) -> dict[str, Any]:
     """Find the truth of one touch; return the values of the fields of ``TouchTruth`` but sample and seconds."""
     answers: dict[tuple[int, int], _Answer] = {}
     nodes = 0
     try:
-        rims, where = _levels(meshes, touch, asked)
+        rims, where = _levels(meshes, touch, settings)
         for near, rim in CROSS:
             mesh = meshes.around(touch, rims[rim], where[near])
             before, state = mesh.problem.push(touch.direction, [touch.before.depth_m, touch.depth_m], TOLERANCE)
@@ -139,7 +139,7 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSet
         "edge_m": mesh.edge_m,
         "rejected": rejection(
             (
-                may_be.force_error <= asked.most_force_error and may_be.rmse_of_peak <= asked.most_error,
+                may_be.force_error <= settings.most_force_error and may_be.rmse_of_peak <= settings.most_error,
                 f"the meshes are too far apart (own error of the force {may_be.force_error:.1%}, of the surface "
                 f"{may_be.rmse_of_peak:.1%})",
             ),

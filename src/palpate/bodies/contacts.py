@@ -62,10 +62,10 @@ def places_between(body: Body, count: int, known: np.ndarray) -> np.ndarray:
     known : nodes (m,) that they are to be far from, too
     They lie between coarse nodes that ``pressed_contacts`` lets be pressed; a body that has fewer gives all.
     """
-    able = between_contacts(body)
-    able = able[able >= len(body.coarse.nodes)]
+    candidates = between_contacts(body)
+    candidates = candidates[candidates >= len(body.coarse.nodes)]
     points = body.fine.nodes
-    return able[spread_out(points[able], points[known], min(count, len(able)))]
+    return candidates[spread_out(points[candidates], points[known], min(count, len(candidates)))]
 
 
 def between_contacts(body: Body) -> np.ndarray:

@@ -198,16 +198,16 @@ def _complete_marks(edges: np.ndarray, marked: np.ndarray) -> None:
 
 def _patterns() -> list[tuple[np.ndarray, np.ndarray]]:
     """List which edges (6,) bool of an element are halved, and its parts (k, 4) by corners 0 to 3, midpoints 4 to 9."""
-    found = [(np.zeros(6, dtype=bool), np.array([[0, 1, 2, 3]]))]
+    patterns = [(np.zeros(6, dtype=bool), np.array([[0, 1, 2, 3]]))]
     for number, (a, b) in enumerate(EDGES):
-        found.append((np.arange(6) == number, np.array([_with({b: 4 + number}), _with({a: 4 + number})])))
+        patterns.append((np.arange(6) == number, np.array([_with({b: 4 + number}), _with({a: 4 + number})])))
     for corner, side in enumerate(_SIDES):
         middle = {tuple(EDGES[edge]): 4 + int(edge) for edge in side}
         a, b, c = (other for other in range(4) if other != corner)
         ab, ac, bc = middle[a, b], middle[a, c], middle[b, c]
         parts = [{b: ab, c: ac}, {a: ab, c: bc}, {a: ac, b: bc}, {a: bc, b: ac, c: ab}]
-        found.append((np.isin(np.arange(6), side), np.array([_with(part) for part in parts])))
-    return found
+        patterns.append((np.isin(np.arange(6), side), np.array([_with(part) for part in parts])))
+    return patterns
 
 
 def _with(replaced: dict[int, int]) -> list[int]:

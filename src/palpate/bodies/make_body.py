@@ -146,19 +146,19 @@ def own_mesh(entry: File) -> tuple[TetMesh | None, float, int]:
     return None, scale_m, count
 
 
-def _filled_as_given(path: Path, points: np.ndarray, triangles: np.ndarray, entry: File, asked: bool) -> TetMesh | None:
+def _filled_as_given(path: Path, points: np.ndarray, triangles: np.ndarray, entry: File, must: bool) -> TetMesh | None:
     """Fill a file's surface with tetrahedra, mended but not remeshed; None if that fails or makes bad elements."""
     mended = mend(str(path), points, triangles)
     try:
         closed = check_closed(str(path), mended.points, mended.triangles)
         mesh = tetrahedralize(mended.points, closed, source=str(path), balls=balls_of(entry))
     except InputError as error:
-        if asked:
+        if must:
             _warn(f"{error} It is remeshed instead of kept.".replace(". It is", ", or it is"))
         return None
     _report_mended(path, mended.notes)
     # where its nodes are asked for, a surface is kept, and its bad elements are reported with those of the levels
-    return mesh if asked or dihedral_angles(mesh).min() >= LEAST_DEG else None
+    return mesh if must or dihedral_angles(mesh).min() >= LEAST_DEG else None
 
 
 def solid_of(path: Path, scale_m: float) -> tuple[Mended, Solid]:
@@ -200,12 +200,13 @@ def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> Coarse
     mended, solid = solid_of(path, scale_m)
     _report_mended(path, mended.notes + solid.notes)
     made = _remeshed(path, scale_m, nodes, snap, _changed(path))
-    found = made.likeness
-    if snap and not found.close:
+    likeness = made.likeness
+    if snap and not likeness.close:
         _warn(
             f"{path}: with {made.nodes} surface nodes the refined body's surface is up to "
-            f"{in_words(found.away_m)} ({100 * found.away:.2g} % of the size) from the file's and its "
-            f"volume differs by {100 * found.volume:+.2g} %, as thin or sharp parts are lost; give more surface_nodes."
+            f"{in_words(likeness.away_m)} ({100 * likeness.away:.2g} % of the size) from the file's and its "
+            f"volume differs by {100 * likeness.volume:+.2g} %, "
+            "as thin or sharp parts are lost; give more surface_nodes."
         )
     return made
 

@@ -45,14 +45,14 @@ def gmsh_tags(gmsh: Any, kind: int, kept: np.ndarray) -> Tags:
     physical: dict[int, list[np.ndarray]] = {}
     geometrical: dict[int, list[np.ndarray]] = {}
     for _, volume in gmsh.model.getEntities(3):
-        found = gmsh.model.mesh.getElementsByType(kind, volume)[0]
-        places = kept[order[np.searchsorted(numbers, found, sorter=order)]]
+        listed = gmsh.model.mesh.getElementsByType(kind, volume)[0]
+        places = kept[order[np.searchsorted(numbers, listed, sorter=order)]]
         geometrical[int(volume)] = [places]
         for tag in gmsh.model.getPhysicalGroupsForEntity(3, volume):
             physical.setdefault(int(tag), []).append(places)
     names = {tag: name for tag in physical if (name := gmsh.model.getPhysicalName(3, tag))}
     groups = {tag: np.unique(np.concatenate(parts)) for tag, parts in (physical or geometrical).items()}
-    return Tags({tag: found for tag, found in groups.items() if len(found)}, names)
+    return Tags({tag: listed for tag, listed in groups.items() if len(listed)}, names)
 
 
 def cell_tags(cell_data: Mapping[str, np.ndarray]) -> Tags:
@@ -237,35 +237,35 @@ def _read_vtk(data: bytes) -> RawMesh:
         reader.ReadAllFieldsOn()
     with vtk_errors():
         reader.Update()
-    found = pyvista.wrap(reader.GetOutput())
-    if isinstance(found, pyvista.MultiBlock):
-        found = found.combine()
-    if not isinstance(found, (pyvista.PolyData, pyvista.UnstructuredGrid)):
+    dataset = pyvista.wrap(reader.GetOutput())
+    if isinstance(dataset, pyvista.MultiBlock):
+        dataset = dataset.combine()
+    if not isinstance(dataset, (pyvista.PolyData, pyvista.UnstructuredGrid)):
         raise ValueError(
-            f"it holds a dataset of kind {type(found).__name__}; write it as unstructured grid or polydata"
+            f"it holds a dataset of kind {type(dataset).__name__}; write it as unstructured grid or polydata"
         )
-    found.RemoveGhostCells()  # which several pieces have in common
-    raw = RawMesh(np.asarray(found.points, dtype=float))
-    if "SPACE" in found.field_data:
-        raw.frame = str(found.field_data["SPACE"][0])
-    if isinstance(found, pyvista.PolyData):
-        faces = found.triangulate().regular_faces
+    dataset.RemoveGhostCells()  # which several pieces have in common
+    raw = RawMesh(np.asarray(dataset.points, dtype=float))
+    if "SPACE" in dataset.field_data:
+        raw.frame = str(dataset.field_data["SPACE"][0])
+    if isinstance(dataset, pyvista.PolyData):
+        faces = dataset.triangulate().regular_faces
         # VTK reads corners that are missing at the end as 0
         if not len(faces) or (faces == faces[:, :1]).all(axis=1).any():
             raise ValueError(CUT.format("it has points and no polygons, or fewer than it announces"))
         _add_elements(raw, "triangle", 2, faces)
         return raw
-    counts = np.diff(found.cell_offsets)
-    for kind in np.unique(found.celltypes).tolist():
-        numbers, name = np.flatnonzero(found.celltypes == kind), pyvista.CellType(kind).name.lower()
+    counts = np.diff(dataset.cell_offsets)
+    for kind in np.unique(dataset.celltypes).tolist():
+        numbers, name = np.flatnonzero(dataset.celltypes == kind), pyvista.CellType(kind).name.lower()
         # polygons, of which no body is made, have various numbers of corners
-        corners = found.cell_connectivity[found.cell_offsets[numbers, None] + np.arange(counts[numbers].min())]
+        corners = dataset.cell_connectivity[dataset.cell_offsets[numbers, None] + np.arange(counts[numbers].min())]
         if name == "vertex" and corners.shape[1] > 1:  # the last type is cut to its first digit
             raise ValueError(CUT.format("its last cell is none"))
         _add_elements(raw, name, vtkCellTypeUtilities.GetDimension(kind), corners)
         if name == "tetra":
-            names = [name for name in found.cell_data if name[:3] != "vtk"]
-            raw.tags = cell_tags({name: np.asarray(found.cell_data[name])[numbers] for name in names})
+            names = [name for name in dataset.cell_data if name[:3] != "vtk"]
+            raw.tags = cell_tags({name: np.asarray(dataset.cell_data[name])[numbers] for name in names})
     return raw
 
 

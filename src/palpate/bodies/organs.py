@@ -62,16 +62,16 @@ def onto_shape(shape: Shape, length_m: float) -> Onto:
 
     def onto(points: np.ndarray, facing: np.ndarray) -> np.ndarray:
         s = sphere[nearest_alike(points, facing, normals, tree)]
-        found = places(s)
-        away = np.linalg.norm(points - found, axis=1)
+        projected = places(s)
+        away = np.linalg.norm(points - projected, axis=1)
         for _ in range(NEWTON_STEPS):
-            tried = _closer(places, s, points - found)
+            tried = _closer(places, s, points - projected)
             moved = places(tried)
             distance = np.linalg.norm(points - moved, axis=1)
             better = distance < away
-            s, found = np.where(better[:, None], tried, s), np.where(better[:, None], moved, found)
+            s, projected = np.where(better[:, None], tried, s), np.where(better[:, None], moved, projected)
             away = np.minimum(distance, away)
-        return found
+        return projected
 
     return onto
 

@@ -66,12 +66,12 @@ def check_seams(source: str, mesh: TetMesh) -> None:
     ]
     place, _, weights = within(np.concatenate(places), mesh.nodes[mesh.tetrahedra])
     around = np.bincount(place[weights.min(axis=1) > 0.0], minlength=6 * len(single)).reshape(6, -1)
-    found = {
+    faults = {
         "overlap with other elements": around[:4].max(axis=0) > 1,
         "touch others and share no nodes with them": around[4] > 0,
         f"are closer than {NEAR_OF_WIDTH:g} of their width to others, through which they pass": around[5] > 0,
     }
-    for what, of in found.items():
+    for what, of in faults.items():
         if of.any():
             first_at = ", ".join(f"{x:.3g}" for x in middles[of][0])
             said = f"{source}: {of.sum()} of {len(triangles)} boundary faces {what} (first at ({first_at}) m); "

@@ -66,9 +66,9 @@ def check_content(kind: str, data: bytes) -> None:
         raise ValueError("it holds a pointer of Git LFS in place of the mesh; get the mesh with git lfs pull")
     if not data.strip():
         raise ValueError("it is empty")
-    found = ".stl" if _is_whole_binary_stl(data) else FIRST_WORDS.get(data.lstrip()[:100].split(None, 1)[0], kind)
-    if found != kind and not (kind == ".stl" and b"\0" in data[:84]):
-        raise ValueError(f"it holds what a {found} file holds; give it a name that ends in {found}")
+    content = ".stl" if _is_whole_binary_stl(data) else FIRST_WORDS.get(data.lstrip()[:100].split(None, 1)[0], kind)
+    if content != kind and not (kind == ".stl" and b"\0" in data[:84]):
+        raise ValueError(f"it holds what a {content} file holds; give it a name that ends in {content}")
 
 
 def read_surface(kind: str, data: bytes) -> tuple[np.ndarray, np.ndarray]:
@@ -185,10 +185,10 @@ _PLY_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">
 
 
 def _read_ply(data: bytes) -> Polygons:
-    head, found, body = data.partition(b"end_header")
+    head, marker, body = data.partition(b"end_header")
     if not head.startswith(b"ply"):
         raise ValueError("it does not start like a PLY file")
-    if not found:
+    if not marker:
         raise ValueError(CUT.format("its header has no end"))
     body = body[2:] if body.startswith(b"\r\n") else body[1:]
     # (name, count, [(name, type of the list's length or None, type of the value)])

@@ -87,7 +87,7 @@ def _interpolated(corners, values, places):
 
     Of a degenerate triangle the edge with the first corner that is longer counts, of a point its first corner.
     """
-    found = np.empty((len(corners), 3))
+    at_places = np.empty((len(corners), 3))
     for k in range(len(corners)):
         uu = uv = vv = ud = vd = 0.0
         for axis in range(3):
@@ -103,9 +103,9 @@ def _interpolated(corners, values, places):
         elif vv > 0.0:
             second = vd / vv
         for axis in range(3):
-            found[k, axis] = (1.0 - first - second) * values[k, 0, axis]
-            found[k, axis] += first * values[k, 1, axis] + second * values[k, 2, axis]
-    return found
+            at_places[k, axis] = (1.0 - first - second) * values[k, 0, axis]
+            at_places[k, axis] += first * values[k, 1, axis] + second * values[k, 2, axis]
+    return at_places
 
 
 def _averaged(tree: Tree, velocity: np.ndarray, leaves: np.ndarray) -> np.ndarray:
@@ -116,13 +116,13 @@ def _averaged(tree: Tree, velocity: np.ndarray, leaves: np.ndarray) -> np.ndarra
 
 @numba.njit(cache=True)
 def _leaf_means(nodes, order, triangles, velocity, leaves):
-    found = np.zeros((len(leaves), 3))
+    means = np.zeros((len(leaves), 3))
     for k in range(len(leaves)):
         first, last = nodes[leaves[k], FIRST], nodes[leaves[k], LAST]
         for t in range(first, last):
             for corner in range(3):
                 for axis in range(3):
-                    found[k, axis] += velocity[triangles[order[t], corner], axis]
+                    means[k, axis] += velocity[triangles[order[t], corner], axis]
         for axis in range(3):
-            found[k, axis] /= 3.0 * (last - first)
-    return found
+            means[k, axis] /= 3.0 * (last - first)
+    return means

@@ -25,13 +25,13 @@ ABOVE = 0.004
 """Height of a hook over the surface in pictures, in sizes of the body."""
 
 
-def make(particles: Particles, asked: list[settings.Hook], elastic: Effect | None) -> "Hooks":
+def make(particles: Particles, options: list[settings.Hook], elastic: Effect | None) -> "Hooks":
     """Make all hooks of a scene.
 
     Raises InputError for one off the surface, wider than the body, on held nodes, or on nodes of another hook.
     """
     stiffness = _nodal_stiffness(particles, elastic)
-    hooks = [_hook(particles, i, entry, stiffness) for i, entry in enumerate(asked)]
+    hooks = [_hook(particles, i, entry, stiffness) for i, entry in enumerate(options)]
     for (i, a), (j, b) in combinations(enumerate(hooks), 2):
         begin, end = max(a.times.start, b.times.start), min(a.times.end, b.times.end)
         if isinstance(a, MovedPatch) and isinstance(b, MovedPatch) and begin < end and _meet(particles, a, b, begin):
@@ -49,25 +49,27 @@ def _meet(particles: Particles, a: "MovedPatch", b: "MovedPatch", t: float) -> b
     return bool(np.isin(leaders[a.nodes], leaders[b.nodes]).any())
 
 
-def _hook(particles: Particles, number: int, asked: settings.Hook, stiffness: np.ndarray) -> "MovedPatch | PulledPatch":
-    """Return hook ``number`` of the settings ``asked``; stiffness : (n,) of ``_nodal_stiffness``."""
-    place, radius = f"{particles.name}: hooks[{number}]", float(asked.radius_m)
-    times = Times(asked.start_s, asked.pull_s, asked.hold_s, asked.release_s)
-    facet, weights = load_point(particles, particles.held, place, asked)
+def _hook(
+    particles: Particles, number: int, options: settings.Hook, stiffness: np.ndarray
+) -> "MovedPatch | PulledPatch":
+    """Return hook ``number`` of the settings ``options``; stiffness : (n,) of ``_nodal_stiffness``."""
+    place, radius = f"{particles.name}: hooks[{number}]", float(options.radius_m)
+    times = Times(options.start_s, options.pull_s, options.hold_s, options.release_s)
+    facet, weights = load_point(particles, particles.held, place, options)
     skin, at_point, normal = _skin_at(particles, facet, weights)
     corners, disc = particles.nodes[skin], Patch(weights @ particles.nodes[facet], normal, radius)
     within = (np.linalg.norm(corners - disc.center_m, axis=2) <= radius).all(axis=1)
     node = int(facet[weights.argmax()])
     grasped = _joined(skin[within | at_point], node)
-    if asked.force_n is not None:
+    if options.force_n is not None:
         side = replace(particles, triangles=_joined(skin[near_ball(corners, disc.center_m, radius) | at_point], node))
-        return PulledPatch(times, grasped, *patch_shares(side, disc), np.array(asked.force_n, dtype=float), particles)
+        return PulledPatch(times, grasped, *patch_shares(side, disc), np.array(options.force_n, dtype=float), particles)
     nodes = np.unique(grasped)
     if np.isin(nodes, particles.held).any():
         raise InputError(
             f"{place} grasps nodes that are held; move it away from the anchors, or give it less radius_m."
         )
-    return MovedPatch(times, grasped, nodes, GRIP * stiffness[nodes], np.array(asked.shift_m, dtype=float), particles)
+    return MovedPatch(times, grasped, nodes, GRIP * stiffness[nodes], np.array(options.shift_m, dtype=float), particles)
 
 
 def _skin_at(particles: Particles, facet: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

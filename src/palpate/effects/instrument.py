@@ -71,9 +71,9 @@ class Pose:
     tip: np.ndarray
     axes: np.ndarray
 
-    def moved(self, way: np.ndarray) -> "Pose":
-        """Return the pose displaced by ``way`` (3,) [m]."""
-        return replace(self, tip=self.tip + way)
+    def moved(self, displacement: np.ndarray) -> "Pose":
+        """Return the pose displaced by ``displacement`` (3,) [m]."""
+        return replace(self, tip=self.tip + displacement)
 
     def gaps(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the distance (n,) [m] of ``points`` (n, 3) [m], negative inside, and its gradient (n, 3)."""
@@ -207,28 +207,28 @@ def first_touch(pose: Pose, mesh: Mesh, direction: np.ndarray) -> Pose:
     The distance from a convex instrument is convex on a triangle, so that grids which are refined around their least
     value find the minimum. InputError where the instrument misses the body.
     """
-    way = np.asarray(direction, dtype=float)
+    unit = np.asarray(direction, dtype=float)
     corners, radius = mesh.nodes[mesh.triangles], pose.instrument.radius_m
-    pose = pose.moved(-(2.0 * (mesh.size + radius) + pose.instrument.length_m) * way)
+    pose = pose.moved(-(2.0 * (mesh.size + radius) + pose.instrument.length_m) * unit)
     step = 0.0
     for _ in range(TOUCHES):
-        gap, closing = _least_gap(pose, corners, way)
+        gap, closing = _least_gap(pose, corners, unit)
         if abs(gap) <= TOUCH_TOLERANCE * radius:
             return pose
         if gap < 0.0:  # another triangle came first
             step *= 0.5
-            pose = pose.moved(-step * way)
+            pose = pose.moved(-step * unit)
             continue
         if closing <= 0.0:
             break
         # not past the surface, as a gap does not shrink faster than one moves; Newton's steps where it is small
         step = gap if gap > 1e-2 * radius else min(gap / closing, 0.1 * radius)
-        pose = pose.moved(step * way)
+        pose = pose.moved(step * unit)
     raise InputError("the instrument does not reach the body along its direction; choose another place or direction.")
 
 
-def _least_gap(pose: Pose, corners: np.ndarray, way: np.ndarray) -> tuple[float, float]:
-    """Return the least gap [m] to triangles (m, 3, 3) [m], and its decrease per metre of motion along ``way``."""
+def _least_gap(pose: Pose, corners: np.ndarray, direction: np.ndarray) -> tuple[float, float]:
+    """Return the least gap [m] to triangles (m, 3, 3) [m], and its decrease per metre of motion along ``direction``."""
     middles = corners.mean(axis=1)
     reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
     gaps, _ = pose.gaps(middles)
@@ -249,4 +249,4 @@ def _least_gap(pose: Pose, corners: np.ndarray, way: np.ndarray) -> tuple[float,
         near = np.flatnonzero(by_triangle.min(axis=1) - scale / (1.0 - ZOOM) * reach <= gaps.min())
         center, within, reach = around[near, by_triangle[near].argmin(axis=1)], within[near], reach[near]
     least = int(gaps.argmin())
-    return float(gaps[least]), float(normals[least] @ way)
+    return float(gaps[least]), float(normals[least] @ direction)

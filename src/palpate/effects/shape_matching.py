@@ -38,7 +38,7 @@ class Clusters:
         return np.bincount(self.members)
 
 
-def make_clusters(particles: Particles, asked: settings.Clusters) -> Clusters:
+def make_clusters(particles: Particles, options: settings.Clusters) -> Clusters:
     """Make the clusters of a ``kind``, separately for each connected piece of the mesh.
 
     one : the whole piece
@@ -53,7 +53,7 @@ def make_clusters(particles: Particles, asked: settings.Clusters) -> Clusters:
 
     Raises InputError for too many cubes, and if they share too few particles to hold a piece together.
     """
-    count, kind = len(particles.nodes), asked.kind
+    count, kind = len(particles.nodes), options.kind
     edges = _edges(particles)
     pieces = _pieces(edges, count)
     if kind == "one":
@@ -64,7 +64,7 @@ def make_clusters(particles: Particles, asked: settings.Clusters) -> Clusters:
         shells = _shells(particles, pieces) if kind == "tetrahedra" else None
         groups = _neighbourhoods(particles.tetrahedra, count, shells)
     else:
-        groups = [piece[g] for piece in pieces for g in _cubes(particles.nodes[piece], asked)]
+        groups = [piece[g] for piece in pieces for g in _cubes(particles.nodes[piece], options)]
     clusters = Clusters(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
     if len(clusters.shared_by) < count or not clusters.shared_by.all():
         raise InputError(f"{particles.name} has particles that belong to no tetrahedron: use cubes or one cluster")
@@ -116,9 +116,9 @@ def _neighbourhoods(tetrahedra: np.ndarray, count: int, shells: Iterable[np.ndar
     return groups
 
 
-def _cubes(nodes: np.ndarray, asked: settings.Clusters) -> list[np.ndarray]:
+def _cubes(nodes: np.ndarray, options: settings.Clusters) -> list[np.ndarray]:
     """Return the particles in each cube that is not empty, each set once."""
-    edge, overlap = asked.edge_m, asked.overlap
+    edge, overlap = options.edge_m, options.overlap
     if edge is None:
         raise InputError("shape_matching.clusters lacks edge_m; give the edge of the cubes in metres.")
     if not overlap < 1:

@@ -13,14 +13,14 @@ THICK = 0.004
 """Radius of a thread in pictures, in sizes of the body."""
 
 
-def make(particles: Particles, asked: list[settings.Thread], elastic: Effect | None) -> "Threads":
+def make(particles: Particles, options: list[settings.Thread], elastic: Effect | None) -> "Threads":
     """Make all threads of a scene.
 
     The ends of each are the surface points at rest nearest to its ``ends_m`` (2, 3) [m], anywhere in a triangle, so
     that they are the same on all meshes of one shape. Raises InputError for ends off the surface or at one place.
     """
     rows = []
-    for i, thread in enumerate(asked):
+    for i, thread in enumerate(options):
         place, points = f"{particles.name}: threads[{i}].ends_m", np.array(thread.ends_m, dtype=float)
         corners, shares, away = nearest_on_surface(particles, points)
         if (off := away.max()) > OFF * particles.size:
@@ -31,7 +31,7 @@ def make(particles: Particles, asked: list[settings.Thread], elastic: Effect | N
             raise InputError(f"{place} are both nearest to one point of the surface; give them farther apart.")
         final = float(thread.tightened_to * length if thread.length_m is None else thread.length_m)
         rows.append((corners.ravel(), (shares * [[-1.0], [1.0]]).ravel(), final))
-    columns = np.array([[each.stiffness_n_m, each.start_s, each.tighten_s] for each in asked], dtype=float)
+    columns = np.array([[each.stiffness_n_m, each.start_s, each.tighten_s] for each in options], dtype=float)
     nodes, weights, finals = (np.array(each) for each in zip(*rows, strict=True))
     return Threads(particles, nodes, weights, finals, columns)
 
@@ -89,8 +89,8 @@ class Threads(
         """Return the blocks w wᵀ ⊗ (k n nᵀ + T/d (I − n nᵀ)) of taut threads; they are positive semidefinite."""
         distances = self._distances(x)
         taut = np.flatnonzero(distances >= self._lengths)
-        ways, d, k = self._vectors(x)[taut], distances[taut], self._stiffness[taut]
-        directions = ways / np.maximum(d, 1e-300)[:, None]
+        vectors, d, k = self._vectors(x)[taut], distances[taut], self._stiffness[taut]
+        directions = vectors / np.maximum(d, 1e-300)[:, None]
         along = np.einsum("ti,tj->tij", directions, directions)
         # both ends at one place: a thread of no length resists all directions alike
         across = np.where(d > 0.0, 1.0 - self._lengths[taut] / np.maximum(d, 1e-300), 1.0)
@@ -105,14 +105,14 @@ class Threads(
             self._multipliers = np.zeros(len(self._nodes))
         for k in np.flatnonzero(np.isfinite(self._lengths)):
             nodes, weights = self._nodes[k], self._weights[k]
-            way = weights @ x[nodes]
-            d, soft = max(float(np.linalg.norm(way)), 1e-300), 1.0 / (self._stiffness[k] * h**2)
+            between = weights @ x[nodes]
+            d, soft = max(float(np.linalg.norm(between)), 1e-300), 1.0 / (self._stiffness[k] * h**2)
             # the triangles of both ends may share nodes, whose weights count together
             mobile = weights @ ((nodes[:, None] == nodes) * inverse[nodes]) @ weights
             change = (d - self._lengths[k] - soft * self._multipliers[k]) / (mobile + soft)
             change = max(change, -self._multipliers[k])  # no push
             self._multipliers[k] += change
-            np.add.at(x, nodes, -change / d * np.outer(inverse[nodes] * weights, way))
+            np.add.at(x, nodes, -change / d * np.outer(inverse[nodes] * weights, between))
 
     def end(self, x: np.ndarray) -> None:
         """End an implicit step, whose work is the tension at its end times the decrease of the length."""
@@ -156,5 +156,5 @@ class Threads(
 
     def _pulls(self, x: np.ndarray) -> np.ndarray:
         """Return the force on each first end (k, 3) [N]; none where both ends are at one place."""
-        ways = self._vectors(x)
-        return (self.tensions(x) / np.maximum(np.linalg.norm(ways, axis=1), 1e-300))[:, None] * ways
+        vectors = self._vectors(x)
+        return (self.tensions(x) / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300))[:, None] * vectors

@@ -96,7 +96,7 @@ def read_answers(path: Path, questions: Questions, numbers: Mapping[str, Wanted]
             what = f"has {len(names)} names, and there is {strange[0]}"
             raise file.wrong("settings", what, "give a name for each setting, numbers from 0 on")
         raise file.wrong(strange[0], "is no name of an answer", suggest(strange[0], sorted(known), "take").rstrip("."))
-    found = tuple(_setting(file, i, name, bool(converged[i]), questions, numbers) for i, name in enumerate(names))
+    settings = tuple(_setting(file, i, name, bool(converged[i]), questions, numbers) for i, name in enumerate(names))
     warned = []
     if len(names) < LEAST_SETTINGS:
         warned.append(f"{path} has {len(names)} of the {LEAST_SETTINGS} settings that make a curve.")
@@ -104,7 +104,7 @@ def read_answers(path: Path, questions: Questions, numbers: Mapping[str, Wanted]
         warned.append(
             f"{path} marks no setting as converged, so that nothing tells the mesh's error from the solver's."
         )
-    return Answers(texts["engine"], texts["version"], texts["hardware"], texts["law"], found, tuple(warned))
+    return Answers(texts["engine"], texts["version"], texts["hardware"], texts["law"], settings, tuple(warned))
 
 
 def _setting(
@@ -125,8 +125,8 @@ def _setting(
     if (burst := sizes > FARTHEST_M).any():
         what = f"is {sizes.max():.1g} m in question {int(np.flatnonzero(burst)[0])}"
         raise file.wrong(field, what, f"give NaN for what burst, and mark it as failed in {place}failed")
-    if (told := failed & np.isfinite(moved).reshape(k, -1).any(axis=1)).any():
-        where = int(np.flatnonzero(told)[0])
+    if (contradicting := failed & np.isfinite(moved).reshape(k, -1).any(axis=1)).any():
+        where = int(np.flatnonzero(contradicting)[0])
         raise file.wrong(place + "failed", f"marks question {where}, which has an answer", "give NaN there, or no mark")
     seconds = file.floats(place + "seconds")
     if seconds.ndim not in (1, 2) or len(seconds) != k or not seconds.size:
@@ -180,10 +180,12 @@ def _numbers(file: "_File", name: str, failed: np.ndarray, wish: Wanted) -> np.n
     shape = (len(failed), *wish.shape)
     if not wish.needed and not file.has(name):
         return np.full(shape, np.nan)
-    found = file.floats(name)
-    file.shaped(name, found, shape, "questions, instants, instruments, and x, y, z" if wish.shape else "one a question")
-    file.answered(name, found, failed, "give it")
-    return found
+    values = file.floats(name)
+    file.shaped(
+        name, values, shape, "questions, instants, instruments, and x, y, z" if wish.shape else "one a question"
+    )
+    file.answered(name, values, failed, "give it")
+    return values
 
 
 class _File:
@@ -204,59 +206,59 @@ class _File:
             raise self.wrong(name, "is missing", "add it, as README.md of the questions says")
         return self.arrays[name]
 
-    def shaped(self, name: str, found: np.ndarray, wanted: tuple[int, ...], of: str) -> None:
+    def shaped(self, name: str, values: np.ndarray, wanted: tuple[int, ...], of: str) -> None:
         """Raise InputError for an array of another shape than ``wanted``; of : what its dimensions count."""
-        if found.shape != wanted:
-            raise self.wrong(name, f"has the shape {found.shape}", f"give {wanted}: {of}")
+        if values.shape != wanted:
+            raise self.wrong(name, f"has the shape {values.shape}", f"give {wanted}: {of}")
 
-    def answered(self, name: str, found: np.ndarray, failed: np.ndarray, remedy: str) -> None:
+    def answered(self, name: str, values: np.ndarray, failed: np.ndarray, remedy: str) -> None:
         """Raise InputError for numbers (k, …) that are not finite in a question that has not ``failed`` (k,)."""
-        lost = ~failed & ~np.isfinite(found).reshape(len(failed), -1).all(axis=1)
+        lost = ~failed & ~np.isfinite(values).reshape(len(failed), -1).all(axis=1)
         if lost.any():
             raise self.wrong(name, f"is not finite in question {int(np.flatnonzero(lost)[0])}", remedy)
 
     def text(self, name: str) -> str:
-        found = self.get(name)
-        if found.dtype.kind != "U" or found.ndim != 0:
-            raise self.wrong(name, f"is {_kind(found)}", "give a text")
-        return self._named(name, found, "is empty" if not str(found).strip() else "is no name")
+        value = self.get(name)
+        if value.dtype.kind != "U" or value.ndim != 0:
+            raise self.wrong(name, f"is {_kind(value)}", "give a text")
+        return self._named(name, value, "is empty" if not str(value).strip() else "is no name")
 
     def names(self, name: str) -> list[str]:
         """Return a list of texts that all differ."""
-        found = self.get(name)
-        if found.dtype.kind != "U" or found.ndim != 1 or not len(found):
-            raise self.wrong(name, f"is {_kind(found)}", "give a list of texts, a name for each setting")
-        texts = [self._named(name, each, f"has the name {str(each)[:20]!r}") for each in found]
+        values = self.get(name)
+        if values.dtype.kind != "U" or values.ndim != 1 or not len(values):
+            raise self.wrong(name, f"is {_kind(values)}", "give a list of texts, a name for each setting")
+        texts = [self._named(name, each, f"has the name {str(each)[:20]!r}") for each in values]
         if len(set(texts)) < len(texts):
             twice = next(text for text in texts if texts.count(text) > 1)
             raise self.wrong(name, f"has {twice!r} twice", "give each setting a name of its own")
         return texts
 
-    def _named(self, name: str, found: Any, what: str) -> str:
-        text = str(found).strip()
+    def _named(self, name: str, value: Any, what: str) -> str:
+        text = str(value).strip()
         if not text or len(text) > LONGEST or not text.isprintable():
             raise self.wrong(name, what, f"give 1 to {LONGEST} printable letters")
         return text
 
     def marks(self, name: str, count: int | None) -> np.ndarray:
-        found = self.get(name)
-        exact = found.dtype.kind == "b" or (found.dtype.kind in "iu" and np.isin(found, (0, 1)).all())
-        if not exact or found.ndim != 1 or (count is not None and len(found) != count):
+        values = self.get(name)
+        exact = values.dtype.kind == "b" or (values.dtype.kind in "iu" and np.isin(values, (0, 1)).all())
+        if not exact or values.ndim != 1 or (count is not None and len(values) != count):
             many = "one for each setting" if count is None else f"{count} of them"
-            raise self.wrong(name, f"is {_kind(found)}", f"give truth values, {many}")
-        return found.astype(bool)
+            raise self.wrong(name, f"is {_kind(values)}", f"give truth values, {many}")
+        return values.astype(bool)
 
     def floats(self, name: str) -> np.ndarray:
-        found = self.get(name)
-        if found.dtype.kind not in "fiu":
-            raise self.wrong(name, f"is {_kind(found)}", "give real numbers")
-        return found.astype(float)
+        values = self.get(name)
+        if values.dtype.kind not in "fiu":
+            raise self.wrong(name, f"is {_kind(values)}", "give real numbers")
+        return values.astype(float)
 
     def number(self, name: str) -> float:
-        found = self.floats(name)
-        if found.size != 1 or not np.isfinite(found).all() or not found.ravel()[0] >= 0.0:
-            raise self.wrong(name, f"is {found.ravel()[:3].tolist()}", "give one number of 0 or more")
-        return float(found.ravel()[0])
+        values = self.floats(name)
+        if values.size != 1 or not np.isfinite(values).all() or not values.ravel()[0] >= 0.0:
+            raise self.wrong(name, f"is {values.ravel()[:3].tolist()}", "give one number of 0 or more")
+        return float(values.ravel()[0])
 
 
 def _kind(array: np.ndarray) -> str:
@@ -278,11 +280,11 @@ def _load(path: Path) -> dict[str, np.ndarray]:
             return _hdf5(path)
         if not start.startswith(b"PK"):
             raise ValueError("it is neither .npz nor HDF5")
-        with np.load(path, allow_pickle=False) as found:
-            for name in found.zip.namelist():
-                with found.zip.open(name) as member:
+        with np.load(path, allow_pickle=False) as archive:
+            for name in archive.zip.namelist():
+                with archive.zip.open(name) as member:
                     _allowed(name.removesuffix(".npy"), *_claimed(member))
-            return {name: found[name] for name in found.files}
+            return {name: archive[name] for name in archive.files}
     except DAMAGE as error:
         why = " ".join(str(error).split())
         if "allow_pickle" in why:
@@ -308,14 +310,14 @@ def _hdf5(path: Path) -> dict[str, np.ndarray]:
     """Read all arrays of an HDF5 file, those in groups by their path; ValueError for one that is too large."""
     import h5py
 
-    found: dict[str, np.ndarray] = {}
+    arrays: dict[str, np.ndarray] = {}
 
     def take(name: str, thing: object) -> None:
         if isinstance(thing, h5py.Dataset):
             _allowed(name, thing.shape or (), thing.dtype)
             text = h5py.check_string_dtype(thing.dtype) is not None
-            found[name] = np.array(thing.asstr()[()], dtype=str) if text else np.asarray(thing[()])
+            arrays[name] = np.array(thing.asstr()[()], dtype=str) if text else np.asarray(thing[()])
 
     with h5py.File(path, "r") as file:
         file.visititems(take)
-    return found
+    return arrays

@@ -68,19 +68,19 @@ Asked = tuple[Body, Questions]
 
 def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
     """Return the scenes of the settings, by name: functions that return a body and the questions about it."""
-    found: dict[str, Callable[..., Asked]] = {}
+    by_name: dict[str, Callable[..., Asked]] = {}
     if settings.tradeoff is not None:
         for regime in settings.regimes:
-            found |= {f"{body}_{regime}": partial(_presses, body, regime) for body in pressed_bodies(settings)}
+            by_name |= {f"{body}_{regime}": partial(_presses, body, regime) for body in pressed_bodies(settings)}
     if settings.touch is not None:
         for tool in settings.touch.instruments:
             called = instrument_name(tool)
-            found |= {f"{name}_{called}": partial(_touches, name, tool) for name in pressed_bodies(settings, "touch")}
+            by_name |= {f"{name}_{called}": partial(_touches, name, tool) for name in pressed_bodies(settings, "touch")}
     if settings.dynamic is not None:
         for name, own in (settings.dynamic.scenes or {}).items():
             if own.truth is not None and own.truth.elements == "quadratic":
-                found[name] = partial(_motions, name, own)
-    return found
+                by_name[name] = partial(_motions, name, own)
+    return by_name
 
 
 def _presses(name: str, regime: str, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
@@ -95,9 +95,9 @@ def _presses(name: str, regime: str, settings: Any, config: Path, results: Path,
         return presses.of_run(files, regime, asked.splits[0], radius_m)
     body, count = _body(settings, name, config), -(-asked.contacts // FOLDS)
     # half of the contacts are the farthest from each other, whatever the seed: those drawn by area are taken
-    able = contacts_by_area(body, count, seed)
+    contacts = contacts_by_area(body, count, seed)
     progress = steps(partial(print, file=sys.stderr, flush=True), "forces at contact")
-    loads = choose_presses(body, 0, plain(asked.presses), plain(rule), radius_m, seed, progress, able.tolist())
+    loads = choose_presses(body, 0, plain(asked.presses), plain(rule), radius_m, seed, progress, contacts.tolist())
     return body, presses.questions_of(body, regime, samples_in(loads))
 
 

@@ -22,18 +22,18 @@ from palpate.exchange.folder import Questions
 
 def body_arrays(body: Body) -> dict[str, dict[str, np.ndarray]]:
     """Return the arrays that describe a body, by file: one for each level, and ``asked``, the fine surface at rest."""
-    found: dict[str, dict[str, np.ndarray]] = {}
+    files: dict[str, dict[str, np.ndarray]] = {}
     for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
-        found[f"level_{i}"] = {
+        files[f"level_{i}"] = {
             "nodes_m": mesh.nodes, "tetrahedra": mesh.tetrahedra, "triangles": mesh.triangles,
             "held": held.astype(np.int64), "region": body.tissue(i).region.astype(np.int64),
         }  # fmt: skip
     surface = body.fine.surface
-    found["asked"] = {
+    files["asked"] = {
         "points_m": body.fine.nodes[surface], "normals": body.fine.normals[surface],
         "triangles": np.searchsorted(surface, body.fine.triangles), "node": surface.astype(np.int64),
     }  # fmt: skip
-    return found
+    return files
 
 
 def questions_on(
@@ -124,7 +124,7 @@ def pictures(body: Body) -> dict[str, bytes]:
     """Return mesh files of each level by name: VTU for ParaView, and MSH 2.2 for Gmsh."""
     import meshio
 
-    found: dict[str, bytes] = {}
+    files: dict[str, bytes] = {}
     for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
         marks = np.isin(np.arange(len(mesh.nodes)), held).astype(np.int32)
         region = [body.tissue(i).region.astype(np.int32)]
@@ -138,8 +138,8 @@ def pictures(body: Body) -> dict[str, bytes]:
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / f"level.{suffix}"
                 made.write(path, file_format=kind, **more)
-                found[f"level_{i}.{suffix}"] = path.read_bytes()
-    return found
+                files[f"level_{i}.{suffix}"] = path.read_bytes()
+    return files
 
 
 def refuse_sheet(body: Body) -> None:

@@ -129,10 +129,10 @@ def read(folder: Path) -> Questions:
         if path.suffix == ".npz":
             with np.load(io.BytesIO(content), allow_pickle=False) as file:
                 arrays[path.stem] = {each: file[each] for each in file.files}
-    found = Questions(head, arrays, arrays.pop(TRUTH, None))
-    if found.digest != digest:
+    questions = Questions(head, arrays, arrays.pop(TRUTH, None))
+    if questions.digest != digest:
         raise InputError(f"{Path(folder) / HEAD}: digest is not that of its questions; have them written anew.")
-    return found
+    return questions
 
 
 def _head(folder: Path) -> dict[str, Any]:

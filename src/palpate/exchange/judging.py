@@ -111,9 +111,9 @@ class Judge:
 
     def errors(self, row: int, moved: np.ndarray) -> Row:
         """Return the errors of displacements (…, p, 3) [m] of question ``row``, over the surface and in the dent."""
-        found, true = moved.reshape(-1, 3), self.known[row].reshape(-1, 3)
+        answered, true = moved.reshape(-1, 3), self.known[row].reshape(-1, 3)
         dent = self.loads["in_dent"][row]
-        return truth_errors(found, true, np.tile(dent, len(found) // len(dent)))._asdict()
+        return truth_errors(answered, true, np.tile(dent, len(answered) // len(dent)))._asdict()
 
     def further_errors(self, row: int, moved: np.ndarray, setting: Setting) -> Row:
         """Return errors of forces, and of what else a setting answers to question ``row``."""
@@ -169,24 +169,24 @@ def score_answers(
         if mistake := judge.slip(moved, setting, there):
             raise InputError(f"{path}: setting_{i}/{mistake}.")
         warned += _odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], judge.known[there], mesh, there)
-        found = [_row(judge, row, moved[row], setting) for row in judge.rows]
+        rows = [_row(judge, row, moved[row], setting) for row in judge.rows]
         more = {"setting": setting.name, "converged": setting.converged}
         more |= {"offline_s": setting.preparation_s, "memory_mb": setting.memory_mb}
         through = [] if mesh is None else [judge.errors(row, mesh.through(judge.known[row])) for row in judge.rows]
         of_law = [] if other is None else [other.errors(r, moved[r]) for r in other.rows if not setting.failed[r]]
         costs = _means("mesh", through) | _means("own_law", of_law)
-        settings.append(where | more | judge.kind.means(found) | costs)
+        settings.append(where | more | judge.kind.means(rows) | costs)
     return Scored(answers, pd.DataFrame(settings), tuple(warned))
 
 
 def _row(judge: Judge, row: int, moved: np.ndarray, setting: Setting) -> Row:
     """Return the errors and times of one question, or its failure."""
-    found = judge.named | {"failure": ""}
+    columns = judge.named | {"failure": ""}
     if setting.failed[row]:
-        return found | {"failure": NO_ANSWER}
+        return columns | {"failure": NO_ANSWER}
     seconds = setting.seconds[row]
     calls = seconds[np.isfinite(seconds)].tolist()
-    return found | judge.errors(row, moved) | judge.further_errors(row, moved, setting) | spent(calls)
+    return columns | judge.errors(row, moved) | judge.further_errors(row, moved, setting) | spent(calls)
 
 
 def _means(where: str, errors: list[Row]) -> Row:

@@ -151,16 +151,16 @@ class Judge(judging.Judge):
         self._force, self._duration_s, self._frames = truth[FORCE], questions.info["duration_s"], questions.frames[0]
 
     def errors(self, row: int, moved: np.ndarray) -> dict[str, Any]:
-        found = super().errors(row, moved)
+        columns = super().errors(row, moved)
         if self.loads["in_dent"][row].all():  # nothing is pressed, and there is no dent
-            found |= dict.fromkeys(("patch_rms_of_peak", "patch_max_of_peak"), np.nan)
-        return found
+            columns |= dict.fromkeys(("patch_rms_of_peak", "patch_max_of_peak"), np.nan)
+        return columns
 
     def further_errors(self, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
-        found = {"real_time_factor": float(np.nanmedian(setting.seconds[row])) / self._duration_s}
+        columns = {"real_time_factor": float(np.nanmedian(setting.seconds[row])) / self._duration_s}
         if FORCE in setting.numbers:
-            found |= force_errors(setting.numbers[FORCE][row], self._force[row])._asdict()
-        return found
+            columns |= force_errors(setting.numbers[FORCE][row], self._force[row])._asdict()
+        return columns
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
         for row in there:
@@ -173,10 +173,10 @@ class Judge(judging.Judge):
 def truth_arrays(truths: Sequence[MotionTruth]) -> Arrays:
     """Return the arrays of truth.npz; own errors are NaN where the truth is not believed."""
     own = np.array([np.full(len(OWN), np.nan) if each.rejected else each.own[3] for each in truths])
-    found = {"own_force_rms_of_peak": np.array([each.own_force for each in truths])}
-    found |= {"displacement_m": np.array([each.displacement for each in truths])}
-    found |= {FORCE: np.array([each.force for each in truths]), "seconds": np.array([each.spent_s for each in truths])}
-    return found | judging.own_arrays(OWN, own)
+    arrays = {"own_force_rms_of_peak": np.array([each.own_force for each in truths])}
+    arrays |= {"displacement_m": np.array([each.displacement for each in truths])}
+    arrays |= {FORCE: np.array([each.force for each in truths]), "seconds": np.array([each.spent_s for each in truths])}
+    return arrays | judging.own_arrays(OWN, own)
 
 
 def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:

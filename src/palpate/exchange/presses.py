@@ -75,9 +75,9 @@ def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arr
     """Find the truth of every press with the material's ``law``, one of palpate's, as ``make`` does."""
     body, loads = with_law(body_of(questions), law), questions.arrays["loads"]
     asked = zip(loads["sample"].tolist(), loads_of(loads["node"], loads["force_n"]), loads["radius_m"], strict=True)
-    found = truth_of(body, [Sample(*each) for each in asked], set(loads["sample"].tolist()), progress)
-    own = np.where(found.believed[:, None], found.own, np.nan)
-    return truth_arrays(found.displacement, own, found.seconds)
+    truth = truth_of(body, [Sample(*each) for each in asked], set(loads["sample"].tolist()), progress)
+    own = np.where(truth.believed[:, None], truth.own, np.nan)
+    return truth_arrays(truth.displacement, own, truth.seconds)
 
 
 def wanted(questions: Questions) -> dict[str, Wanted]:

@@ -74,19 +74,19 @@ def truth_beside(questions: Questions, folder: Path, law: str) -> Arrays:
     """Read the truth of ``law`` beside the folder of questions; find and write it where it is missing or damaged."""
     path = folder.resolve().parent / f"{folder.resolve().name}.truth_{law}.npz"
     with suppress(*DAMAGE), np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
-        found = {name: file[name] for name in file.files}
-        if str(found.pop("digest", "")) == questions.digest:
-            return found
+        arrays = {name: file[name] for name in file.files}
+        if str(arrays.pop("digest", "")) == questions.digest:
+            return arrays
     tell = partial(print, file=sys.stderr, flush=True)
     tell(f"finding the truth of {questions.counted} with the law {law}, kept as {path}")
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(limits=1), warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of questions without a truth, which the score notes
-        found = dict(module_of(questions).find_truth(questions, law, steps(tell, "truth, solution")))
+        arrays = dict(module_of(questions).find_truth(questions, law, steps(tell, "truth, solution")))
     with write_whole(path) as part:
-        part.write_bytes(packed(found | {"digest": np.array(questions.digest)}))
-    return found
+        part.write_bytes(packed(arrays | {"digest": np.array(questions.digest)}))
+    return arrays
 
 
 def floor_of(truth: Arrays) -> dict[str, float]:

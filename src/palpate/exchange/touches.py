@@ -70,8 +70,8 @@ class Judge(judging.Judge):
         force, force_before, area = (float(setting.numbers[name][row]) for name in NUMBERS)
         slope = (force - force_before) / (whole - before) - 1.0
         answer = Touched(moved, force, area)
-        found = touch_errors(answer, true, self.loads["in_dent"][row], float(slope))._asdict()
-        return found | {"penetration_of_depth": penetration(self._case, self._touches[row], answer)}
+        columns = touch_errors(answer, true, self.loads["in_dent"][row], float(slope))._asdict()
+        return columns | {"penetration_of_depth": penetration(self._case, self._touches[row], answer)}
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
         if mistake := super().slip(moved, setting, there):
@@ -94,17 +94,17 @@ def _force_slip(forces: np.ndarray, truth: np.ndarray) -> str:
 
 def truth_arrays(truth: TouchTruth, rows: np.ndarray) -> Arrays:
     """Return the arrays of truth.npz for touches ``rows``; own errors are NaN where the truth is not believed."""
-    found = judging.own_arrays(OWN, np.where(truth.believed[:, None], truth.own, np.nan)[rows])
+    arrays = judging.own_arrays(OWN, np.where(truth.believed[:, None], truth.own, np.nan)[rows])
     names = {"displacement": "displacement_m", "force": "force_n", "area": "area_m2"}
     kept = {name: value for name, value in vars(truth).items() if name not in ("sample", "own", "rejected")}
-    return found | {names.get(name, name): value[rows] for name, value in kept.items()}
+    return arrays | {names.get(name, name): value[rows] for name, value in kept.items()}
 
 
 def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:
     """Find the truth of every touch with the material's ``law``, one of palpate's, as ``make`` does."""
     body = with_law(body_of(questions), law)
-    found = truth_of_touches(body, touches_in(questions, body), progress, free_mb=free_mb())
-    return truth_arrays(found, np.arange(questions.count))
+    truth = truth_of_touches(body, touches_in(questions, body), progress, free_mb=free_mb())
+    return truth_arrays(truth, np.arange(questions.count))
 
 
 def wanted(questions: Questions) -> dict[str, Wanted]:

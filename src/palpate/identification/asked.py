@@ -49,13 +49,13 @@ class Asked:
     columns: Mapping[str, str] = field(default_factory=dict)
 
 
-def thickness_of(records: PressRecords, asked: Asked) -> tuple[Range | None, np.ndarray | None]:
+def thickness_of(records: PressRecords, request: Asked) -> tuple[Range | None, np.ndarray | None]:
     """Return the slab's thickness [m] as given, or else the range of the presses' and that of each, (presses,)."""
     each = [press.thickness_m for press in records.presses if press.thickness_m is not None]
-    if asked.body is not None:
+    if request.body is not None:
         return None, None
-    if asked.thickness_m is not None or len(each) < len(records.presses):
-        return asked.thickness_m, None
+    if request.thickness_m is not None or len(each) < len(records.presses):
+        return request.thickness_m, None
     return (float(min(each)), float(max(each))), np.array(each)
 
 
@@ -70,7 +70,7 @@ def forwards_for(
     """
     largest = max(float(press.depth_m.max()) for press in records.presses)
     deepest = largest - min((asked.offset_m or (OFFSETS[0] * largest, 0.0))[0], 0.0)
-    found: dict[str, SlabForward] = {}
+    forwards: dict[str, SlabForward] = {}
     thickness, each = thickness_of(records, asked)
     forward_of = partial(
         SlabForward, asked.instrument.radius_m, deepest, thickness_m=thickness, poisson=asked.poisson,
@@ -78,18 +78,18 @@ def forwards_for(
     )  # fmt: skip
     # the exponential law first: without stiffening its curves are the neo-Hookean ones
     for law in sorted(asked.laws, key=lambda law: law != EXPONENTIAL):
-        if law == LAWS[0] and EXPONENTIAL in found:
-            found[law] = found[EXPONENTIAL].without_stiffening()
+        if law == LAWS[0] and EXPONENTIAL in forwards:
+            forwards[law] = forwards[EXPONENTIAL].without_stiffening()
             continue
         try:
-            found[law] = _with_least_narrowing(forward_of, law)
+            forwards[law] = _with_least_narrowing(forward_of, law)
         except NotConverged as failure:
             if len(asked.laws) == 1:
                 raise
             warnings.warn(f"{records.source}: {failure}; the law is left out.", stacklevel=2)
-    if not found:
+    if not forwards:
         raise NotConverged("no law that is asked for bears the deepest press", [float("nan")])
-    in_order = {law: found[law] for law in asked.laws if law in found}
+    in_order = {law: forwards[law] for law in asked.laws if law in forwards}
     if asked.body is None:
         return dict(in_order)
     from palpate.identification.on_body import OrganForward
@@ -108,17 +108,17 @@ def _with_least_narrowing(forward_of: Callable[..., SlabForward], law: str) -> S
     for further in range(NARROWER, -1, -1):
         is_last = high == low or not further
         try:
-            found = forward_of(law=law, stiffening=(low, high))
-            if found.relative_error <= MOST_ERROR or is_last:
+            forward = forward_of(law=law, stiffening=(low, high))
+            if forward.relative_error <= MOST_ERROR or is_last:
                 break
-            why = f"with more, forces between curves have an error of {found.relative_error:.0%}"
+            why = f"with more, forces between curves have an error of {forward.relative_error:.0%}"
         except NotConverged:
             if is_last:
                 raise
         high = max(low, 0.5 * high)
     if high < most[1]:
         warnings.warn(f"stiffening is looked for up to {high:g}; {why}.", stacklevel=3)
-    return found
+    return forward
 
 
 def identify_and_predict(
@@ -126,22 +126,22 @@ def identify_and_predict(
     progress: Progress = UNFOLLOWED,
 ) -> tuple[Identified, pd.DataFrame]:  # fmt: skip
     """Fit the laws that are asked for to presses, and predict presses left out; the arguments are those of both."""
-    found = identify(records, forwards_for(records, asked, folder, progress), options, progress)
-    return found, predict(found.models, found.best, options, by, progress)
+    identified = identify(records, forwards_for(records, asked, folder, progress), options, progress)
+    return identified, predict(identified.models, identified.best, options, by, progress)
 
 
-def table_rows(found: Identified, part: str) -> list[tuple]:
+def table_rows(identified: Identified, part: str) -> list[tuple]:
     """Return rows for one ``part`` of the presses, with the columns of the study's table ``presses`` but the first."""
     units, rows = {"offset_scatter_m": "m", "noise_n": "N", "young_pa": "Pa", "modulus_pa": "Pa"}, []
-    for name, interval in found.intervals.items():
+    for name, interval in identified.intervals.items():
         unit = units.get(name, "m" * name.endswith("_m"))
-        resampled = found.resampled.get(name)
+        resampled = identified.resampled.get(name)
         ends = (resampled.low, resampled.high) if resampled else (None, None)
-        rows.append((part, found.law, True, name, unit, *interval[:3], interval.known, *interval[3:5], *ends))
-    for name, value in found.scatter.items():
-        rows.append((part, found.law, True, name, units.get(name, "1"), None, value, *6 * [None]))
-    for score in found.laws:
-        reported = score.law == found.law
+        rows.append((part, identified.law, True, name, unit, *interval[:3], interval.known, *interval[3:5], *ends))
+    for name, value in identified.scatter.items():
+        rows.append((part, identified.law, True, name, units.get(name, "1"), None, value, *6 * [None]))
+    for score in identified.laws:
+        reported = score.law == identified.law
         excess = *score.excess[:3], True, False, False, None, None
         rows.append((part, score.law, reported, "exponent_excess", "1", *excess))
         rows.append((part, score.law, reported, "likelihood_above", "1", None, score.above, *6 * [None]))

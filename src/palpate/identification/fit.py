@@ -375,12 +375,12 @@ def fitted(
 
     def minus2(x: np.ndarray) -> float:
         nonlocal lowest
-        found = model.minus2(free.whole(x), effects)
-        if not np.isfinite(found):  # effects that are not finite would stay so
+        result = model.minus2(free.whole(x), effects)
+        if not np.isfinite(result):  # effects that are not finite would stay so
             effects[:] = 0.0
-        elif found < lowest[0]:
-            lowest = found, x.copy()
-        return found
+        elif result < lowest[0]:
+            lowest = result, x.copy()
+        return result
 
     for _ in range(RESTARTS):  # a quasi-Newton method may stop early in a narrow valley; a new one from there goes on
         reached, end, iterations = _search(minus2, at, low, high, scaling)
@@ -408,18 +408,18 @@ def _search(
     start, low, high : (n,) free unknowns
     """
     if scaling is None:
-        found = minimize(minus2, start, method="SLSQP", bounds=Bounds(low, high), options=SEARCH)
-        return found.x, float(found.fun), found.nit
+        result = minimize(minus2, start, method="SLSQP", bounds=Bounds(low, high), options=SEARCH)
+        return result.x, float(result.fun), result.nit
     sides = np.concatenate([scaling, -scaling])
     within = {
         "type": "ineq", "jac": lambda z: sides,
         "fun": lambda z: np.concatenate([start + scaling @ z - low, high - start - scaling @ z]),
     }  # fmt: skip
-    found = minimize(
+    result = minimize(
         lambda z: minus2(np.clip(start + scaling @ z, low, high)),
         np.zeros(len(start)), method="SLSQP", options=SCALED_SEARCH, constraints=within,
     )  # fmt: skip
-    return np.clip(start + scaling @ found.x, low, high), float(found.fun), found.nit
+    return np.clip(start + scaling @ result.x, low, high), float(result.fun), result.nit
 
 
 def scaling_near(
@@ -462,6 +462,8 @@ def best_fit(model: MixedModel, sure: bool = False) -> tuple[dict[str, float], f
         more = float(np.log(factor))
         search(best | {name: best[name] + more for name in ("log_noise", "log_floor")}, CONVERGED)
     if sure and np.sum(np.array(ends) <= least + AGREED) < 2:
-        told = ", ".join(f"{end - least:.3g}" for end in sorted(ends)[1:4])
-        raise NotConverged(f"the fit has not converged: searches end {told} … above the best in −2 log likelihood", [])
+        distances = ", ".join(f"{end - least:.3g}" for end in sorted(ends)[1:4])
+        raise NotConverged(
+            f"the fit has not converged: searches end {distances} … above the best in −2 log likelihood", []
+        )
     return best, least

@@ -98,11 +98,11 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
     slopes_of = CubicSpline(log_depths, np.eye(DEPTHS), axis=0)(log_depths, 1).T
     start, step = log_depths[0], log_depths[1] - log_depths[0]
     table = np.empty(len(order), dtype=np.int64)
-    found = ForceTable(forward, np.empty(0), np.empty(0), table, start, step, slopes_of, np.inf)
-    free = len(found.free)
+    tabulated = ForceTable(forward, np.empty(0), np.empty(0), table, start, step, slopes_of, np.inf)
+    free = len(tabulated.free)
 
     def log_forces(press: int, place: tuple[float, ...]) -> np.ndarray:
-        values = found.values(place)
+        values = tabulated.values(place)
         forces = forward.forces(order[press], np.exp(log_depths), values)
         if not (np.isfinite(forces) & (forces > 0.0)).all():
             named = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
@@ -124,16 +124,16 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
     for count in _node_counts(free):
         nodes = np.cos(np.pi * np.arange(count) / max(count - 1, 1))
         values = [[log_forces(press, place) for press in firsts] for place in product(nodes, repeat=free)]
-        found = replace(found, nodes=nodes, log_forces=np.array(values))
+        tabulated = replace(tabulated, nodes=nodes, log_forces=np.array(values))
         off = [
-            np.abs(found.at(np.array(place))[0][k] - log_forces(firsts[k], place)).max()
+            np.abs(tabulated.at(np.array(place))[0][k] - log_forces(firsts[k], place)).max()
             for place in between
             for k in checked
         ]
-        found = replace(found, error=float(max(off)))
-        if found.error <= TOLERANCE:
+        tabulated = replace(tabulated, error=float(max(off)))
+        if tabulated.error <= TOLERANCE:
             break
-    return found
+    return tabulated
 
 
 def _node_counts(free: int) -> list[int]:

@@ -36,9 +36,9 @@ class Branches:
         shares, steps = np.array(self.series.shares, dtype=float), np.diff(time_s)
         if np.ptp(steps) < EVEN * steps[0]:
             steps = steps[:1]
-        found = (1.0 - shares.sum()) * loads
-        _add_branches(loads, shares, *self.series.factors(steps), found)
-        return found
+        force = (1.0 - shares.sum()) * loads
+        _add_branches(loads, shares, *self.series.factors(steps), force)
+        return force
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ Kernel = Branches | Fading
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _add_branches(loads, shares, a, b, found):
-    """Add Σ gᵢ hᵢ to ``found`` (k, m), where dhᵢ/dt = dF₀/dt − hᵢ/τᵢ, for loads F₀ (k, m) and shares gᵢ (n,).
+def _add_branches(loads, shares, a, b, force):
+    """Add Σ gᵢ hᵢ to ``force`` (k, m), where dhᵢ/dt = dF₀/dt − hᵢ/τᵢ, for loads F₀ (k, m) and shares gᵢ (n,).
 
     a, b : factors of hᵢ and of the change of F₀ in each step, (k − 1, n), or (1, n) if all are equal
     """
@@ -85,7 +85,7 @@ def _add_branches(loads, shares, a, b, found):
             for m in range(loads.shape[1]):
                 if k > 0:
                     memory[i, m] = a[step, i] * memory[i, m] + b[step, i] * (loads[k, m] - loads[k - 1, m])
-                found[k, m] += shares[i] * memory[i, m]
+                force[k, m] += shares[i] * memory[i, m]
 
 
 RATES = 40

@@ -154,7 +154,7 @@ def identify(
     done = dict(
         zip(jobs, progress.each("what the presses leave open", lambda job: job(), list(jobs.values())), strict=True)
     )
-    found = {name: answer for name, answer in done.items() if name not in models}
+    answers = {name: answer for name, answer in done.items() if name not in models}
     scatter = {
         "offset_scatter_m": 0.5 * (model.offset_m[1] - model.offset_m[0]) * best.get("offset_scatter", 0.0),
         "place_scatter": best["place"], "shape_scatter": best["shape"], "repeat_scatter": best.get("repeat", np.nan),
@@ -165,8 +165,8 @@ def identify(
     return Identified(
         records,
         tuple(LawScore(law, criterion[law] - criterion[order[0]], done[law]) for law in order),
-        {name: interval for name, (interval, _) in found.items()},
-        {name: profile for name, (_, profile) in found.items()},
+        {name: interval for name, (interval, _) in answers.items()},
+        {name: profile for name, (_, profile) in answers.items()},
         bootstrap(model, best, options, progress) if data.places > 1 else {},
         scatter,
         profiler.rise,
@@ -187,21 +187,21 @@ class Line(NamedTuple):
     better: float
 
 
-def line_of(found: Identified) -> Line | None:
+def line_of(identified: Identified) -> Line | None:
     """Return a zero and a slope of the sensor that may have changed E, by adhesion or drift; None if E would stay.
 
     Both are fitted as terms of the forces beyond TOUCH_OF_DEPTH of the largest depth; the slope is known where there
     are rows before contact. Adhesion pulls by a nearly constant force from first touch on (Derjaguin, Muller and
     Toporov 1975). E stays where the fit is not better by BETTER, or E is within its interval.
     """
-    model = found.model
+    model = identified.model
     deep = replace(model, data=model.data.masked(model.data.layout.depth_m > TOUCH_OF_DEPTH * model.data.largest_m))
-    _, before = fitted(deep, found.best[found.law])
+    _, before = fitted(deep, identified.best[identified.law])
     lined = replace(deep, lined=True)
-    starts = [found.best[found.law] | {"zero": zero, "slope": 0.0} for zero in ZEROS]
-    known = {"slope": 0.0} if found.records.force_error > 0.0 else {}
+    starts = [identified.best[identified.law] | {"zero": zero, "slope": 0.0} for zero in ZEROS]
+    known = {"slope": 0.0} if identified.records.force_error > 0.0 else {}
     unknown, after = min((fitted(lined, start, known) for start in starts), key=lambda end: end[1])
-    young, (low, _, high, *_) = lined.values(unknown)["young_pa"], found.young_pa
+    young, (low, _, high, *_) = lined.values(unknown)["young_pa"], identified.young_pa
     if before - after < BETTER or low <= young <= high:
         return None
     typical, deepest = model.data.typical_n, model.data.largest_m

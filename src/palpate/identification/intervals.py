@@ -139,62 +139,62 @@ class Profiler:
     def _over_range(self, name: str, in_unit: Callable[[float], float]) -> tuple[Interval, Profile]:
         """Return interval and profile of an unknown over its range; in_unit : from −1 … 1 of that to its own unit."""
         at, rise = self.best[name], self._holding(name)
-        found: Found = {at: (self.best, 0.0)}
+        fits: Found = {at: (self.best, 0.0)}
         for grid in (np.linspace(-1, 1, GRID), np.linspace(1, -1, GRID)):
             start, side = self.best, np.sign(grid[-1])
             for value in grid[(grid - at) * side > 0]:
-                found[float(value)] = start, above = rise(float(value), start)
+                fits[float(value)] = start, above = rise(float(value), start)
                 if above > 3.0 * self.rise:
                     break
         for side in (-1.0, 1.0):
-            self._refine(rise, found, at, side)
-        interval, profile = self._interval(found, at, (-1.0, 1.0))
+            self._refine(rise, fits, at, side)
+        interval, profile = self._interval(fits, at, (-1.0, 1.0))
         values = np.array([in_unit(float(value)) for value in profile.values])
         return interval.through(in_unit), profile._replace(values=values)
 
     def _stepped(self, rise: Rise, at: float, first: float) -> tuple[Interval, Profile]:
         """Return interval and profile of an unknown without a range, by steps from ``at`` of about ``first``."""
-        found: Found = {at: (self.best, 0.0)}
+        fits: Found = {at: (self.best, 0.0)}
         for side in (-1.0, 1.0):
             start, value, step, last = self.best, at, STEP * first, 0.0
             for _ in range(MOST_STEPS):
                 value += side * step
-                found[value] = start, now = rise(value, start)
+                fits[value] = start, now = rise(value, start)
                 if now > self.rise:
                     break
                 if now - last < 0.3 * self.rise:
                     step *= 1.7
                 last = now
-            self._refine(rise, found, at, side)
-        return self._interval(found, at, (-np.inf, np.inf))
+            self._refine(rise, fits, at, side)
+        return self._interval(fits, at, (-np.inf, np.inf))
 
-    def _refine(self, rise: Rise, found: Found, at: float, side: float) -> None:
-        """Add fits to ``found`` near the crossing of the threshold on one side of ``at``, by the secant rule.
+    def _refine(self, rise: Rise, fits: Found, at: float, side: float) -> None:
+        """Add fits to ``fits`` near the crossing of the threshold on one side of ``at``, by the secant rule.
 
         The root of the rise is nearly a straight line there.
         """
         for _ in range(REFINED):
-            values = sorted((v for v in found if (v - at) * side >= 0), key=lambda v: abs(v - at))
-            outside = [k for k, v in enumerate(values) if found[v][1] > self.rise]
+            values = sorted((v for v in fits if (v - at) * side >= 0), key=lambda v: abs(v - at))
+            outside = [k for k, v in enumerate(values) if fits[v][1] > self.rise]
             if not outside:
                 return
             outer, inner = values[outside[0]], values[outside[0] - 1]
-            inner_root, wanted, outer_root = np.sqrt([found[inner][1], self.rise, found[outer][1]])
+            inner_root, wanted, outer_root = np.sqrt([fits[inner][1], self.rise, fits[outer][1]])
             part = np.clip((wanted - inner_root) / (outer_root - inner_root), 0.1, 0.9)
             gap = abs(outer - inner)
             if outer_root - inner_root < 0.1 or gap * min(part, 1 - part) < 5e-3 * abs(outer - at):
                 return
             value = float(inner + part * (outer - inner))
-            found[value] = rise(value, found[inner][0])
+            fits[value] = rise(value, fits[inner][0])
 
-    def _interval(self, found: Found, at: float, ends: tuple[float, float]) -> tuple[Interval, Profile]:
+    def _interval(self, fits: Found, at: float, ends: tuple[float, float]) -> tuple[Interval, Profile]:
         """Return the interval around ``at`` where −2 log likelihood is below the threshold, and all of the profile.
 
         ends : of the unknown's range; where the threshold is not crossed, the interval is open at the outermost value
         """
-        values = np.array(sorted(found))
-        minus2 = np.array([found[v][1] for v in values])
-        young = np.array([self.model.values(found[v][0])["young_pa"] for v in values])
+        values = np.array(sorted(fits))
+        minus2 = np.array([fits[v][1] for v in values])
+        young = np.array([self.model.values(fits[v][0])["young_pa"] for v in values])
         root, best = np.sqrt(minus2), int(np.flatnonzero(values == at)[0])
         limits, opens = [], []
         for step in (-1, 1):

@@ -79,10 +79,10 @@ def modes(
     logs, slopes : (tables, depths) of log f and its slope over log depth, at the log depths start + k step
     effects : (k,) where the search starts, overwritten by the modes; those of nearby parameters save most iterations
     """
-    found = Modes(np.empty(len(layout.place_start) - 1), np.empty(len(layout.depth_m)))
+    result = Modes(np.empty(len(layout.place_start) - 1), np.empty(len(layout.depth_m)))
     effects = no_effects(layout) if effects is None else effects
-    _all_places(*layout, logs, slopes, start, step, log_young, tuple(spread), effects, *found)
-    return found
+    _all_places(*layout, logs, slopes, start, step, log_young, tuple(spread), effects, *result)
+    return result
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -216,7 +216,7 @@ def touch_of(body: Body, instrument: Instrument, press: Press, deepest_m: float)
     """
     assert press.at_m is not None and press.direction is not None
     mesh, direction = body.fine, press.direction / np.linalg.norm(press.direction)
-    able = places_to_touch(body)
+    allowed = places_to_touch(body)
     node = int(mesh.surface[np.linalg.norm(mesh.nodes[mesh.surface] - press.at_m, axis=1).argmin()])
     try:
         pose = first_touch(upright(instrument, press.at_m, -direction), mesh, direction)
@@ -230,7 +230,7 @@ def touch_of(body: Body, instrument: Instrument, press: Press, deepest_m: float)
         )
     if direction @ mesh.normals[node] >= 0.0:
         raise InputError(f"press {press.name} points out of bodies.{body.name}; give directions into the tissue.")
-    if node not in able:
+    if node not in allowed:
         raise InputError(f"press {press.name} is where bodies.{body.name} is held, or beside; leave it out.")
     if deepest_m >= float(np.ptp(mesh.nodes @ direction)):
         raise InputError(f"press {press.name} is deeper than bodies.{body.name} is thick; check the unit of depth_m.")

@@ -110,9 +110,9 @@ def fitted_points(data: Data, by: str, seed: int) -> list[np.ndarray]:
 def summary(predictions: pd.DataFrame) -> pd.DataFrame:
     """Return the median and ninetieth percentile of errors by what is left out and model, the best first."""
     grouped = predictions.groupby(["by", "model"], sort=False)
-    found = grouped["error_share"].agg(median="median", p90=lambda e: e.quantile(0.9), presses="size")
-    found["bias"] = grouped["bias_share"].median()
-    return found.reset_index().sort_values(["by", "median"], kind="stable", ignore_index=True)
+    errors = grouped["error_share"].agg(median="median", p90=lambda e: e.quantile(0.9), presses="size")
+    errors["bias"] = grouped["bias_share"].median()
+    return errors.reset_index().sort_values(["by", "median"], kind="stable", ignore_index=True)
 
 
 def _refit(model: MixedModel, start: Mapping[str, float], used: np.ndarray, scaling: Scaling) -> np.ndarray:
@@ -189,7 +189,7 @@ def _fit_each_press(data: Data, used: np.ndarray, exponent: float | None) -> np.
     Three unknowns need three points; with two points the shift s is 0.
     """
     layout = data.layout
-    found = np.full(len(used), np.nan)
+    forces = np.full(len(used), np.nan)
     for first, end in zip(layout.press_start[:-1], layout.press_start[1:], strict=True):
         depth, force, seen = layout.depth_m[first:end], layout.force_n[first:end], used[first:end]
         deepest, strongest = depth.max(), np.abs(force[seen]).max(initial=0.0)
@@ -206,5 +206,5 @@ def _fit_each_press(data: Data, used: np.ndarray, exponent: float | None) -> np.
             lambda p, curve=curve, seen=seen, force=force, strongest=strongest: (curve(p) - force)[seen] / strongest,
             [2.0 * strongest, 0.0, 1.5][:free], bounds=(low[:free], high[:free]),
         ).x  # fmt: skip
-        found[first:end] = curve(at)
-    return found
+        forces[first:end] = curve(at)
+    return forces

@@ -105,8 +105,8 @@ def read_presses(
     if names:
         table = _with_named_parts(table, names, path)
     presses = tuple(_press(rows, path) for rows in list(_rows_of_presses(table, path)))
-    found = () if separated == "commas" else (f"{path}: cells are separated by {separated}",)
-    records = _without_baseline(PressRecords(instrument, _places(presses), path, found))
+    remarks = () if separated == "commas" else (f"{path}: cells are separated by {separated}",)
+    records = _without_baseline(PressRecords(instrument, _places(presses), path, remarks))
     check_units(records, size_m)
     return records
 
@@ -211,12 +211,12 @@ def _with_named_parts(table: pd.DataFrame, names: str, path: str) -> pd.DataFram
         raise InputError(f"names is {names}, which is no regular expression ({error}); correct it.") from error
     if not pattern.groupindex or not set(pattern.groupindex) <= set(NAMES):
         raise InputError(f"names is {names}; give it named groups, (?P<session>…), out of {', '.join(NAMES)}.")
-    found = table["press"].map(pattern.search)
-    if (lost := table["press"][found.isna()]).size:
+    matches = table["press"].map(pattern.search)
+    if (lost := table["press"][matches.isna()]).size:
         raise InputError(
             f"{path}: the press {lost.iloc[0]} has a name without what names, {names}, looks for; correct it."
         )
-    return table.assign(**{key: [match.groupdict("")[key].upper() for match in found] for key in pattern.groupindex})
+    return table.assign(**{key: [match.groupdict("")[key].upper() for match in matches] for key in pattern.groupindex})
 
 
 def _rows_of_presses(table: pd.DataFrame, path: str) -> Iterator[pd.DataFrame]:

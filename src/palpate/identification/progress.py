@@ -19,7 +19,7 @@ class Progress(NamedTuple):
 
     def each(self, what: str, function: Callable[[Part], Found], parts: Sequence[Part]) -> list[Found]:
         """Return the values of ``function`` of all parts, in their order."""
-        return [found for _, found in zip(self.follow(what, parts), self.spread_out(function, parts), strict=True)]
+        return [value for _, value in zip(self.follow(what, parts), self.spread_out(function, parts), strict=True)]
 
 
 UNFOLLOWED = Progress()

@@ -47,7 +47,7 @@ class Comparison(NamedTuple):
 
 def compare_sessions(records: PressRecords) -> list[Comparison]:
     """Compare each two sessions of a specimen that pressed the same places, by name or within a radius."""
-    found = []
+    comparisons = []
     for specimen in dict.fromkeys(press.specimen for press in records.presses):
         presses = [press for press in records.presses if press.specimen == specimen]
         for first, second in combinations(dict.fromkeys(press.session for press in presses), 2):
@@ -57,8 +57,10 @@ def compare_sessions(records: PressRecords) -> list[Comparison]:
             if logs:
                 spread = 1.4826 * float(np.median(np.abs(np.array(logs) - np.median(logs))))
                 error = 1.2533 * spread / np.sqrt(len(logs))  # of a median of normal values
-                found.append(Comparison(specimen, first, second, len(logs), float(np.exp(np.median(logs))), error))
-    return found
+                comparisons.append(
+                    Comparison(specimen, first, second, len(logs), float(np.exp(np.median(logs))), error)
+                )
+    return comparisons
 
 
 def consistent_parts(records: PressRecords, comparisons: list[Comparison]) -> list[tuple[str, PressRecords]]:

@@ -102,8 +102,8 @@ def choose(name: str, entry: File | Ct, hold: str | None = None, say: Callable[[
     chosen = entry.but(refinements=refinements, bed=bed.but(stiffness_n_m3=softer * bed.stiffness_n_m3))
     say(f"a mesh that is refined {refinements} times")
     body = make_body(name, chosen)
-    able = len(pressed_contacts(body, contacts_of(body)))
-    return Choice(body, coarse, chosen, _regimes(body), min(PRESSED, able), like, tried)
+    pressable = len(pressed_contacts(body, contacts_of(body)))
+    return Choice(body, coarse, chosen, _regimes(body), min(PRESSED, pressable), like, tried)
 
 
 def _regimes(body: Body) -> dict:

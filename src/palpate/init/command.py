@@ -236,8 +236,8 @@ def _yaml(value: Any) -> str:
 
 def _aligned(text: str) -> str:
     """Put comments of lines of usual length into one column."""
-    found = []
+    aligned = []
     for line in text.splitlines():
         code, mark, comment = line.partition("  # ")
-        found.append(f"{code:30}  # {comment}" if mark and code.strip() else line)
-    return "\n".join(found) + "\n"
+        aligned.append(f"{code:30}  # {comment}" if mark and code.strip() else line)
+    return "\n".join(aligned) + "\n"

@@ -66,7 +66,7 @@ def body_of(given: str | None, config: Path | None, scale_m: float | None, hold:
 
 
 def identify_file(
-    presses: Path, asked: Asked, folder: Path | None = None, make: Callable[[], Body | None] = lambda: None
+    presses: Path, request: Asked, folder: Path | None = None, make: Callable[[], Body | None] = lambda: None
 ) -> str:
     """Fit the presses of a CSV file, write the folder of results, print progress, and return the answer.
 
@@ -74,22 +74,22 @@ def identify_file(
     make : returns the body, once all else that is asked for can be used
     InputError for presses, a body or an instrument that do not fit each other; then nothing is written.
     """
-    if asked.instrument.kind != SPHERE:
-        raise InputError(f"--instrument {asked.instrument.kind}: forces are known for a ball; give sphere:RADIUS.")
-    if unknown := [law for law in asked.laws if law != EXPONENTIAL and not (kind_of(law) or Path(law).is_file())]:
+    if request.instrument.kind != SPHERE:
+        raise InputError(f"--instrument {request.instrument.kind}: forces are known for a ball; give sphere:RADIUS.")
+    if unknown := [law for law in request.laws if law != EXPONENTIAL and not (kind_of(law) or Path(law).is_file())]:
         raise InputError(f"--law {describe_unknown(unknown, [*LAWS, EXPONENTIAL])}")
     folder = folder or presses.with_name(f"{presses.stem}_identified")
     _refuse(folder)
-    ball, size = asked.instrument.radius_m, None if asked.thickness_m is None else asked.thickness_m[1]
+    ball, size = request.instrument.radius_m, None if request.thickness_m is None else request.thickness_m[1]
     if size is not None and size > DEEPEST_M:
         raise InputError(f"--thickness is {size:g} m, more than of any organ; give metres or a unit (--thickness 8mm).")
-    records = read_presses(presses, asked.instrument, asked.columns or None, size_m=size)
-    asked = replace(asked, body=asked.body or make())
-    if asked.body is not None:
-        check_units(records, asked.body.coarse.size)
-    for line in (*records.found, *_slab(records, asked)):
+    records = read_presses(presses, request.instrument, request.columns or None, size_m=size)
+    request = replace(request, body=request.body or make())
+    if request.body is not None:
+        check_units(records, request.body.coarse.size)
+    for line in (*records.found, *_slab(records, request)):
         print("found   ", line, flush=True)
-    if asked.thickness_m is not None and (thin := asked.thickness_m[0]) > DEEP * ball:
+    if request.thickness_m is not None and (thin := request.thickness_m[0]) > DEEP * ball:
         print(f"warning: --thickness of {thin:g} m is {thin / ball:.3g} radii of the ball, as deep tissue", flush=True)
     for doubt in doubts(records):
         print("warning:", doubt, flush=True)
@@ -100,63 +100,63 @@ def identify_file(
         records = without_time(records, relaxation.kernel)
     comparisons = compare_sessions(records)
     answer = list(compared(comparisons))
-    parts, options = consistent_parts(records, comparisons), Options(offset_m=asked.offset_m)
+    parts, options = consistent_parts(records, comparisons), Options(offset_m=request.offset_m)
     ways: Sequence[str] = (PLACE, DEPTH, SESSION)
     fits = [(*part, options, ways) for part in parts]
     if len({press.specimen for press in records.presses}) > 1:
         fits.append(("all", records, replace(options, resamples=0), (SPECIMEN,)))
-    rows, predictions, found = [], [], []
+    rows, predictions, identified_parts = [], [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool, ticking("the presses") as say, warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of scipy's line search, which tries what overflows
         progress = Progress(lambda what, sequence: steps(say, what)(sequence), pool.map)
         try:
             for name, part, how, ways in fits:
-                one, told = identify_and_predict(part, asked, how, ways, folder / CURVES, progress)
-                predictions.append(told.assign(part=name))
+                one, predictions_of_part = identify_and_predict(part, request, how, ways, folder / CURVES, progress)
+                predictions.append(predictions_of_part.assign(part=name))
                 if ways == (SPECIMEN,):
-                    answer += predicted(told, one.law)
+                    answer += predicted(predictions_of_part, one.law)
                     continue
                 answer += [f"{name}:"] if len(parts) > 1 else []
-                answer += [*uncertain(one, line_of(one)), *sentences(one, told)]
+                answer += [*uncertain(one, line_of(one)), *sentences(one, predictions_of_part)]
                 rows += table_rows(one, name)
-                found.append((name, one))
+                identified_parts.append((name, one))
         except NotConverged as failure:
-            small = " or, where the ball is small beside the body, --body" if asked.body is not None else ""
+            small = " or, where the ball is small beside the body, --body" if request.body is not None else ""
             raise InputError(f"{presses}: {failure}; leave out presses that touch nothing{small}.") from failure
     if records.force_error == 0.0:
         answer.append(
             "No rows are before contact: the sensor's zero and slope are assumed 0, which these intervals leave out."
         )
     answer += relaxes(relaxation)
-    if asked.body is None:
-        answer.append(assumed(ball, thickness_of(records, asked)[0] is None))
-    if asked.body is not None and asked.body.bed is not None:
+    if request.body is None:
+        answer.append(assumed(ball, thickness_of(records, request)[0] is None))
+    if request.body is not None and request.body.bed is not None:
         answer.append(
             "What the organ lies on is assumed to be as stiff as the organ: tissue of its modulus, in proportion."
         )
-    write_results(folder, pd.DataFrame(rows, columns=PRESSES.columns[1:]), pd.concat(predictions), found)
-    if asked.body is not None and len(found) == 1:
+    write_results(folder, pd.DataFrame(rows, columns=PRESSES.columns[1:]), pd.concat(predictions), identified_parts)
+    if request.body is not None and len(identified_parts) == 1:
         with ticking("the numbers for engines"):
-            answer += _exported(found[0][1], asked, relaxation, folder / ENGINES)
+            answer += _exported(identified_parts[0][1], request, relaxation, folder / ENGINES)
     return "\n".join(["", *answer, "", f"wrote    {folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}"])
 
 
-def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, folder: Path) -> list[str]:
+def _exported(identified: Identified, request: Asked, relaxation: Relaxation | None, folder: Path) -> list[str]:
     """Write the numbers for engines, and return a sentence on how much stiffer or softer the organ acts there."""
     from palpate.identification.export.numbers import Numbers
     from palpate.identification.export.palpate_config import snippet
     from palpate.identification.export.write import engine_level, export
 
-    body, values = asked.body, found.fitted
+    body, values = request.body, identified.fitted
     assert body is not None
     poisson = values.get("poisson", body.material.poisson)
-    law = f"{found.law}({values['stiffening']:.3g})" if "stiffening" in values else found.law
+    law = f"{identified.law}({values['stiffening']:.3g})" if "stiffening" in values else identified.law
     series = shear_series(relaxation.kernel.series, poisson) if relaxation else None
     loading = relaxation.loading_s if relaxation else 0.0
-    density, model = body.material.density_kg_m3, found.model
-    young = found.young_pa.best * (float(series.modulus(loading)) if series else 1.0)
+    density, model = body.material.density_kg_m3, identified.model
+    young = identified.young_pa.best * (float(series.modulus(loading)) if series else 1.0)
     numbers = Numbers(body.name, young, poisson, density, law, series, loading)
-    presses = [found.records.presses[k] for k in model.data.order]
+    presses = [identified.records.presses[k] for k in model.data.order]
     if body.bed is not None:
         file = folder / f"{body.name}_palpate.yaml"
         with write_whole(file) as part:
@@ -164,7 +164,7 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
         return [f"Engines have no bed, on which the organ lies here: only settings of palpate are written, to {file}."]
     level, forward = engine_level(body), model.table.forward
     try:
-        exported = export(numbers, body, level, asked.instrument, presses, forward, values, folder)
+        exported = export(numbers, body, level, request.instrument, presses, forward, values, folder)
     except NotConverged as failure:
         return [f"No settings for engines are written: {failure}."]
     acts = [
@@ -177,7 +177,7 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
 
 
 def write_results(
-    folder: Path, identified: pd.DataFrame, predictions: pd.DataFrame, found: Sequence[tuple[str, Identified]]
+    folder: Path, identified: pd.DataFrame, predictions: pd.DataFrame, parts: Sequence[tuple[str, Identified]]
 ) -> None:
     """Write the tables and a picture of each part into ``folder``, each whole or not at all."""
     judged = pd.concat(summary(rows).assign(part=name) for name, rows in predictions.groupby("part", sort=False))
@@ -185,25 +185,25 @@ def write_results(
     for name, table in (tables | {"prediction_summary": judged}).items():
         with write_whole(folder / f"{name}.csv") as part:
             table.to_csv(part, index=False)
-    for name, one in found:
+    for name, one in parts:
         plain = re.sub(r"[^\w-]+", "_", name)
-        file = "identified.png" if len(found) == 1 else f"identified_{plain}.png"
+        file = "identified.png" if len(parts) == 1 else f"identified_{plain}.png"
         with write_whole(folder / file) as part:
             draw_identified(one).savefig(part)
 
 
-def _slab(records: PressRecords, asked: Asked) -> Iterator[str]:
+def _slab(records: PressRecords, request: Asked) -> Iterator[str]:
     """Yield a sentence on the thickness that a file has; InputError where another is asked for."""
     each = [press.thickness_m for press in records.presses if press.thickness_m is not None]
     if not each:
         return
     has = f"{records.source}: thickness_m is {min(each):g} to {max(each):g} m"
-    if asked.body is not None:
+    if request.body is not None:
         yield f"{has}; it is not used, as --body says how thick the tissue is"
-    elif asked.thickness_m is None:
+    elif request.thickness_m is None:
         yield f"{has}, of slabs that lie on something rigid; --thickness takes another"
     else:
-        low, high = asked.thickness_m
+        low, high = request.thickness_m
         if not low <= min(each) <= max(each) <= high:
             raise InputError(f"{has}, and --thickness {low:g} to {high:g} m; correct or leave out one of them.")
 

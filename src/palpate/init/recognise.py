@@ -127,12 +127,12 @@ def recognise(
         labels = labels_of(paths, label)
         if len(labels) < 2:
             raise InputError(f"{mask}: regions need two labels at least; leave --regions out, or name more.")
-    found = _ct(image, mask, labels if regions else list(label), threshold_hu, regions, mri)
-    assert isinstance(found.entry, Ct)
-    said, lay = described(found.entry)
+    data = _ct(image, mask, labels if regions else list(label), threshold_hu, regions, mri)
+    assert isinstance(data.entry, Ct)
+    said, lay = described(data.entry)
     if not lay:
-        found.assumed.append("the patient lay on the back, as the header does not say how; else give --hold")
-    return replace(found, found=said, lies=lay if lay != "back" else "")
+        data.assumed.append("the patient lay on the back, as the header does not say how; else give --hold")
+    return replace(data, found=said, lies=lay if lay != "back" else "")
 
 
 def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> list[int | str]:
@@ -161,8 +161,8 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
     }
     if tetrahedra is None and len(points) > KEPT_NODES:
         entry = entry.but(surface_nodes=140, snap=False)
-    found = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {inside}", *taken(entry, how)]
-    data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, [])
+    lines = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {inside}", *taken(entry, how)]
+    data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, lines, [])
     if scale_m is not None:
         return data
     assumed = (

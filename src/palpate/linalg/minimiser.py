@@ -225,9 +225,9 @@ def minimise_by_newton(
         if residual <= tolerance:
             return solution
         iterations = len(solution.history) - first - 1
-        able = np.isfinite(residual) and iterations < max_iterations and stalled <= MAX_SHORT
+        continues = np.isfinite(residual) and iterations < max_iterations and stalled <= MAX_SHORT
         accuracy = _linear_tolerance(solution.history[first:], tolerance)
-        step = _newton_step(problem, solution, energy, force, accuracy) if able else None
+        step = _newton_step(problem, solution, energy, force, accuracy) if continues else None
         if step is None and residual * scale <= rounding_n:
             return solution
         if step is None:

@@ -360,15 +360,15 @@ def linear_response(
     if not right.any():
         return np.zeros_like(right)
     if right.ndim == 3 and not (loaded := right.any(axis=(0, 1))).all():
-        found = np.zeros_like(right)
-        found[:, :, loaded] = linear_response(multiply, precondition, right[:, :, loaded], tolerance)
-        return found
-    found, products, _ = conjugate_gradients(multiply, precondition, right, tolerance, MAX_PRODUCTS)
-    left = float(np.max(np.linalg.norm(right - multiply(found), axis=(0, 1)) / np.linalg.norm(right, axis=(0, 1))))
+        response = np.zeros_like(right)
+        response[:, :, loaded] = linear_response(multiply, precondition, right[:, :, loaded], tolerance)
+        return response
+    response, products, _ = conjugate_gradients(multiply, precondition, right, tolerance, MAX_PRODUCTS)
+    left = float(np.max(np.linalg.norm(right - multiply(response), axis=(0, 1)) / np.linalg.norm(right, axis=(0, 1))))
     if not left <= 10 * tolerance:
         raise NotConverged(
             f"the linear response stopped after {products} products at a relative residual of {left:.1e}, "
             f"above the tolerance {tolerance:.0e}",
             [left],
         )
-    return found
+    return response

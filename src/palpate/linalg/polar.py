@@ -102,9 +102,9 @@ def nearest_rotation(matrix: np.ndarray) -> np.ndarray:
     """
     if not np.isfinite(matrix).all():
         raise InputError("a matrix holds NaN or infinite entries, and so has no nearest rotation: leave it out.")
-    found, no_guess = np.empty((3, 3)), np.zeros(4)
-    nearest(np.ascontiguousarray(matrix, dtype=float), no_guess, np.empty((4, 3, 3)), found)
-    return found
+    rotation, no_guess = np.empty((3, 3)), np.zeros(4)
+    nearest(np.ascontiguousarray(matrix, dtype=float), no_guess, np.empty((4, 3, 3)), rotation)
+    return rotation
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -46,16 +46,16 @@ def forces_for(
         tried = force.copy()
         tried[unknown] += step
         try:
-            found = missing(tried)
+            remaining = missing(tried)
         except NotConverged:
             step = 0.5 * step
             continue
-        if not np.linalg.norm(found) < 1.5 * np.linalg.norm(left):
+        if not np.linalg.norm(remaining) < 1.5 * np.linalg.norm(left):
             step = 0.5 * step
             continue
-        change = inverse @ (left - found)
+        change = inverse @ (left - remaining)
         inverse += np.outer(step - change, step @ inverse) / (step @ change)
-        force, left = tried, found
+        force, left = tried, remaining
         step = inverse @ left
     raise NotConverged("no force was found that moves the disc as far as it is pushed", [float(np.abs(left).max())])
 
@@ -89,10 +89,10 @@ class Discs:
 
         InputError for a contact that is not prepared.
         """
-        found = self._compliance.means
-        if found is None:
+        means = self._compliance.means
+        if means is None:
             return self._interpolated_means(disc, contact)
-        return found[self._compliance.row(disc), self._compliance.row(contact)]
+        return means[self._compliance.row(disc), self._compliance.row(contact)]
 
     def linear_forces(self, load: Load) -> np.ndarray:
         """Return the force (presses, 3) [N] of every press of ``load``, if responses are linear.
@@ -100,7 +100,10 @@ class Discs:
         Refused for two discs that are pushed at the same place.
         """
         given, pushed = load.parted()
-        missing = [way - sum(force @ self.means(disc, contact) for contact, force in given) for disc, way in pushed]
+        missing = [
+            displacement - sum(force @ self.means(disc, contact) for contact, force in given)
+            for disc, displacement in pushed
+        ]
         return load.with_found(np.linalg.solve(self._between_discs(load), np.concatenate(missing)).reshape(-1, 3))
 
     def answer(self, load: Load, respond: Callable[[Presses], np.ndarray]) -> Answer:
@@ -113,14 +116,14 @@ class Discs:
             for contact in nodes
         }
 
-        def reached(found: np.ndarray) -> np.ndarray:
-            presses = list(zip(nodes, load.with_found(found), strict=True))
+        def reached(tried: np.ndarray) -> np.ndarray:
+            presses = list(zip(nodes, load.with_found(tried), strict=True))
             moved = respond(presses)
             parts = [self._mean(disc, moved) for _, disc in pushed]
             return parts + np.array([sum(f @ inexact[disc, c] for c, f in presses) for _, disc in pushed])
 
-        ways = np.array([way for _, way in load.parted()[1]])
-        forces = load.with_found(find_forces(reached, ways, self._between_discs(load)))
+        displacements = np.array([displacement for _, displacement in load.parted()[1]])
+        forces = load.with_found(find_forces(reached, displacements, self._between_discs(load)))
         return Answer(respond(list(zip(nodes, forces, strict=True))), forces)
 
     def _between_discs(self, load: Load) -> np.ndarray:
@@ -138,22 +141,24 @@ class Discs:
         return shares @ displacement[np.searchsorted(self._surface, nodes)]
 
 
-def find_forces(means: Callable[[np.ndarray], np.ndarray], ways: np.ndarray, compliance: np.ndarray) -> np.ndarray:
-    """Return the forces (k, 3) [N] under which k discs have moved by ``ways`` (k, 3) [m] on average.
+def find_forces(
+    means: Callable[[np.ndarray], np.ndarray], displacements: np.ndarray, compliance: np.ndarray
+) -> np.ndarray:
+    """Return the forces (k, 3) [N] under which k discs have moved by ``displacements`` (k, 3) [m] on average.
 
     means : from forces (k, 3) [N] to the mean displacements (k, 3) [m] of the discs, by one answer of the model
     compliance : (3k, 3k) [m/N], what these do in the first order, where Broyden's method begins (1965, Math. Comp. 19)
     Raises NotConverged after DEPTH_ITERATIONS.
     """
-    inverse, wanted = np.linalg.inv(compliance), ways.ravel()
+    inverse, wanted = np.linalg.inv(compliance), displacements.ravel()
     # a disc that is held where other presses would move it has a way to go, too
-    size = float(max(np.linalg.norm(wanted), np.linalg.norm(wanted - means(np.zeros_like(ways)).ravel())))
+    size = float(max(np.linalg.norm(wanted), np.linalg.norm(wanted - means(np.zeros_like(displacements)).ravel())))
     if not 0.0 < size < np.inf:
-        return np.zeros_like(ways)
+        return np.zeros_like(displacements)
 
     def missing(reached: np.ndarray) -> np.ndarray:
         """Return what is missing of the way, over its size, if a linear body would have moved by ``reached``."""
-        return (wanted - means((inverse @ reached).reshape(ways.shape)).ravel()) / size
+        return (wanted - means((inverse @ reached).reshape(displacements.shape)).ravel()) / size
 
     try:
         with np.errstate(all="ignore"):  # of answers that do not change
@@ -164,4 +169,4 @@ def find_forces(means: Callable[[np.ndarray], np.ndarray], ways: np.ndarray, com
         raise NotConverged(
             f"no force was found that pushes so far in {DEPTH_ITERATIONS} iterations", [float("nan")]
         ) from failure
-    return (inverse @ (size * reached)).reshape(ways.shape)
+    return (inverse @ (size * reached)).reshape(displacements.shape)

@@ -65,10 +65,10 @@ class Simulation:
         nodal, x = self.shares.spread(given, len(self._rest)), None if start is None else self._rest + start
         tolerance, iterations = self._tolerance, self._iterations
         if pushed:
-            ways = np.array([way for _, way in pushed])
+            displacements = np.array([displacement for _, displacement in pushed])
             weights = self._weights([node for node, _ in pushed])
-            solution, found = push(self._equilibrium, nodal, weights, ways, tolerance, iterations, x)
-            return solution.x - self._rest, load.with_found(found)
+            solution, forces = push(self._equilibrium, nodal, weights, displacements, tolerance, iterations, x)
+            return solution.x - self._rest, load.with_found(forces)
         if iterations is None:
             return self._equilibrium.solve(nodal, tolerance, x).x - self._rest, None
         return self._equilibrium.approach(nodal, tolerance, iterations, x).x - self._rest, None
@@ -79,8 +79,8 @@ class Simulation:
 
     def means(self, load: Load, displacement: np.ndarray) -> np.ndarray:
         """Return the mean displacement (presses, 3) [m] of each disc under displacements (n_nodes, 3) [m]."""
-        found = [self.shares.of(press.node) for press in load.presses]
-        return np.array([shares @ displacement[nodes] for nodes, shares in found])
+        discs = [self.shares.of(press.node) for press in load.presses]
+        return np.array([shares @ displacement[nodes] for nodes, shares in discs])
 
     def least_det(self, displacement: np.ndarray) -> float:
         """Return the smallest det F of the elements under displacements (n_nodes, 3) [m]."""

@@ -29,8 +29,8 @@ class Interpolated(Solver):
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         moved, forces = self._coarse.answer(load)
-        found = self._prolongation @ moved
-        return found if forces is None else Answer(found, forces)
+        displacement = self._prolongation @ moved
+        return displacement if forces is None else Answer(displacement, forces)
 
 
 prepare = Interpolated

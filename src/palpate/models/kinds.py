@@ -75,20 +75,20 @@ class FEM(Elements):
         from rest to the loosest tolerance, which is far below their own error. The answer of one iteration from the
         frame before is also extrapolated to the limit of the levels.
         """
-        asked, last, found = grid.fem, len(case.body.levels) - 1, []
+        asked, last, variants = grid.fem, len(case.body.levels) - 1, []
         for level in range(last + 1):
             rest, linear, frame = (self.having(level=level, start=start) for start in ("rest", "linear", "frame"))
             if self.order == 2 and level == last:
-                found += rest.stopped([], asked.tolerances[:1])
+                variants += rest.stopped([], asked.tolerances[:1])
                 continue
             warm = [WARM], asked.warm_tolerances
             if len(case.prepared_contacts):
                 to_limit = frame.having(iterations=WARM, target=LIMIT)
-                found += [*linear.stopped(*warm), *frame.stopped(*warm), to_limit]
+                variants += [*linear.stopped(*warm), *frame.stopped(*warm), to_limit]
             else:
-                found += frame.stopped(*warm)
-            found += rest.stopped(asked.iterations, asked.tolerances)
-        return distinct(found)
+                variants += frame.stopped(*warm)
+            variants += rest.stopped(asked.iterations, asked.tolerances)
+        return distinct(variants)
 
 
 class FastFEM(Elements):
@@ -102,16 +102,16 @@ class FastFEM(Elements):
         The settings with most iterations, from rest and from the frame before, are also extrapolated to the limit of
         levels.
         """
-        asked, last, found = grid.fast_fem, len(case.body.levels) - 1, []
+        asked, last, variants = grid.fast_fem, len(case.body.levels) - 1, []
         for level in range(max(0, last - 1), last + 1):
             rest, linear, frame = (self.having(level=level, start=start) for start in ("rest", "linear", "frame"))
             frames = asked.finest_frame_iterations if level == last else FRAMES
             warm, cold = frame.stopped(frames), rest.stopped(asked.iterations)
             if len(case.prepared_contacts):
-                found += linear.stopped(asked.linear_iterations)
+                variants += linear.stopped(asked.linear_iterations)
                 warm, cold = ([*each, *(one.having(target=LIMIT) for one in each[-1:])] for each in (warm, cold))
-            found += [*warm, *cold, *rest.stopped([], asked.tolerances)]
-        return distinct(found)
+            variants += [*warm, *cold, *rest.stopped([], asked.tolerances)]
+        return distinct(variants)
 
 
 class LocalFEM(Model):
@@ -131,12 +131,12 @@ class LocalFEM(Model):
 
     def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return the meshes from small to large; each is stopped early from the frame before."""
-        finest, found = len(case.body.levels) - 1, []
+        finest, variants = len(case.body.levels) - 1, []
         for depth in (1, 2):
             if depth <= finest:
                 on = self.having(depth=depth, reach=1.5, order=2)
-                found.append(on.having(start="frame", iterations=WARM))
-        return found
+                variants.append(on.having(start="frame", iterations=WARM))
+        return variants
 
 
 class ContactModes(Model):
@@ -167,10 +167,10 @@ class ContactModes(Model):
 
         asked = grid.contact_modes
         whole = self.having(rings=50, thinned=0.003, modes="snapshots")
-        found = [whole.having(modes="columns"), whole.having(rings=1), whole.having(thinned=0.01), whole]
+        variants = [whole.having(modes="columns"), whole.having(rings=1), whole.having(thinned=0.01), whole]
         if asked.finer and reduced_level(case.body, self.nodes) < len(case.body.levels) - 1:
-            found.append(whole.having(modes="finer"))
-        return [each.having(target=target) for each in found for target in asked.targets]
+            variants.append(whole.having(modes="finer"))
+        return [each.having(target=target) for each in variants for target in asked.targets]
 
 
 class PODGalerkin(Model):
@@ -187,8 +187,8 @@ class PODGalerkin(Model):
         asked = grid.pod_galerkin
         *fewer, most = sorted({min(count, case.n_training) for count in asked.modes})
         *_, finest = asked.tolerances
-        found = [(count, finest) for count in fewer] + [(most, tolerance) for tolerance in asked.tolerances]
-        return [self.having(modes=count, thinned=tolerance) for count, tolerance in found]
+        variants = [(count, finest) for count in fewer] + [(most, tolerance) for tolerance in asked.tolerances]
+        return [self.having(modes=count, thinned=tolerance) for count, tolerance in variants]
 
 
 class LinearFEM(Model):
@@ -375,11 +375,11 @@ class Springs(Model):
     def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return iterations on the coarse level; of plain springs also on the middle one, where fits take long."""
         asked = grid.mass_spring
-        found = [self.having(level=0, iterations=count) for count in (1, 2, 3, 5, 8, 12, 20)]
+        variants = [self.having(level=0, iterations=count) for count in (1, 2, 3, 5, 8, 12, 20)]
         if len(case.body.levels) > 2 and not (self.nodal or self.volume):
             middle = self.having(level=1, samples=MIDDLE_SAMPLES)
-            found += [middle.having(iterations=count) for count in asked.middle_iterations]
-        return found
+            variants += [middle.having(iterations=count) for count in asked.middle_iterations]
+        return variants
 
 
 class ShapeMatching(Model):

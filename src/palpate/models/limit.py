@@ -27,8 +27,8 @@ def limit_columns(case: Case) -> np.ndarray:
     def make() -> np.ndarray:
         what = case.body, case.radius_m, before
         offline = case.share(("offline", *what), lambda: Offline(*what))
-        found = [target_columns(offline, case, LIMIT, int(contact)) for contact in case.prepared_contacts]
-        return np.ascontiguousarray(np.moveaxis(np.array(found), 3, 1))
+        responses = [target_columns(offline, case, LIMIT, int(contact)) for contact in case.prepared_contacts]
+        return np.ascontiguousarray(np.moveaxis(np.array(responses), 3, 1))
 
     case.use_compliance()
     return case.share(("limit columns", case.response), make, "limit columns")

@@ -84,7 +84,7 @@ class LocalAnswers:
 @numba.njit(cache=True, error_model="numpy")
 def turned(matrix, turn):
     """Return a symmetric ``matrix`` (3m, 3m) between nodes, whose blocks are turned by ``turn`` (3, 3)."""
-    found, part = np.empty_like(matrix), np.empty((3, 3))
+    product, part = np.empty_like(matrix), np.empty((3, 3))
     for a in range(0, len(matrix), 3):
         for b in range(0, a + 3, 3):
             for i in range(3):
@@ -97,8 +97,8 @@ def turned(matrix, turn):
                     value = 0.0
                     for k in range(3):
                         value += part[i, k] * turn[j, k]
-                    found[a + i, b + j] = found[b + j, a + i] = value
-    return found
+                    product[a + i, b + j] = product[b + j, a + i] = value
+    return product
 
 
 def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPoints, corners: int) -> LocalAnswers:
@@ -138,14 +138,14 @@ def pushed(blocks, nodes, at, forces):
 
     blocks : (k, k, 3, 3) compliance between nodes
     """
-    found = np.zeros((len(nodes), 3))
+    displacement = np.zeros((len(nodes), 3))
     for a in range(len(nodes)):
         for b in range(len(at)):
             block = blocks[nodes[a], at[b]]
             for i in range(3):
                 for j in range(3):
-                    found[a, i] += block[i, j] * forces[b, j]
-    return found
+                    displacement[a, i] += block[i, j] * forces[b, j]
+    return displacement
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -155,14 +155,14 @@ def carried(rest, weights, places, points, moved, numbers):
     rest : (q, 3) places of all points at rest; weights, places : (q, 6) as of ``LocalAnswers``
     moved : (m, 3) displacements of some nodes; numbers : (k,) of each node among these
     """
-    found = np.empty((len(points), 3))
+    carried_points = np.empty((len(points), 3))
     for c in range(len(points)):
         q = points[c]
-        found[c] = rest[q]
+        carried_points[c] = rest[q]
         for a in range(weights.shape[1]):
             for i in range(3):
-                found[c, i] += weights[q, a] * moved[numbers[places[q, a]], i]
-    return found
+                carried_points[c, i] += weights[q, a] * moved[numbers[places[q, a]], i]
+    return carried_points
 
 
 def numbered(nodes: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

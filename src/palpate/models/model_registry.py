@@ -118,6 +118,6 @@ def check_own(file: Path, own: Mapping[str, str]) -> None:
 def _recipe(name: str, own: Mapping[str, str]) -> dict[str, Any]:
     if name in own:
         return {"place": str(own[name]), "fields": {}}
-    found = MODELS[name]
-    chosen = {key: getattr(found, key) for key in sorted(found.model_fields_set)}
-    return {"place": f"{kinds.__name__}:{type(found).__name__}", "fields": chosen}
+    model = MODELS[name]
+    chosen = {key: getattr(model, key) for key in sorted(model.model_fields_set)}
+    return {"place": f"{kinds.__name__}:{type(model).__name__}", "fields": chosen}

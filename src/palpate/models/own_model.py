@@ -45,10 +45,10 @@ class OwnModel(Model):
         """Return what its ``tried(case)`` lists, or itself."""
         if not hasattr(self.own, "tried") or type(self.own).tried is Model.tried:
             return [self]
-        found = _named(self.place, self.own.tried, case)
-        if not (isinstance(found, list) and all(isinstance(each, type(self.own)) for each in found)):
+        variants = _named(self.place, self.own.tried, case)
+        if not (isinstance(variants, list) and all(isinstance(each, type(self.own)) for each in variants)):
             raise InputError(f"{self.place}: tried returns no list of such models; {MODEL_GUIDE}.")
-        return [self.having(own=each) for each in found]
+        return [self.having(own=each) for each in variants]
 
     def prepare(self, case: Case) -> Solver:
         solver = _named(self.place, self.own.prepare, case)
@@ -70,9 +70,9 @@ def as_model(own: Any, place: str = "a model", answers: str = ANSWERS[0]) -> Mod
     for name, value in declared.items():
         if not any(value is each or (isinstance(each, str) and value == each) for each in DECLARED[name]):
             raise InputError(f"{place}: {name} is {value!r}; give {' or '.join(map(repr, DECLARED[name]))}.")
-    told = declared | {"place": place, "answers": answers}
-    told |= {"called": type(own).__name__.lower(), "law": str(getattr(own, "law", ""))}
-    kind: type[OwnModel] = type("OwnModel", (OwnModel,), {"__module__": __name__, **told})
+    declarations = declared | {"place": place, "answers": answers}
+    declarations |= {"called": type(own).__name__.lower(), "law": str(getattr(own, "law", ""))}
+    kind: type[OwnModel] = type("OwnModel", (OwnModel,), {"__module__": __name__, **declarations})
     return kind(own=own)
 
 
@@ -82,14 +82,16 @@ def load_own(name: str, path: Path, answers: str = ANSWERS[0]) -> Model:
     answers : as of ``as_model``
     """
     module = import_file(path, f"own_models.{name}")
-    found = [
+    classes = [
         each
         for each in vars(module).values()
         if isinstance(each, type) and each.__module__ == module.__name__ and callable(getattr(each, "prepare", None))
     ]
-    if len(found) != 1:
-        raise InputError(f"{path}: has {'several classes' if found else 'no class'} with prepare(case); {MODEL_GUIDE}.")
-    return as_model(_named(str(path), found[0]), str(path), answers)
+    if len(classes) != 1:
+        raise InputError(
+            f"{path}: has {'several classes' if classes else 'no class'} with prepare(case); {MODEL_GUIDE}."
+        )
+    return as_model(_named(str(path), classes[0]), str(path), answers)
 
 
 def own_settings(

@@ -126,8 +126,8 @@ def _reduced(
     chosen = np.unique(np.linspace(0, coordinates.shape[1] - 1, CHOOSING_SAMPLES).round().astype(int))
     beyond = np.linalg.norm(pulls - coordinates, axis=0)[chosen]
     share = float(np.min(np.linalg.norm(pulls, axis=0)[chosen] / np.maximum(beyond, 1e-300)))
-    ways = np.array([part * q for q in coordinates.T[chosen] for part in PARTS])
-    return hyper_reduced(model, ways, min(1.0, share) * tolerance)
+    states = np.array([part * q for q in coordinates.T[chosen] for part in PARTS])
+    return hyper_reduced(model, states, min(1.0, share) * tolerance)
 
 
 prepare = Galerkin

@@ -88,9 +88,9 @@ class BodyAtRest:
     def answers(self, loads: np.ndarray, residual: float = RESIDUAL) -> tuple[np.ndarray, np.ndarray]:
         """Return linear responses (n, 3, k) [m] to ``loads`` (n, 3, k) [N], and their changes from the coarse level."""
         flat = self.up.T @ loads.reshape(len(loads), -1)
-        found = self.elements.solve(loads, residual)
+        responses = self.elements.solve(loads, residual)
         coarse = self.coarse.solve(flat.reshape(-1, 3, loads.shape[2]), residual)
-        return found, found - (self.up @ coarse.reshape(len(coarse), -1)).reshape(found.shape)
+        return responses, responses - (self.up @ coarse.reshape(len(coarse), -1)).reshape(responses.shape)
 
     def spread(self, patch: Patch) -> np.ndarray:
         """Return the loads (n, 3, 3) [N] of 1 N on ``patch`` along x, y and z."""

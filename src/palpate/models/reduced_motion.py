@@ -93,9 +93,9 @@ class ReducedMotion(Midpoint):
                 if not cholesky.factor(hessian):
                     raise NotConverged("the reduced body has lost its stiffness; take tighter cells", [])
                 self._factor = hessian
-            found = force.copy()
-            cholesky.solve(self._factor, found[:, 0])
-            return found
+            solution = force.copy()
+            cholesky.solve(self._factor, solution[:, 0])
+            return solution
 
         return solve
 
@@ -144,7 +144,7 @@ def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> M
     return MotionInModes(body.on_surface(body.modes.limit, ends), h, reached, np.array(seconds), balance)
 
 
-def misses(motion: ReducedMotion, found: MotionInModes) -> float:
+def misses(motion: ReducedMotion, simulated: MotionInModes) -> float:
     """Estimate the error [m] of a motion in modes, RMS over the surface, from its modes, cubature points and levels.
 
     At SAMPLES instants the residual of the elements that were reduced, moved alike, is answered by a static response.
@@ -152,14 +152,14 @@ def misses(motion: ReducedMotion, found: MotionInModes) -> float:
     in a body that swings or is about to buckle; the part outside of the modes counts as it is. Of the levels counts
     what a ratio RATIO_DOUBT lower would change.
     """
-    body, h, elements = motion.body, found.step_s, motion.body.at_rest.motion
-    count, modes = len(found.reached), body.modes
+    body, h, elements = motion.body, simulated.step_s, motion.body.at_rest.motion
+    count, modes = len(simulated.reached), body.modes
     numbers = np.unique(np.linspace(0, count - 1, SAMPLES + 1).round().astype(int)[1:])
     # residuals of the elements at some instants, within the modes and outside
     shares, outside = [np.zeros_like(motion.rest)], 0.0
     for number in numbers:
-        before = found.reached[number - 1].v if number else np.zeros_like(motion.rest)
-        after, q = found.reached[number].v, found.reached[number].middle
+        before = simulated.reached[number - 1].v if number else np.zeros_like(motion.rest)
+        after, q = simulated.reached[number].v, simulated.reached[number].middle
         x, v, a = (modes.own @ each[:, 0] for each in (q, (before + after) / 2.0, (after - before) / h))
         load = _sum(motion.nodal, (number + 0.5) * h)
         lacking = elements.unbalanced_response(x, v, a, load, motion.rayleigh, MISSED_RESIDUAL)
@@ -175,9 +175,9 @@ def misses(motion: ReducedMotion, found: MotionInModes) -> float:
         states = [each.x for each in motion.steps(h, count, TOLERANCE)]
     finally:
         motion.extra = None
-    every = count // len(found.moved)
-    built_up = body.on_surface(modes.limit, states[every - 1 :: every]) - found.moved
-    ends = [each.x for each in found.reached[every - 1 :: every]]
+    every = count // len(simulated.moved)
+    built_up = body.on_surface(modes.limit, states[every - 1 :: every]) - simulated.moved
+    ends = [each.x for each in simulated.reached[every - 1 :: every]]
     of_levels = RATIO_DOUBT * body.at_rest.gain * body.on_surface(modes.limit - modes.own, ends)
     mean = [float(np.mean(np.sum(each**2, axis=2))) for each in (built_up, of_levels)]
     return float(np.sqrt(outside + sum(mean)))

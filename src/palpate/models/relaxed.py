@@ -59,9 +59,9 @@ class RelaxedElements:
 
     _relax: Callable[..., tuple[np.ndarray, np.ndarray]]
 
-    def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
+    def __init__(self, body: Body, level: int, held: np.ndarray, options: Any):
         mesh = body.levels[level]
-        self._elements, self._asked = LinearElements(mesh, body.tissue(level)), asked
+        self._elements, self._asked = LinearElements(mesh, body.tissue(level)), options
         self._bed = None if body.bed is None else BedSprings(mesh, body.bed)
 
     def relax(
@@ -100,12 +100,12 @@ class RelaxedElements:
 class ByXpbd(RelaxedElements):
     """Extended position-based dynamics; its step is in units of 1/ω of a node that swings between resting ones."""
 
-    def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
-        super().__init__(body, level, held, asked)
+    def __init__(self, body: Body, level: int, held: np.ndarray, options: Any):
+        super().__init__(body, level, held, options)
         masses = particles_of(body, level, surface=False).masses
-        self._step_s = asked.step * float(np.median(np.sqrt(masses / self._elements.resistance())))
+        self._step_s = options.step * float(np.median(np.sqrt(masses / self._elements.resistance())))
         xpbd = Xpbd(self._elements, masses, held, self._bed)
-        self._relax = partial(xpbd.relax, steps=asked.steps, iterations=asked.iterations, step_s=self._step_s)
+        self._relax = partial(xpbd.relax, steps=options.steps, iterations=options.iterations, step_s=self._step_s)
 
     def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
         obstacle = InstrumentConstraints(nodes, pose)
@@ -116,10 +116,10 @@ class ByXpbd(RelaxedElements):
 class ByBlockDescent(RelaxedElements):
     """Vertex block descent: sweeps over the nodes."""
 
-    def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
-        super().__init__(body, level, held, asked)
+    def __init__(self, body: Body, level: int, held: np.ndarray, options: Any):
+        super().__init__(body, level, held, options)
         descent = VertexBlockDescent(self._elements, held, self._bed)
-        self._relax = partial(descent.relax, sweeps=asked.sweeps, radius=asked.radius)
+        self._relax = partial(descent.relax, sweeps=options.sweeps, radius=options.radius)
 
     def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
         contact = NodeContact(nodes, self._penalties[nodes], pose)
@@ -130,10 +130,10 @@ class ByBlockDescent(RelaxedElements):
 class ByProjections(RelaxedElements):
     """Projective dynamics: iterations with one constant matrix."""
 
-    def __init__(self, body: Body, level: int, held: np.ndarray, asked: Any):
-        super().__init__(body, level, held, asked)
+    def __init__(self, body: Body, level: int, held: np.ndarray, options: Any):
+        super().__init__(body, level, held, options)
         self._projective = ProjectiveDynamics(self._elements, held, self._bed)
-        self._relax = partial(self._projective.relax, iterations=asked.iterations, memory=asked.memory)
+        self._relax = partial(self._projective.relax, iterations=options.iterations, memory=options.memory)
 
     def under(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
         contact, asked = NodeContact(nodes, self._penalties[nodes], pose), self._asked
@@ -148,10 +148,10 @@ METHODS: dict[str, type[RelaxedElements]] = {
 }
 
 
-def relaxed(method: str, body: Body, level: int, held: np.ndarray, asked: Any) -> RelaxedElements:
+def relaxed(method: str, body: Body, level: int, held: np.ndarray, options: Any) -> RelaxedElements:
     """Return the elements of a level as ``method`` relaxes them; Refused for a body of another law."""
     refuse_law(body, method)
-    return METHODS[method](body, level, held, asked)
+    return METHODS[method](body, level, held, options)
 
 
 class Relaxed(Solver):
@@ -197,9 +197,9 @@ prepare = Relaxed
 class RelaxedTouch(NodeTouch):
     """Elements that are relaxed at each step of the instrument."""
 
-    def __init__(self, case: TouchCase, method: str, level: int, asked: Any):
+    def __init__(self, case: TouchCase, method: str, level: int, options: Any):
         super().__init__(case, level)
-        self._body = relaxed(method, case.body, level, self.held, asked)
+        self._body = relaxed(method, case.body, level, self.held, options)
 
     def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
         return self._body.under(nodes, pose)
@@ -211,10 +211,10 @@ class RelaxedTouch(NodeTouch):
 class RelaxedGrasp(TouchSolver):
     """Relaxed elements for each place that is grasped, with its nodes held; NotConverged where it has no node."""
 
-    def __init__(self, case: TouchCase, method: str, level: int, asked: Any):
+    def __init__(self, case: TouchCase, method: str, level: int, options: Any):
         self._shape, self._mesh, self._up = case.body, case.body.levels[level], to_surface(case.body, level)
         self._anchored = held_on(case.body, level)
-        self._holding = partial(relaxed, method, case.body, level, asked=asked)
+        self._holding = partial(relaxed, method, case.body, level, asked=options)
         self._places: dict[int, tuple[np.ndarray, RelaxedElements]] = {}
 
     def prepare(self, touch: Touch) -> None:
@@ -229,8 +229,8 @@ class RelaxedGrasp(TouchSolver):
         shifts = np.broadcast_to(touch.depth_m * touch.direction, rest.shape)
         x = dragged(rest, nodes, shifts, lambda x: body.relax(x)[0])
         force, felt = -body.force(x)[nodes].sum(axis=0), body.supported(x, self._anchored)
-        way = touch.direction
-        return Touched(self._up @ (x - rest), float(force @ way), reaction_n=float(felt @ way))
+        direction = touch.direction
+        return Touched(self._up @ (x - rest), float(force @ direction), reaction_n=float(felt @ direction))
 
 
 def settings(case: TouchCase, method: str) -> list[Setting]:
@@ -238,21 +238,21 @@ def settings(case: TouchCase, method: str) -> list[Setting]:
     return on_own_levels(case, getattr(case.grid.relaxed, method))
 
 
-def online(case: TouchCase, method: str, level: int, **asked: float) -> TouchSolver:
+def online(case: TouchCase, method: str, level: int, **options: float) -> TouchSolver:
     """Return the solver of touches by instruments, or of grasps, whose places are prepared when they are asked for.
 
-    asked : fields of the method's settings
+    options : fields of the method's settings
     """
     kind = RelaxedGrasp if case.instrument.kind == GRASP else RelaxedTouch
-    return kind(case, method, level, SimpleNamespace(**asked))
+    return kind(case, method, level, SimpleNamespace(**options))
 
 
 class CutRelaxed(LevelModel):
     """Elements on a cut level that are relaxed at each step of the hooks; ``asked`` as of ``online``."""
 
-    def __init__(self, method: str, case: CutCase, level: int, way: str = VIRTUAL_NODES, **asked: float):
+    def __init__(self, method: str, case: CutCase, level: int, way: str = VIRTUAL_NODES, **options: float):
         super().__init__(case, level, way)
-        self._method, self._asked = method, SimpleNamespace(**asked)
+        self._method, self._asked = method, SimpleNamespace(**options)
         refuse_law(case.body, method)
 
     def cut(self, cuts: Sequence[Cut]) -> None:

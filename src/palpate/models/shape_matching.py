@@ -247,14 +247,14 @@ class ShapesTouch(NodeTouch):
             for beta in BETAS:
                 words = effects.ShapeMatching(mode=mode, alpha=alpha, beta=beta, clusters=grouped)
                 self._matching = shape_matching.make(particles, words)
-                found = [self.respond(touch) for touch in touches]
-                off = [_rmse(one, other) for one, other in zip(found, right, strict=True)]
-                tried.append((float(np.mean(off)), self._matching, found))
-        least, self._matching, found = min(tried, key=lambda each: each[0])
+                answers = [self.respond(touch) for touch in touches]
+                off = [_rmse(one, other) for one, other in zip(answers, right, strict=True)]
+                tried.append((float(np.mean(off)), self._matching, answers))
+        least, self._matching, answers = min(tried, key=lambda each: each[0])
         if not np.isfinite(least):
             raise NotConverged(f"{case.body.name}: shapes do not come to rest under any touch", [float("nan")])
         # a force goes as the inverse of the square of the step
-        self._step_s = 1.0 / np.sqrt(force_scale(found, right))
+        self._step_s = 1.0 / np.sqrt(force_scale(answers, right))
 
     def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
         obstacle, inverse = InstrumentConstraints(nodes, pose), np.where(self.held, 0.0, 1.0 / self._masses)

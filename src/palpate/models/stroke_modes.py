@@ -58,7 +58,7 @@ class StrokeModes:
 
 
 def learn(
-    system: System, shown: np.ndarray, points: ContactPoints, asked: Touching, anywhere: bool = False
+    system: System, shown: np.ndarray, points: ContactPoints, settings: Touching, anywhere: bool = False
 ) -> StrokeModes:
     """Return modes of displacements ``shown`` (s, n, 3) [m] of quadratic elements, and the energy in them.
 
@@ -77,14 +77,14 @@ def learn(
         )
     seen = np.ascontiguousarray(shown.transpose(1, 2, 0), dtype=float)
     pulls = elements.multiply(seen)
-    strongest = seen @ strongest_of(products(seen, pulls), asked.modes)
-    columns = orthonormal(elements, np.dstack([_swings(system, whole, elements, motion, asked), strongest]))
+    strongest = seen @ strongest_of(products(seen, pulls), settings.modes)
+    columns = orthonormal(elements, np.dstack([_swings(system, whole, elements, motion, settings), strongest]))
     masses, turns = np.linalg.eigh(products(columns, (motion.masses @ columns.reshape(len(columns), -1))))
     modes = columns @ turns
     touched = np.zeros(len(elements.rest), dtype=bool)
     touched[points.interpolation.indices] = True
-    near, states = touched[elements.couples].any(axis=1), states_of(products(pulls, modes), asked.states)
-    model = energy_of_elements(elements, modes, near, states, asked.thinning, np.random.default_rng(0))
+    near, states = touched[elements.couples].any(axis=1), states_of(products(pulls, modes), settings.states)
+    model = energy_of_elements(elements, modes, near, states, settings.thinning, np.random.default_rng(0))
     rows = (points.interpolation @ modes.reshape(len(modes), -1)).reshape(-1, 3, len(masses))
     if not anywhere:
         return StrokeModes(body, elements, motion, modes, masses, model, points, rows)
@@ -94,7 +94,7 @@ def learn(
 
 
 def _swings(
-    system: System, whole: Body, elements: ElementsAtRest, motion: QuadraticMotion, asked: Touching
+    system: System, whole: Body, elements: ElementsAtRest, motion: QuadraticMotion, settings: Touching
 ) -> np.ndarray:
     """Return responses (n, 3, k) to the inertia of the slowest vibrations of linear elements on the same mesh."""
     particles, stiffness = system.particles, system.stiffness(system.particles.nodes, definite=True)
@@ -102,7 +102,7 @@ def _swings(
     system.hold(stiffness)
     factor, free = Factor(stiffness), system.free[:, None]
     slow, _ = vibrations(
-        lambda f: factor.solve(np.where(free, f, 0.0)), particles.masses, system.free, asked.vibrations
+        lambda f: factor.solve(np.where(free, f, 0.0)), particles.masses, system.free, settings.vibrations
     )
     up = whole.prolongations[len(whole.levels) - 2]
     inertia = motion.masses @ (up @ slow.transpose(1, 2, 0).reshape(len(free), -1))

@@ -70,20 +70,20 @@ def make(system: System, stepping: Stepping) -> "TouchingMotion":
     InputError as ``prepare``, and for modes of another body.
     """
     (contact, own), asked = _touched(system), stepping.touching or Touching()
-    found = asked.learnt if isinstance(asked, Learnt) else None
-    body: StrokeModes = found or prepare(system, asked, until_s=stepping.duration_s)
+    learnt = asked.learnt if isinstance(asked, Learnt) else None
+    body: StrokeModes = learnt or prepare(system, asked, until_s=stepping.duration_s)
     check_same(body.body, own)
     return TouchingMotion(system, body, contact.instruments_on(), asked.tolerance)
 
 
 def prepare(
     system: System,
-    asked: Touching,
+    settings: Touching,
     shown: np.ndarray | None = None,
     passing: Sequence[Contact] | None = None,
     until_s: float = 0.0,
 ) -> StrokeModes:
-    """Learn the modes that ``asked``, the block ``touching`` of a scene, describes; see ``learn``.
+    """Learn the modes that ``settings``, the block ``touching`` of a scene, describes; see ``learn``.
 
     shown : (s, n, 3) [m] motions of quadratic elements to learn from; None simulates strokes on the path's neighbours
     passing : other contacts, whose instruments may touch the body too; as strokes need not be like these, dents have
@@ -97,13 +97,13 @@ def prepare(
     near = strokes.neighbours(own) if passing is None else passing
     if shown is None:
         shown = strokes.shown(body, near, rates(system), until_s)
-    return learn(system, shown, strokes.points_of(body, [own, *near]), asked, anywhere=passing is not None)
+    return learn(system, shown, strokes.points_of(body, [own, *near]), settings, anywhere=passing is not None)
 
 
 def rates(system: System) -> Rayleigh:
     """Return the rates of Rayleigh damping, summed over the effects of a system."""
-    found = [effect.damping_rates for _, effect in system.offering(Proportional)]
-    return Rayleigh(mass_1_s=sum(each[0] for each in found), stiffness_s=sum(each[1] for each in found))
+    of_effects = [effect.damping_rates for _, effect in system.offering(Proportional)]
+    return Rayleigh(mass_1_s=sum(each[0] for each in of_effects), stiffness_s=sum(each[1] for each in of_effects))
 
 
 def _touched(system: System) -> tuple[Instrumented, Body]:
@@ -126,11 +126,11 @@ def _touched(system: System) -> tuple[Instrumented, Body]:
         )
     if system.free.all():
         raise InputError("it needs a body that is held, as one that is not drifts out of all modes; hold it.")
-    found = [effect for _, effect in system.offering(Instrumented)]
-    if len(found) != 1:
+    instrumented = [effect for _, effect in system.offering(Instrumented)]
+    if len(instrumented) != 1:
         raise InputError("it is for a body that instruments touch; choose bdf2.")
-    found[0].instruments_on()  # refuses bodies that touch
-    return found[0], body
+    instrumented[0].instruments_on()  # refuses bodies that touch
+    return instrumented[0], body
 
 
 def held_met(system: System, contact: InstrumentContact) -> tuple[float, str]:
@@ -291,8 +291,8 @@ class TouchingMotion:
         """Tabulate each point inside an instrument, with the columns of ``Contact.contacts``; friction is no part."""
         gaps, normals = gaps_of(self._places, self._tools)
         tool, point = np.nonzero(gaps < 0.0)
-        ways = (self._tools.tips - self._tools_before.tips) / max(self._length, np.finfo(float).tiny)
-        moving = self._speeds[point] - ways[tool]
+        travel = (self._tools.tips - self._tools_before.tips) / max(self._length, np.finfo(float).tiny)
+        moving = self._speeds[point] - travel[tool]
         names = np.array([each.name for each in self.contact.obstacles], dtype=object)
         columns = {"first": self._system.particles.name, "second": names[tool]}
         for start, values, unit in (
@@ -345,8 +345,8 @@ class TouchingMotion:
 
         It resists motion from ``base`` (r + 3m,) and instruments at ``start``, in the time ``reach`` [s].
         """
-        ways, slip = touch[3].tips - start.tips, self.contact.slip_m_s * reach
-        return rubbing_of(placed(z, touch), touch[2], at, self.contact.friction, placed(base, touch), ways, slip)
+        travel, slip = touch[3].tips - start.tips, self.contact.slip_m_s * reach
+        return rubbing_of(placed(z, touch), touch[2], at, self.contact.friction, placed(base, touch), travel, slip)
 
     def _found(self, z: np.ndarray, problem: Problem, touch: tuple, rubbing: Rubbing, known: Known) -> Known:
         """Minimise from ``z`` on, in place, and return what ``minimise`` does; NotConverged if it is not found."""

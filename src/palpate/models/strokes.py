@@ -76,11 +76,11 @@ def roaming(particles: Particles, contact: Contact, half_width_m: float, count: 
     middle = (points.mean(axis=0) + np.array(tool.shifts_m, dtype=float).mean(axis=0)) @ frame.T
     size = max(WITHIN_M, float(np.linalg.norm(shape, axis=1).max()) + radius)
     surface = particles.nodes[np.unique(particles.triangles)] @ frame.T
-    found: list[Contact] = []
+    strokes: list[Contact] = []
     for _ in range(100 * count):
         x, y = middle[:2] + rng.uniform(-half_width_m, half_width_m, 2)
-        way, turn, depth = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, np.pi), rng.uniform(*DEPTHS_M)
-        ends = np.array([[x, y], [x + LENGTH_M * np.cos(way), y + LENGTH_M * np.sin(way)]])
+        heading, turn, depth = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, np.pi), rng.uniform(*DEPTHS_M)
+        ends = np.array([[x, y], [x + LENGTH_M * np.cos(heading), y + LENGTH_M * np.sin(heading)]])
         heights = [_height(surface, end, WITHIN_M) for end in ends]
         if np.abs(ends - middle[:2]).max() > half_width_m or min(heights) == -np.inf:
             continue
@@ -92,9 +92,9 @@ def roaming(particles: Particles, contact: Contact, half_width_m: float, count: 
         placed = dict(zip(["center_m"] if isinstance(tool, Ball) else ["from_m", "to_m"], turned.tolist(), strict=True))
         stroke = list(contact.instruments)
         stroke[moving] = tool.but(**placed, times_s=list(TIMES_S), shifts_m=shifts.tolist())
-        found.append(contact.but(instruments=stroke))
-        if len(found) == count:
-            return found
+        strokes.append(contact.but(instruments=stroke))
+        if len(strokes) == count:
+            return strokes
     raise InputError(f"{particles.name} has no surface below most of the region; give another path or a smaller one.")
 
 
@@ -125,14 +125,14 @@ def points_of(body: Body, contacts: Sequence[Contact]) -> ContactPoints:
     """
 
     def near(places: np.ndarray) -> np.ndarray:
-        found = np.zeros(len(places), dtype=bool)
+        close = np.zeros(len(places), dtype=bool)
         for contact in contacts:
             tools = instruments_of(body, contact)
             stops = [float(tool.times_s[-1]) for tool in contact.instruments if tool.times_s]
             for t in np.linspace(0.0, max(stops, default=0.0), PLACES):
                 at = tools.at(t)
-                found |= (gaps_of(places, at)[0] < MARGIN * at.radii[:, None]).any(axis=0)
-        return found
+                close |= (gaps_of(places, at)[0] < MARGIN * at.radii[:, None]).any(axis=0)
+        return close
 
     try:
         return contact_points(body.fine, 2, body.material.young_pa, near)
@@ -155,14 +155,14 @@ def shown(
     A stroke whose motion is not found is left out; NotConverged if fewer than LEAST_SHARE are found.
     """
     points, steps = points_of(body, contacts), max(LEAST_STEPS, round(duration_s / STEP_S))
-    points, found = replace(points, penalty=points.penalty / STIFFER), []
+    points, states = replace(points, penalty=points.penalty / STIFFER), []
     for contact in progress(list(contacts)):
         motion = elements_under(body, contact, rayleigh, points)
         try:
             reached = motion.touched_steps(duration_s / steps, steps, TOLERANCE, passes=1)
-            found.append(np.array([each.x - motion.rest for each in reached]))
+            states.append(np.array([each.x - motion.rest for each in reached]))
         except NotConverged as failure:
             last = failure
-    if len(found) < LEAST_SHARE * len(contacts):
-        raise NotConverged(f"{len(contacts) - len(found)} of {len(contacts)} strokes are not found: {last}", [])
-    return np.concatenate(found)
+    if len(states) < LEAST_SHARE * len(contacts):
+        raise NotConverged(f"{len(contacts) - len(states)} of {len(contacts)} strokes are not found: {last}", [])
+    return np.concatenate(states)

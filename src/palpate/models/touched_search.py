@@ -64,13 +64,13 @@ def add_contact(whole, points, touch, rubbing, force):
 def pulled_by(force, touch, size):
     """Return the forces on the unknowns, (``size``,), of forces (c, 3) [N] on the contact points."""
     rows, _, _, _, weights, nodes = touch
-    wide, found = rows.shape[1], np.zeros(size)
-    found[:wide] = np.dot(force.ravel(), rows)
+    wide, pull = rows.shape[1], np.zeros(size)
+    pull[:wide] = np.dot(force.ravel(), rows)
     for c in range(len(weights)):
         for a in range(weights.shape[1]):
             for i in range(3):
-                found[wide + 3 * nodes[c, a] + i] += weights[c, a] * force[c, i]
-    return found
+                pull[wide + 3 * nodes[c, a] + i] += weights[c, a] * force[c, i]
+    return pull
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -162,16 +162,16 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
         if not slope < 0.0 or (left <= enough and rounds >= fewest) or rounds == most:
             break
         # the length of the step, shortened by quadratic interpolation
-        length, found = 1.0, False
+        length, accepted = 1.0, False
         while length > 1e-5:
             reached = z + length * ahead
             less, pulled = elastic(reached[:wide].copy(), body, scratch)
             there, away, points, bent = valued(reached, less, *problem)
             if there <= value + 1e-4 * length * slope + ROUNDING * abs(value):
-                found = True
+                accepted = True
                 break
             length *= min(0.5, max(0.1, -0.5 * slope * length / (there - value - slope * length)))
-        if not found:
+        if not accepted:
             break
         step = reached[:wide] - z[:wide]
         improve(hessian, step, inertia * step + share * (pulled - own))

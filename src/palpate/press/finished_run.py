@@ -44,8 +44,8 @@ class FinishedRun:
         """Return the rows of a scene in its first split; InputError for one that was not measured."""
         if scene not in self.scenes:
             raise InputError(f"--scene {scene} is not in {self.results}; choose from {', '.join(self.scenes)}.")
-        found = self.table[self.table["scene"] == scene]
-        return found[found["split"] == found["split"].min()]
+        rows = self.table[self.table["scene"] == scene]
+        return rows[rows["split"] == rows["split"].min()]
 
     def folder(self, scene: str) -> Path:
         """Return where the data of a scene are."""

@@ -51,11 +51,11 @@ def lines(row: pd.Series) -> str:
     """Return lines for the terminal about a row of advice: what to take, or none and the nearest, and why."""
     head = f"{row['scene']}, {say('limit', row)}: {row['model']}"
     statements = ("nearest", "because") if row["model"] == NONE else STATEMENTS
-    told = {statement: say(statement, row) for statement in statements}
+    statements_made = {statement: say(statement, row) for statement in statements}
     if row["model"] != NONE:
         head += "" if row["setting"] == "default" else f" {row['setting']}"
-        told = {"beware": say("exceeded", row)} | told
-    return _plain([head, *(f"  {name:<8}  {text}" for name, text in told.items() if text)])
+        statements_made = {"beware": say("exceeded", row)} | statements_made
+    return _plain([head, *(f"  {name:<8}  {text}" for name, text in statements_made.items() if text)])
 
 
 def _plain(text: list[str]) -> str:
@@ -70,14 +70,14 @@ def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
     advice = advice[advice["error"] == kind]
     width = max(len(say("limit", row)) for _, row in advice.iterrows())
     of = {"force": "the peak force", "patch": "the peak displacement at the patch"}.get(kind, "the peak displacement")
-    found = []
+    lines = []
     for scene, rows in advice.groupby("scene", sort=False):
-        found.append(f"Advice for {scene} (mean error as a share of {of}):")
-        found += [f"  {say('limit', row):{width}}  {say('taken', row)}" for _, row in rows.iterrows()]
+        lines.append(f"Advice for {scene} (mean error as a share of {of}):")
+        lines += [f"  {say('limit', row):{width}}  {say('taken', row)}" for _, row in rows.iterrows()]
         least = rows[[KINDS.get(kind, KINDS["rms"]), "max_error"]].min(axis=None)
         scene_known = rows.iloc[0].to_dict() | {"reference_error": rows["reference_error"].max(), "least": least}
-        found.append(f"  {say('known', pd.Series(scene_known))}")
-    return _plain([line for line in found if line.strip()])
+        lines.append(f"  {say('known', pd.Series(scene_known))}")
+    return _plain([line for line in lines if line.strip()])
 
 
 def by_limit(advice: pd.DataFrame, names: dict[str, str], cell: Callable[[pd.Series], str]) -> pd.DataFrame:

@@ -50,78 +50,78 @@ class Asked(NamedTuple):
         return tables.read(path) if path.is_file() else None
 
 
-def advise(asked: Asked, scene: str | None) -> str:
+def advise(request: Asked, scene: str | None) -> str:
     """Advise for one scene, or for all that have what is asked for.
 
     InputError for tables that the run lacks, for a scene that they lack, and where no scene has such a limit.
     """
-    found = {name: table for name in asked.sources if (table := asked.table(name)) is not None}
-    if asked.load and not found:
-        raise InputError(f"{asked.results} has no any_load.csv; type make full, or give tradeoff an any_load.")
-    found = found or {name: tables.read(asked.results / f"tables/{name}.csv") for name in asked.sources[:1]}
-    if asked.error == "force" and MOTIONS in found:
-        found[MOTIONS] = found[MOTIONS].dropna(subset="force_rms_of_peak")
-    known = {each: name for name, table in found.items() for each in tables.scenes(table)}
+    measured = {name: table for name in request.sources if (table := request.table(name)) is not None}
+    if request.load and not measured:
+        raise InputError(f"{request.results} has no any_load.csv; type make full, or give tradeoff an any_load.")
+    measured = measured or {name: tables.read(request.results / f"tables/{name}.csv") for name in request.sources[:1]}
+    if request.error == "force" and MOTIONS in measured:
+        measured[MOTIONS] = measured[MOTIONS].dropna(subset="force_rms_of_peak")
+    known = {each: name for name, table in measured.items() for each in tables.scenes(table)}
     if not known:
         raise InputError(
-            f"no scene in {asked.results} is judged by force; leave --error force out, or type make touch."
+            f"no scene in {request.results} is judged by force; leave --error force out, or type make touch."
         )
     if scene is not None and scene not in known:
-        raise InputError(f"--scene {scene} is not in {asked.results}; choose from {', '.join(known)}.")
-    rows = {each: tables.where(found[known[each]], scene=each) for each in ([scene] if scene else known)}
-    refused = {each: text for each in rows if (text := _refusal(asked, known[each], rows[each]))}
+        raise InputError(f"--scene {scene} is not in {request.results}; choose from {', '.join(known)}.")
+    rows = {each: tables.where(measured[known[each]], scene=each) for each in ([scene] if scene else known)}
+    refused = {each: text for each in rows if (text := _refusal(request, known[each], rows[each]))}
     if len(refused) == len(rows):
         raise InputError([*refused.values()][-1])
-    return "\n".join(refused.get(each) or _advice(asked, known[each], rows[each]) for each in rows)
+    return "\n".join(refused.get(each) or _advice(request, known[each], rows[each]) for each in rows)
 
 
-def _refusal(asked: Asked, source: str, rows: pd.DataFrame) -> str:
+def _refusal(request: Asked, source: str, rows: pd.DataFrame) -> str:
     """Say which limit a scene cannot have, a patch or a speed; empty where it can."""
     scene = rows["scene"].iloc[0]
-    if asked.error == "patch" and (source == MOTIONS or (source == "advice" and "patch" not in set(rows["error"]))):
+    if request.error == "patch" and (source == MOTIONS or (source == "advice" and "patch" not in set(rows["error"]))):
         return (
             f"{scene}: models of a scene that moves are judged over its surface and by force, and not where it is "
             "pressed, of which motion_truth.csv has the truth's own error alone; leave --error patch out."
         )
-    if "speeds" in asked.limits and source != MOTIONS:
+    if "speeds" in request.limits and source != MOTIONS:
         return f"{scene}: what is pressed and does not move has no speed; leave --speed out."
     return ""
 
 
-def _advice(asked: Asked, source: str, rows: pd.DataFrame) -> str:
+def _advice(request: Asked, source: str, rows: pd.DataFrame) -> str:
     """Advise for one scene, of which a table has these rows."""
     if source == "advice":
-        return advice_list(rows, asked.error)
+        return advice_list(rows, request.error)
     if source == "accuracy_vs_time":
-        errors: Any = read_errors(asked.results / "data", rows)
-        return lines(adviser.advise(rows, errors, **asked.limits, kinds=[asked.error]).iloc[0])
+        errors: Any = read_errors(request.results / "data", rows)
+        return lines(adviser.advise(rows, errors, **request.limits, kinds=[request.error]).iloc[0])
     if source == "touch":  # without a limit, what is nearest to the true force whatever time it takes
-        return lines(adviser.choice(adviser.touches(rows), asked.limit))
+        return lines(adviser.choice(adviser.touches(rows), request.limit))
     if source == "any_load":
-        return _of_loads(asked, rows)
-    return _of_motion(asked, rows)
+        return _of_loads(request, rows)
+    return _of_motion(request, rows)
 
 
-def _of_loads(asked: Asked, rows: pd.DataFrame) -> str:
+def _of_loads(request: Asked, rows: pd.DataFrame) -> str:
     """Advise for one kind of load, or for each."""
-    if not asked.limits:
+    if not request.limits:
         raise InputError("advice for a kind of load needs a limit; give --max-error or --budget-ms.")
-    settings = tables.read(asked.results / "tables/accuracy_vs_time.csv")
-    own = adviser.operator_error(tables.where(settings, scene=rows["scene"].iloc[0]), KINDS[asked.error])
-    kinds = dict.fromkeys(rows["kind"]) if asked.load == "all" else [asked.load.replace("-", " ")]
-    found = (adviser.other_loads(rows, kind, asked.error, own) for kind in kinds)
-    return "\n".join(lines(adviser.choice(each, asked.limit)) for each in found)
+    settings = tables.read(request.results / "tables/accuracy_vs_time.csv")
+    own = adviser.operator_error(tables.where(settings, scene=rows["scene"].iloc[0]), KINDS[request.error])
+    kinds = dict.fromkeys(rows["kind"]) if request.load == "all" else [request.load.replace("-", " ")]
+    taken = (adviser.other_loads(rows, kind, request.error, own) for kind in kinds)
+    return "\n".join(lines(adviser.choice(each, request.limit)) for each in taken)
 
 
-def _of_motion(asked: Asked, rows: pd.DataFrame) -> str:
+def _of_motion(request: Asked, rows: pd.DataFrame) -> str:
     """Advise for a scene that moves, without a limit for each that the run was asked for."""
-    scene, bounds = rows["scene"].iloc[0], asked.table("motion_bounds")
+    scene, bounds = rows["scene"].iloc[0], request.table("motion_bounds")
     if bounds is not None:
         bounds = tables.where(bounds, scene=scene)
-    known: dict[str, Any] = {"bounds": bounds, "pressed": asked.table("accuracy_vs_time"), "error": asked.error}
-    if asked.limits:
-        return lines(adviser.choice(adviser.motions(rows, **known), asked.limit))
-    before = tables.where(tables.read(asked.results / "tables/advice.csv"), scene=scene)
+    known: dict[str, Any] = {"bounds": bounds, "pressed": request.table("accuracy_vs_time"), "error": request.error}
+    if request.limits:
+        return lines(adviser.choice(adviser.motions(rows, **known), request.limit))
+    before = tables.where(tables.read(request.results / "tables/advice.csv"), scene=scene)
     columns = {"budgets_ms": "budget_ms", "max_errors": "max_error", "speeds": "speed"}
     limits: dict[str, Any] = {name: list(before[column].dropna().unique()) for name, column in columns.items()}
-    return advice_list(adviser.advise_motion(rows, **limits, **known), asked.error)
+    return advice_list(adviser.advise_motion(rows, **limits, **known), request.error)

@@ -62,8 +62,8 @@ def gather(places: Mapping[str, Sequence[str]], tables: Mapping[str, pd.DataFram
     for place, wanted in places.items():
         study = place.partition(":")[0].split(".")[-2]
         rows += [(*claim, study) for claim in resolve_name(place)({name: tables[name] for name in wanted})]
-    found = pd.DataFrame(rows, columns=[*Claim._fields, "study"])
-    return found.sort_values("paper", kind="stable", ignore_index=True)
+    claims = pd.DataFrame(rows, columns=[*Claim._fields, "study"])
+    return claims.sort_values("paper", kind="stable", ignore_index=True)
 
 
 def check_claims(input: Iterable[str], places: Mapping[str, Sequence[str]]) -> pd.DataFrame:

@@ -23,13 +23,13 @@ def parts(
 
     before : the parts of the studies; left_out : studies that the settings describe and this run does not compute
     """
-    found = {}
-    told = {"verdicts": verdicts(report), "limits": limits(report, before) | {"left_out": left_out}}
-    for name, values in told.items():
+    rendered = {}
+    values_of = {"verdicts": verdicts(report), "limits": limits(report, before) | {"left_out": left_out}}
+    for name, values in values_of.items():
         if values:
             html = show(report.figures, report.tables, declared.table)
-            found[name] = render(HERE / f"{name}.md", name, values, html)
-    return found
+            rendered[name] = render(HERE / f"{name}.md", name, values, html)
+    return rendered
 
 
 def limits(report: Report, before: Iterable[Part]) -> dict[str, Any]:

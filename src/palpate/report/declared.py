@@ -43,15 +43,17 @@ def names() -> list[str]:
 @cache
 def folder(study: str) -> Path:
     """Return the folder of a study."""
-    found = find_spec(f"{STUDIES}.{study}")
-    if found is None or not found.origin:
+    spec = find_spec(f"{STUDIES}.{study}")
+    if spec is None or not spec.origin:
         raise InputError(f"There is no study {study} in palpate/studies.")
-    return Path(found.origin).parent
+    return Path(spec.origin).parent
 
 
 def figures(study: str) -> dict[str, Declared]:
     """Return the figures of a study by name, in the order of its files."""
-    return {found.name: found for place in ("figures", "report") for found in _decorated(study, place, "figure")}
+    return {
+        function.name: function for place in ("figures", "report") for function in _decorated(study, place, "figure")
+    }
 
 
 def claims(study: str) -> dict[str, tuple[str, ...]]:
@@ -62,13 +64,13 @@ def claims(study: str) -> dict[str, tuple[str, ...]]:
 @cache
 def tables(study: str) -> dict[str, Table]:
     """Return the tables that a study declares, and those of benchmark/ that its report names in READS, by name."""
-    found = [table for path in sorted(folder(study).rglob("*.py")) for table in _tables(path)]
+    declared = [table for path in sorted(folder(study).rglob("*.py")) for table in _tables(path)]
     report = folder(study) / "report.py"
     for line in ast.parse(report.read_text(encoding="utf-8")).body if report.is_file() else ():
         if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "READS":
             shared = {one.name: one for path in sorted(_BENCHMARK.glob("*.py")) for one in _tables(path)}
-            found += [shared[name] for name in ast.literal_eval(line.value)]
-    return {table.name: table for table in found}
+            declared += [shared[name] for name in ast.literal_eval(line.value)]
+    return {table.name: table for table in declared}
 
 
 def table(name: str) -> Table:

@@ -22,34 +22,36 @@ MEASURED, PREDICTED = "#0072b2", "#d55e00"
 
 
 @style.styled
-def draw_identified(found: Identified) -> Figure:
+def draw_identified(identified: Identified) -> Figure:
     """Draw forces over depth, measured and fitted, and each profile with its threshold and the interval told."""
-    names = [name for name in AXES if name in found.profiles]
+    names = [name for name in AXES if name in identified.profiles]
     columns = 3
     lines = 1 + -(-len(names) // columns)
     figure = Figure(figsize=(10.0, 3.6 + 2.3 * (lines - 1)), layout="constrained")
     grid = figure.add_gridspec(lines, columns, height_ratios=[1.5, *[1.0] * (lines - 1)])
-    _curves(figure.add_subplot(grid[0, :2]), found)
-    _agreement(figure.add_subplot(grid[0, 2]), found)
+    _curves(figure.add_subplot(grid[0, :2]), identified)
+    _agreement(figure.add_subplot(grid[0, 2]), identified)
     for number, name in enumerate(names):
-        _profile(figure.add_subplot(grid[1 + number // columns, number % columns]), found, name)
+        _profile(figure.add_subplot(grid[1 + number // columns, number % columns]), identified, name)
     return figure
 
 
-def _curves(axis: Axes, found: Identified) -> None:
-    strength = np.array([np.abs(curve.force_n).max() for curve in found.curves])
+def _curves(axis: Axes, identified: Identified) -> None:
+    strength = np.array([np.abs(curve.force_n).max() for curve in identified.curves])
     chosen = np.argsort(strength)[evenly(len(strength), MOST_CURVES)]
     for number, k in enumerate(chosen):
-        curve = found.curves[k]
+        curve = identified.curves[k]
         axis.plot(1e3 * curve.depth_m, curve.force_n, "o", ms=3, color=MEASURED, label="" if number else "measured")
-        label = "" if number else f"{spaced(found.law)}, with its place's effects"
+        label = "" if number else f"{spaced(identified.law)}, with its place's effects"
         axis.plot(1e3 * curve.depth_m, curve.predicted_n, lw=1.0, color=PREDICTED, label=label)
     axis.set(xlabel="depth [mm]", ylabel="force [N]", title=f"{len(chosen)} of {len(strength)} presses")
     axis.legend(loc="upper left")
 
 
-def _agreement(axis: Axes, found: Identified) -> None:
-    share = [(curve.depth_m / curve.depth_m.max(), curve.force_n / curve.predicted_n - 1.0) for curve in found.curves]
+def _agreement(axis: Axes, identified: Identified) -> None:
+    share = [
+        (curve.depth_m / curve.depth_m.max(), curve.force_n / curve.predicted_n - 1.0) for curve in identified.curves
+    ]
     depth, off = (np.concatenate(parts) for parts in zip(*share, strict=True))
     axis.plot(depth, 100.0 * off, ".", ms=2, color=style.FAINT)
     edges = np.linspace(0.0, 1.0, 9)
@@ -62,13 +64,13 @@ def _agreement(axis: Axes, found: Identified) -> None:
     axis.legend(loc="upper right")
 
 
-def _profile(axis: Axes, found: Identified, name: str) -> None:
+def _profile(axis: Axes, identified: Identified, name: str) -> None:
     label, factor = AXES[name]
-    profile = found.profiles[name]
+    profile = identified.profiles[name]
     axis.plot(factor * profile.values, profile.minus2, "o-", ms=3, color=style.INK)
-    axis.axhline(found.rise, color=PREDICTED, lw=1.0)
-    interval = found.intervals[name]
+    axis.axhline(identified.rise, color=PREDICTED, lw=1.0)
+    interval = identified.intervals[name]
     axis.axvspan(factor * interval.low, factor * interval.high, color=PREDICTED, alpha=0.12, lw=0)
-    axis.set(xlabel=label, ylabel="−2 log likelihood", ylim=(-0.05 * found.rise, HIGHEST * found.rise))
-    if name in found.parameters and not interval.known:
+    axis.set(xlabel=label, ylabel="−2 log likelihood", ylim=(-0.05 * identified.rise, HIGHEST * identified.rise))
+    if name in identified.parameters and not interval.known:
         axis.set_title("not determined")

@@ -32,13 +32,19 @@ def quantity(name: str, value: float) -> str:
     return f"{two_digits(1e3 * value)} mm" if name.endswith("_m") else f"{float(f'{value:.2g}'):g}"
 
 
-def sentences(found: Identified, predictions: pd.DataFrame) -> list[str]:
+def sentences(identified: Identified, predictions: pd.DataFrame) -> list[str]:
     """Return what presses determine and do not, a sentence each.
 
     predictions : the table of ``prediction.predict`` for the same presses
     """
-    lines = [*_modulus(found), *_parameters(found), *_law(found), *_scatter(found), *_resampled(found)]
-    return [*lines, *predicted(predictions, found.law)]
+    lines = [
+        *_modulus(identified),
+        *_parameters(identified),
+        *_law(identified),
+        *_scatter(identified),
+        *_resampled(identified),
+    ]
+    return [*lines, *predicted(predictions, identified.law)]
 
 
 def compared(comparisons: Sequence[Comparison]) -> Iterator[str]:
@@ -75,26 +81,26 @@ def relaxes(relaxation: Relaxation | None) -> list[str]:
     ]
 
 
-def uncertain(found: Identified, line: Line | None) -> Iterator[str]:
+def uncertain(identified: Identified, line: Line | None) -> Iterator[str]:
     """Yield warnings of what the intervals leave out; line : what ``identify.line_of`` says."""
-    if (offset := found.intervals.get(OFFSET)) is not None:
-        low, high = found.model.offset_m
+    if (offset := identified.intervals.get(OFFSET)) is not None:
+        low, high = identified.model.offset_m
         end = 0.02 * (high - low)
         if offset.known and not low + end < offset.best < high - end:
             yield (
                 f"warning: first touch is at the end of its range, {two_digits(1e3 * offset.best)} mm: it may "
                 "be beyond, or forces have a zero that is not subtracted; give rows before contact, or --offset."
             )
-    if not found.laws[0].follows:
-        way = "steeper" if found.laws[0].excess.best > 0.0 else "flatter"
+    if not identified.laws[0].follows:
+        bend = "steeper" if identified.laws[0].excess.best > 0.0 else "flatter"
         yield (
-            f"warning: the curve is {way} than any law here, so that E may be farther off than its interval says: see "
+            f"warning: the curve is {bend} than any law here, so that E may be farther off than its interval says: see "
             "whether the sensor's zero and slope are subtracted, and whether the tissue is as deep and flat as assumed."
         )
     if line is not None:
         zero, slope = two_digits(1e3 * line.zero_n), two_digits(line.slope_n_m)
         remedy = ": give rows before contact, with negative depth_m, or subtract the sensor's line"
-        remedy = "" if found.records.force_error > 0.0 else remedy
+        remedy = "" if identified.records.force_error > 0.0 else remedy
         yield (
             f"warning: with {zero} mN and {slope} mN/mm subtracted, which a sensor that is not zeroed, tissue that "
             f"sticks or another law may add, forces fit better (by {line.better:.0f} in −2 log likelihood) and "
@@ -113,18 +119,22 @@ def assumed(ball_m: float, deep: bool) -> str:
     )
 
 
-def _modulus(found: Identified) -> Iterator[str]:
-    young = found.young_pa
-    where = f"in the median of {found.model.data.places} places" if found.model.data.places > 1 else "at the one place"
+def _modulus(identified: Identified) -> Iterator[str]:
+    young = identified.young_pa
+    where = (
+        f"in the median of {identified.model.data.places} places"
+        if identified.model.data.places > 1
+        else "at the one place"
+    )
     yield f"E is {_in_pascals(young)}, 90 % by profile likelihood, {where}."
-    modulus = found.intervals.get(MODULUS)
+    modulus = identified.intervals.get(MODULUS)
     if modulus is not None and modulus.high / modulus.low < young.high / young.low:
         yield f"E/(1 − ν²), which these presses determine better, is {_in_pascals(modulus)}."
 
 
-def _parameters(found: Identified) -> Iterator[str]:
-    for name, interval in found.parameters.items():
-        profile, what, write = found.profiles[name], WORDS.get(name, spaced(name)), partial(quantity, name)
+def _parameters(identified: Identified) -> Iterator[str]:
+    for name, interval in identified.parameters.items():
+        profile, what, write = identified.profiles[name], WORDS.get(name, spaced(name)), partial(quantity, name)
         low, best, high = map(write, interval[:3])
         first, last = write(profile.values[0]), write(profile.values[-1])
         if not interval.known and name == "sticking":
@@ -137,7 +147,7 @@ def _parameters(found: Identified) -> Iterator[str]:
             line = f"{_first(what)} is at least {low} (its range ends at {last})"
         else:
             line = f"{_first(what)} is {best} ({low} to {high})"
-        fits = profile.minus2 <= found.rise
+        fits = profile.minus2 <= identified.rise
         young, at = profile.young_pa[fits], profile.values[fits]
         if len(young) > 1 and abs(np.log(young[-1] / young[0])) > MATTERS:
             line += f"; E is {pascals(young[0])} with {write(at[0])} and {pascals(young[-1])} with {write(at[-1])}"
@@ -148,17 +158,17 @@ def _parameters(found: Identified) -> Iterator[str]:
             yield f"The presses fit best at the end of this range: {what} may be {end}, or the law another."
 
 
-def _law(found: Identified) -> Iterator[str]:
-    best, *others = found.laws
+def _law(identified: Identified) -> Iterator[str]:
+    best, *others = identified.laws
     excess = f"{abs(best.excess.best):.2f} ({_ends(best.excess)})"
     if not best.follows:
-        way = "steeper" if best.excess.best > 0 else "flatter"
+        bend = "steeper" if best.excess.best > 0 else "flatter"
         than = f"than any law here, of which {spaced(best.law)} comes nearest" if others else f"than {spaced(best.law)}"
-        side = "above" if way == "steeper" else "below"
-        yield f"The curve is {way} {than}: the exponent of depth is {excess} {side} its."
+        side = "above" if bend == "steeper" else "below"
+        yield f"The curve is {bend} {than}: the exponent of depth is {excess} {side} its."
         return
-    same = [spaced(name) for name in found.same_law[1:]]
-    beaten = [spaced(score.law) for score in others if score.law not in found.same_law]
+    same = [spaced(name) for name in identified.same_law[1:]]
+    beaten = [spaced(score.law) for score in others if score.law not in identified.same_law]
     line = f"The law {spaced(best.law)} follows the curve (exponent within {_ends(best.excess)} of it)"
     if same:
         line += f"; {listed(same)} cannot be told from it"
@@ -167,16 +177,16 @@ def _law(found: Identified) -> Iterator[str]:
     yield line + "."
 
 
-def _scatter(found: Identified) -> Iterator[str]:
-    scatter = found.scatter
-    if found.model.data.places > 1:
+def _scatter(identified: Identified) -> Iterator[str]:
+    scatter = identified.scatter
+    if identified.model.data.places > 1:
         exponent = f"{scatter['shape_scatter']:.2f} in exponent"
         line = f"Places differ by {percent(scatter['place_scatter'])} in force and {exponent}"
         if np.isfinite(scatter["repeat_scatter"]):
             line += f", presses of one place by {percent(scatter['repeat_scatter'])}"
         noise = f"{percent(scatter['noise_share'])} and {two_digits(1e3 * scatter['noise_n'])} mN"
         yield f"{line}; noise is {noise} (deviations)."
-    if (offset := found.intervals.get(OFFSET)) is not None:
+    if (offset := identified.intervals.get(OFFSET)) is not None:
         low, best, high = (two_digits(1e3 * value) for value in offset[:3])
         apart = two_digits(1e3 * scatter["offset_scatter_m"])
         line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {apart} mm between presses"
@@ -185,11 +195,11 @@ def _scatter(found: Identified) -> Iterator[str]:
         yield f"The model's own error of {percent(scatter['relative_error'])} in force is part of these intervals."
 
 
-def _resampled(found: Identified) -> Iterator[str]:
-    name = MODULUS if MODULUS in found.intervals else YOUNG
-    if name not in found.resampled:
+def _resampled(identified: Identified) -> Iterator[str]:
+    name = MODULUS if MODULUS in identified.intervals else YOUNG
+    if name not in identified.resampled:
         return
-    own, drawn = found.intervals[name], found.resampled[name]
+    own, drawn = identified.intervals[name], identified.resampled[name]
     what = "E/(1 − ν²)" if name == MODULUS else "E"
     line = f"Places drawn with replacement give {what} from {pascals(drawn.low)} to {pascals(drawn.high)}"
     if np.log(drawn.high / drawn.low) > RESAMPLED_WIDER * np.log(own.high / own.low):
@@ -210,12 +220,12 @@ def predicted(predictions: pd.DataFrame, law: str) -> Iterator[str]:
         line = f"Prediction of {LEFT_OUT[way]}: {percent(errors[law])} in force"
         line += f", where {' and '.join(floor)}" if floor else ""
         rivals = {"a power law": [POWER_LAW, POWER_LAW + OF_PLACE], "a line": [LINE, LINE + OF_PLACE]}
-        told = [
+        errors_of_kinds = [
             f"{word} has {percent(min(errors[name] for name in names if name in errors))}"
             for word, names in rivals.items()
             if any(name in errors for name in names)
         ]
-        yield f"{line}; {listed(told)}."
+        yield f"{line}; {listed(errors_of_kinds)}."
 
 
 def _first(words: str) -> str:

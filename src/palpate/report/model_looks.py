@@ -170,7 +170,7 @@ def law_look(law: str) -> tuple[str, str]:
 
 def plain(text: str) -> str:
     """Replace raw names in ``text``, such as fem_fine, by their words; names of settings (``step_s=``) stay."""
-    return _RAW.sub(lambda found: named(found[0]), text)
+    return _RAW.sub(lambda match: named(match[0]), text)
 
 
 def named(name: str) -> str:

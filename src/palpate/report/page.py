@@ -41,13 +41,13 @@ def write(
     Raises InputError naming the first part, table, figure, template or number that is missing.
     """
     report = Report(results, studies, scenes, cts, driven, more)
-    parts, told = {}, {study: report.part(study) for study in studies}
-    for study, part in told.items():
+    parts, studied = {}, {study: report.part(study) for study in studies}
+    for study, part in studied.items():
         if sections := part.sections + closing.own_claims(report, study):
             parts[study] = part._replace(sections=sections)
         elif part.introduction:
             parts[study] = part
-    parts |= closing.parts(report, told.values(), left_out=left_out) if studies else {}
+    parts |= closing.parts(report, studied.values(), left_out=left_out) if studies else {}
     page = _page(parts, warned, taken, alone)
     if heavy := too_heavy(page, {name: part.sections for name, part in parts.items()}):
         warnings.warn(heavy, stacklevel=2)

@@ -66,11 +66,11 @@ def solid(points: np.ndarray, thing):
     if thing.kind == "sphere":
         return pyvista.Sphere(radius=thing.radius_m, center=points[0])
     if thing.kind == "capsule":
-        way = points[1] - points[0]
-        length = float(np.linalg.norm(way))
+        axis = points[1] - points[0]
+        length = float(np.linalg.norm(axis))
         return pyvista.Capsule(
             center=points.mean(axis=0),
-            direction=way if length else (0.0, 0.0, 1.0),
+            direction=axis if length else (0.0, 0.0, 1.0),
             radius=thing.radius_m,
             cylinder_length=length,
         ).triangulate()

@@ -56,13 +56,13 @@ def headed(table: pd.DataFrame, headings: Mapping[str, str]) -> pd.DataFrame:
 
     headings : by the names of columns; names of bodies, scenes and effects lose their underscores
     """
-    found = {}
+    columns = {}
     for name, heading in headings.items():
         scale = next((factor for unit, factor in SCALES.items() if f"[{unit}" in heading), None)
-        found[heading] = table[name] if scale is None else scale * table[name]
+        columns[heading] = table[name] if scale is None else scale * table[name]
         if name in ("body", "scene", "effect"):
-            found[heading] = table[name].map(spaced)
-    return pd.DataFrame(found)
+            columns[heading] = table[name].map(spaced)
+    return pd.DataFrame(columns)
 
 
 def columns(name: str) -> list[str]:

@@ -82,7 +82,7 @@ class Html:
         """Return Markdown as HTML, with all pieces in their places."""
         html = _markdown().render(text).strip()
         for pattern in (_KEPT_ALONE, _KEPT):
-            html = pattern.sub(lambda found: self.kept[int(found[1])], html)
+            html = pattern.sub(lambda match: self.kept[int(match[1])], html)
         return html
 
     def figure(self, name: str, caption: str = "", small: str | None = None) -> _Text:

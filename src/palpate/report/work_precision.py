@@ -37,12 +37,14 @@ def points(rows: pd.DataFrame, time: str, error: str, factor: float = 1e3, **mor
     somewhere), ``prepared`` (a black rim), and ``low`` and ``high`` [share], the ends of a band
     A setting without a time or an error is left out.
     """
-    found = pd.DataFrame({"model": rows["model"], "time": factor * rows[time], "error": rows[error]}, index=rows.index)
+    settings = pd.DataFrame(
+        {"model": rows["model"], "time": factor * rows[time], "error": rows[error]}, index=rows.index
+    )
     usual = {"curve": rows["model"], "line": "load", "part": "", "marker": "", "hollow": False, "prepared": False}
-    found = found.assign(**usual | more)
-    for name in {"error", "low", "high"} & set(found):
-        found[name] = np.maximum(100 * found[name], LEAST_PERCENT)
-    return found[np.isfinite(found[["time", "error"]]).all(axis=1)]
+    settings = settings.assign(**usual | more)
+    for name in {"error", "low", "high"} & set(settings):
+        settings[name] = np.maximum(100 * settings[name], LEAST_PERCENT)
+    return settings[np.isfinite(settings[["time", "error"]]).all(axis=1)]
 
 
 def curves(axis: Axes, drawn: pd.DataFrame) -> None:
@@ -162,15 +164,15 @@ def handles(drawn: pd.DataFrame, marks: Mapping[str, str] | None = None, lines: 
 
     A curve whose points all have markers of their own is a line.
     """
-    found = []
+    entries = []
     for curve, part in drawn.groupby("curve", sort=False):
         how = mark(shown := look(str(curve)), prepared=bool(part["prepared"].all())) | {"lw": 1.3 if lines else 0.0}
         if (part["marker"] != "").all():
             how = {"color": shown.colour, "lw": 3}
-        found.append(Line2D([], [], ls=LINES[part["line"].iloc[0]] or "-", label=shown.label, **how))
+        entries.append(Line2D([], [], ls=LINES[part["line"].iloc[0]] or "-", label=shown.label, **how))
     for marker, meaning in (marks or {}).items():
-        found.append(Line2D([], [], label=meaning, ls="", **mark(Look("", "#777777", marker))))
-    return found
+        entries.append(Line2D([], [], label=meaning, ls="", **mark(Look("", "#777777", marker))))
+    return entries
 
 
 def meanings(prepared: str, failed: str) -> list[Line2D]:

@@ -43,16 +43,16 @@ def closure(paths: Iterable[Path]) -> set[Path]:
 
     What prepares a model imports its class as the type of an argument: a rule names the class, and no other counts.
     """
-    found: set[Path] = set()
+    files: set[Path] = set()
     waiting = set(paths)
     while waiting:
-        found |= waiting
+        files |= waiting
         of_models = {path for path in waiting if PACKAGE / "models" in path.parents}
         imported = modules_of({name for path in waiting - of_models for name in _facts(path)["imports"]})
         classes = {PACKAGE / "models/kinds.py"}
         imported |= modules_of({name for path in of_models for name in _facts(path)["imports"]}) - classes
-        waiting = imported - found
-    return found
+        waiting = imported - files
+    return files
 
 
 def kernels(path: Path) -> str:
@@ -81,12 +81,12 @@ def _file(name: str) -> Path | None:
 
 def imports(tree: ast.AST) -> set[str]:
     """Return the dotted name of everything that is imported, and of what it is imported from."""
-    found = set()
+    names = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import | ast.ImportFrom):
             module = f"{node.module}." if isinstance(node, ast.ImportFrom) else ""
-            found |= {module.rstrip(".")} | {f"{module}{alias.name}" for alias in node.names}
-    return found
+            names |= {module.rstrip(".")} | {f"{module}{alias.name}" for alias in node.names}
+    return names
 
 
 def needed(tree: ast.Module, name: str) -> ast.Module:

@@ -190,8 +190,8 @@ def _null(given: Any, made: Any, place: str = "") -> str:
         inside = [(f"{place}.{name}", given[name], getattr(made, name)) for name in given]
     else:
         inside = [(f"{place}.{name}", given[name], made[name]) for name in given]
-    found = (_null(inner, kept, at.removeprefix(".")) for at, inner, kept in inside)
-    return next(filter(None, found), "")
+    nulls = (_null(inner, kept, at.removeprefix(".")) for at, inner, kept in inside)
+    return next(filter(None, nulls), "")
 
 
 if __name__ == "__main__":

@@ -26,10 +26,10 @@ def overlapping(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.nda
     corners = [at[cells] for at, cells in zip(points, triangles, strict=True)]
     axis = int(np.argmax(np.std(np.concatenate(points), axis=0)))
     one, other = _sorted_boxes(corners[0], axis), _sorted_boxes(corners[-1], axis)
-    found = [_begin_within(*one, *other, True)]
+    pairs_by_side = [_begin_within(*one, *other, True)]
     # for one body a single pass finds all pairs
-    found += [_begin_within(*other, *one, False)[:, ::-1]] if len(triangles) == 2 else []
-    pairs = np.concatenate(found)
+    pairs_by_side += [_begin_within(*other, *one, False)[:, ::-1]] if len(triangles) == 2 else []
+    pairs = np.concatenate(pairs_by_side)
     if len(triangles) == 1:
         pairs = np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1)
     count = len(corners[-1])
@@ -51,7 +51,7 @@ def _sorted_boxes(corners: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarra
 @numba.njit(cache=True)
 def _begin_within(boxes, order, others, other_order, closed):
     """Find the pairs whose second box begins inside the first along axis 0, or at its lower end too if ``closed``."""
-    found = np.empty((1024, 2), np.int64)
+    pairs = np.empty((1024, 2), np.int64)
     count, first = 0, 0
     for i in range(len(boxes)):
         start, end = boxes[i, 0], boxes[i, 3]
@@ -65,9 +65,9 @@ def _begin_within(boxes, order, others, other_order, closed):
                 and boxes[i, 2] <= others[j, 5]
                 and others[j, 2] <= boxes[i, 5]
             ):
-                if count == len(found):
-                    found = np.concatenate((found, np.empty_like(found)))
-                found[count, 0], found[count, 1] = order[i], other_order[j]
+                if count == len(pairs):
+                    pairs = np.concatenate((pairs, np.empty_like(pairs)))
+                pairs[count, 0], pairs[count, 1] = order[i], other_order[j]
                 count += 1
             j += 1
-    return found[:count]
+    return pairs[:count]

@@ -82,10 +82,10 @@ def _read_header(file: Path) -> Slice | None:
 
     def numbers(tag: str, count: int) -> np.ndarray:
         try:
-            found = np.array([float(word) for word in text(tag).split("\\")])
+            values = np.array([float(word) for word in text(tag).split("\\")])
         except ValueError:
-            found = np.empty(0)
-        return found if len(found) == count else np.full(count, np.nan)
+            values = np.empty(0)
+        return values if len(values) == count else np.full(count, np.nan)
 
     return Slice(
         file,

@@ -145,9 +145,11 @@ def _holds_labels(values: np.ndarray) -> bool:
     """Test whether the values of voxels are those of a mask: 0 and a few other whole numbers above it."""
     if values.min() != 0 or values.max() != np.round(values.max()):
         return False
-    found = np.unique(values)
+    distinct = np.unique(values)
     return (
-        len(found) <= LABELS and VOXELS_OF_LABEL * len(found) <= values.size and bool((found == np.round(found)).all())
+        len(distinct) <= LABELS
+        and VOXELS_OF_LABEL * len(distinct) <= values.size
+        and bool((distinct == np.round(distinct)).all())
     )
 
 
@@ -158,16 +160,16 @@ def read_mask(path: Path, image: Image, label: int | str | Sequence[int | str] |
     """
     file = _read_file(path)
     names = label_names(path, file)
-    found = _placed(path, file)
+    mask = _placed(path, file)
     if file.HasMetaDataKey("Segmentation_ReferenceImageExtentOffset"):
-        found = _uncropped(found, image)
-    away = apart(image.matrix, found.matrix, image.hu.shape[::-1])
-    if found.hu.shape != image.hu.shape or away > ROUNDED:
-        what = f"{path}: the mask is on another grid than {image.source}: {_differences(found, image)}"
-        if found.hu.shape != image.hu.shape or away > SAME_GRID:
+        mask = _uncropped(mask, image)
+    away = apart(image.matrix, mask.matrix, image.hu.shape[::-1])
+    if mask.hu.shape != image.hu.shape or away > ROUNDED:
+        what = f"{path}: the mask is on another grid than {image.source}: {_differences(mask, image)}"
+        if mask.hu.shape != image.hu.shape or away > SAME_GRID:
             raise InputError(f"{what}; resample it to the image's grid.")
         warnings.warn(f"{what}; these are {away:.1g} voxels, and the image's grid is taken.", stacklevel=3)
-    return choose(path, found.hu, names, label, image.voxel_m3)
+    return choose(path, mask.hu, names, label, image.voxel_m3)
 
 
 def read_labels(path: Path) -> dict[int | str, int]:
@@ -175,8 +177,8 @@ def read_labels(path: Path) -> dict[int | str, int]:
     file = _read_file(path)
     names = label_names(path, file)
     numbers, counts = np.unique(_array(file), return_counts=True)
-    found = {names.get(int(n), int(n)): int(count) for n, count in zip(numbers, counts, strict=True) if n}
-    return dict(sorted(found.items(), key=lambda item: -item[1]))
+    sizes = {names.get(int(n), int(n)): int(count) for n, count in zip(numbers, counts, strict=True) if n}
+    return dict(sorted(sizes.items(), key=lambda item: -item[1]))
 
 
 def _uncropped(mask: Image, image: Image) -> Image:
@@ -236,13 +238,13 @@ def _placed(path: Path, file: "SimpleITK.Image") -> Image:
     """Turn voxels to the patient's axes by quarter turns and flips; InputError if the file's axes are sheared."""
     import SimpleITK
 
-    found = SimpleITK.DICOMOrient(file, "LPS")
-    spacing, counts = np.array(found.GetSpacing()), np.array(found.GetSize())
-    axes = orthonormal(path, np.reshape(found.GetDirection(), (3, 3)), spacing, counts)
-    origin = axes.T @ np.array(found.GetOrigin())
+    turned = SimpleITK.DICOMOrient(file, "LPS")
+    spacing, counts = np.array(turned.GetSpacing()), np.array(turned.GetSize())
+    axes = orthonormal(path, np.reshape(turned.GetDirection(), (3, 3)), spacing, counts)
+    origin = axes.T @ np.array(turned.GetOrigin())
     if (np.abs((axes - np.eye(3)) * spacing) @ counts).max() < ROUNDED * spacing.min():
         axes = np.eye(3)
-    return Image(_array(found), origin / 1e3, spacing / 1e3, str(path), axes)
+    return Image(_array(turned), origin / 1e3, spacing / 1e3, str(path), axes)
 
 
 def _array(image: "SimpleITK.Image") -> np.ndarray:
@@ -269,12 +271,14 @@ def label_names(path: Path, image: "SimpleITK.Image | None" = None) -> dict[int,
         named = {label.get("Key", ""): (label.text or "").strip() for label in labels}
         return {int(number): name for number, name in named.items() if number.isdigit() and name}
     image = image or _read_file(path)
-    found = {}
+    by_number = {}
     for key in image.GetMetaDataKeys():
         if (match := re.fullmatch(r"Segment(\d+)_LabelValue", key)) and image.GetMetaData(key).strip().isdigit():
             name = f"Segment{match[1]}_Name"
-            found[int(image.GetMetaData(key))] = image.GetMetaData(name).strip() if image.HasMetaDataKey(name) else ""
-    return {number: name for number, name in found.items() if name}
+            by_number[int(image.GetMetaData(key))] = (
+                image.GetMetaData(name).strip() if image.HasMetaDataKey(name) else ""
+            )
+    return {number: name for number, name in by_number.items() if name}
 
 
 def _volume(ml: float) -> str:
@@ -311,45 +315,45 @@ def choose(
             f"{path}: its values are not whole numbers, so they are not labels; "
             "give a mask with 0 outside and one whole number in each organ."
         )
-    found = dict(zip(labels.tolist(), (1e6 * voxel_m3 * counts).tolist(), strict=True))
+    sizes = dict(zip(labels.tolist(), (1e6 * voxel_m3 * counts).tolist(), strict=True))
     if wanted is None:
-        if len(found) > 1:
+        if len(sizes) > 1:
             raise InputError(
-                f"{path}: the mask has {describe(found, names)}; "
+                f"{path}: the mask has {describe(sizes, names)}; "
                 "choose with label, a number or a name or a list of them to join."
             )
         return values != 0
     chosen = [wanted] if isinstance(wanted, int | str) else wanted
     lacks = f"{path}: the mask has no voxel of label"
-    return np.isin(values, [value for label in chosen for value in numbers_of(lacks, label, found, names)])
+    return np.isin(values, [value for label in chosen for value in numbers_of(lacks, label, sizes, names)])
 
 
-def describe(found: Mapping[int, float], names: Mapping[int, str], said: Callable[[float], str] = _volume) -> str:
+def describe(sizes: Mapping[int, float], names: Mapping[int, str], said: Callable[[float], str] = _volume) -> str:
     """List labels with their names and sizes, largest first: "104 labels: 5 liver (1023 mL), … and 96 more".
 
-    found : label → size; said : writes a size, by default a volume [mL]
+    sizes : label → size; said : writes a size, by default a volume [mL]
     """
-    largest = sorted(found, key=lambda label: (-found[label], label))
-    most = [f"{label:g} {names.get(label, '')}".strip() + f" ({said(found[label])})" for label in largest[:LISTED]]
-    more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
-    return f"{len(found)} label{'s' if len(found) > 1 else ''}: {', '.join(most)}{more}"
+    largest = sorted(sizes, key=lambda label: (-sizes[label], label))
+    most = [f"{label:g} {names.get(label, '')}".strip() + f" ({said(sizes[label])})" for label in largest[:LISTED]]
+    more = f" and {len(sizes) - LISTED} more" if len(sizes) > LISTED else ""
+    return f"{len(sizes)} label{'s' if len(sizes) > 1 else ''}: {', '.join(most)}{more}"
 
 
 def numbers_of(
     lacks: str,
     label: int | str,
-    found: Mapping[int, float],
+    sizes: Mapping[int, float],
     names: Mapping[int, str],
     said: Callable[[float], str] = _volume,
 ) -> list[int]:
     """Return the numbers of a label that is given by number or name; two labels may have one name.
 
-    found, names, said : as ``describe`` has them; lacks : begins the InputError where there is no such label
+    sizes, names, said : as ``describe`` has them; lacks : begins the InputError where there is no such label
     """
-    numbers = [number for number in found if (names.get(number) if isinstance(label, str) else number) == label]
+    numbers = [number for number in sizes if (names.get(number) if isinstance(label, str) else number) == label]
     if numbers:
         return numbers
-    there = [names[number] for number in found if number in names]
+    there = [names[number] for number in sizes if number in names]
     near = ""
     if isinstance(label, str) and label in names.values():
         near = ", though the file names it"
@@ -357,4 +361,4 @@ def numbers_of(
         near = " (the file has no names, so give a number)"
     elif isinstance(label, str) and (guess := suggest(label, there, "")).startswith("did"):
         near = f" ({guess})"
-    raise InputError(f"{lacks} {label}{near}; it has {describe(found, names, said)}.")
+    raise InputError(f"{lacks} {label}{near}; it has {describe(sizes, names, said)}.")

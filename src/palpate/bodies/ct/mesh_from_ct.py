@@ -30,7 +30,7 @@ def cut_off(image: Image, mask: np.ndarray, whole: Sequence[int], start: Sequenc
     whole, start : voxels of the image before it was cropped, and index of the first one that was kept, z y x
     Besides the borders of the image there is the padding around the circle that a scanner sees.
     """
-    found = []
+    borders = []
     # of a voxel's face across each axis of the array
     face_m2 = [image.voxel_m3 / float(spacing) for spacing in image.spacing_m[::-1]]
     for axis, sides in enumerate(_SIDES):
@@ -38,17 +38,17 @@ def cut_off(image: Image, mask: np.ndarray, whole: Sequence[int], start: Sequenc
             area = float(mask.take(end, axis).sum() * face_m2[axis])
             cropped = start[axis] > 0 if end == 0 else start[axis] + mask.shape[axis] < whole[axis]
             if area:
-                found.append(f"{'crop_m' if cropped else 'the image'} towards the {side} ({_cm2(area)})")
+                borders.append(f"{'crop_m' if cropped else 'the image'} towards the {side} ({_cm2(area)})")
     if image.modality != "ct":
-        return found
+        return borders
     area, padding = 0.0, image.hu <= AIR_HU
     for axis in range(3):
         organ, empty = np.moveaxis(mask, axis, 0), np.moveaxis(padding, axis, 0)
         touching = (organ[1:] & empty[:-1]).sum() + (organ[:-1] & empty[1:]).sum()
         area += float(touching * face_m2[axis])
     if area >= LEAST_M2:
-        found.append(f"the padding around the scanned circle ({_cm2(area)})")
-    return found
+        borders.append(f"the padding around the scanned circle ({_cm2(area)})")
+    return borders
 
 
 def _cm2(area_m2: float) -> str:

@@ -128,17 +128,17 @@ def even_brightness(image: Image) -> Image:
     import SimpleITK
 
     grey = np.maximum(image.hu.astype(np.float32), 0)
-    found = SimpleITK.GetImageFromArray(grey)
-    found.SetSpacing((1e3 * image.spacing_m).tolist())
-    coarse = SimpleITK.Shrink(found, [-(-count // _SHRUNK_VOXELS) for count in found.GetSize()])
+    scan = SimpleITK.GetImageFromArray(grey)
+    scan.SetSpacing((1e3 * image.spacing_m).tolist())
+    coarse = SimpleITK.Shrink(scan, [-(-count // _SHRUNK_VOXELS) for count in scan.GetSize()])
     body = SimpleITK.OtsuThreshold(coarse, 0, 1)
     finder = SimpleITK.N4BiasFieldCorrectionImageFilter()
     finder.SetNumberOfThreads(1)
     finder.SetMaximumNumberOfIterations(list(_ITERATIONS))
     finder.Execute(coarse, body)
-    change = SimpleITK.GetArrayFromImage(finder.GetLogBiasFieldAsImage(found))
+    change = SimpleITK.GetArrayFromImage(finder.GetLogBiasFieldAsImage(scan))
     even = grey / np.exp(change)
-    inside = SimpleITK.GetArrayFromImage(SimpleITK.OtsuThreshold(found, 0, 1)) > 0
+    inside = SimpleITK.GetArrayFromImage(SimpleITK.OtsuThreshold(scan, 0, 1)) > 0
     return replace(image, hu=(even * (np.median(grey[inside]) / np.median(even[inside]))).astype(np.float32))
 
 
@@ -177,7 +177,7 @@ def fill_between(mask: np.ndarray, image: Image, axis: str, path: Path) -> np.nd
 def undrawn_across(mask: np.ndarray) -> str | None:
     """Return the axis across which no slice of a mask has a neighbour, as if every n-th was drawn; None if none is."""
     for axis, along in zip("zyx", range(3), strict=True):
-        found = np.asarray(mask.any(axis=tuple(other for other in range(3) if other != along)))
-        if found.sum() > 1 and not (found[1:] & found[:-1]).any():
+        drawn = np.asarray(mask.any(axis=tuple(other for other in range(3) if other != along)))
+        if drawn.sum() > 1 and not (drawn[1:] & drawn[:-1]).any():
             return axis
     return None

@@ -173,14 +173,14 @@ class Conforming:
 
     def sides(self, faces: np.ndarray, elements: np.ndarray) -> np.ndarray:
         """Return 0 for ``faces`` (k, 3) outside the patch, else 1 or -1, the side of their ``elements`` (k,), (k,)."""
-        found = np.zeros(len(faces))
+        signs = np.zeros(len(faces))
         for number, piece in enumerate(self._pieces):
             at = np.flatnonzero(self._on[faces, number].all(axis=1))
             middles = self.nodes[faces[at]].mean(axis=1)
             at, middles = at[inside := piece.within(middles) > 0.0], middles[inside]
             away = self.nodes[self.tetrahedra[elements[at]]].mean(axis=1) - middles
-            found[at] = np.where(away @ piece.normal > 0.0, 1.0, -1.0)
-        return found
+            signs[at] = np.where(away @ piece.normal > 0.0, 1.0, -1.0)
+        return signs
 
     def spread(self, values: np.ndarray) -> np.ndarray:
         """Interpolate ``values`` at the nodes of the first mesh linearly to all nodes, (n,)."""
@@ -189,16 +189,16 @@ class Conforming:
             values[new] = (1.0 - share) * values[a] + share * values[b]
         return values
 
-    def _conform_to(self, level: Level, asked: np.ndarray) -> np.ndarray:
+    def _conform_to(self, level: Level, movable: np.ndarray) -> np.ndarray:
         """Conform to the surface where ``level`` is 0: move near nodes onto it, then divide the edges that cross it.
 
-        asked : (n,) bool, the nodes whose edges may be divided
+        movable : (n,) bool, the nodes whose edges may be divided
         Returns which nodes, old and new, are on the surface then, (n,) bool.
         """
         value = level(self.nodes)
-        there = asked & (np.abs(value) <= self._near)
+        there = movable & (np.abs(value) <= self._near)
         value[there] = 0.0
-        edges = self._crossing(value, asked)
+        edges = self._crossing(value, movable)
         share = np.abs(value[edges]) / np.abs(value[edges]).sum(axis=1, keepdims=True)
         close, reach = np.full(len(self.nodes), np.inf), np.full(len(self.nodes), np.inf)
         for end in (0, 1):
@@ -212,7 +212,7 @@ class Conforming:
             elif not (close[node] < GIVEN_OF_EDGE and self._stays_solid(node, there, around)):
                 continue
             there[node], value[node] = True, 0.0
-        edges = self._crossing(value, asked)
+        edges = self._crossing(value, movable)
         edges = edges[np.argsort(-edge_lengths(self.nodes, edges), kind="stable")]
         self._halve(edges, _roots(level, *np.swapaxes(self.nodes[edges], 0, 1)))
         return np.append(there, np.ones(len(edges), dtype=bool))
@@ -227,13 +227,13 @@ class Conforming:
         edges = edges[inner & self._rim[edges].all(axis=1)]
         self._halve(edges, np.full(len(edges), 0.5))
 
-    def _crossing(self, value: np.ndarray, asked: np.ndarray) -> np.ndarray:
-        """Return the edges (k, 2) between nodes ``asked`` (n,) bool along which ``value`` (n,) changes its sign.
+    def _crossing(self, value: np.ndarray, movable: np.ndarray) -> np.ndarray:
+        """Return the edges (k, 2) between nodes ``movable`` (n,) bool along which ``value`` (n,) changes its sign.
 
         They are near the last piece's patch: up to MARGIN edges beyond its front, which has to lie within faces.
         """
         edges = TetMesh(self.nodes, self.tetrahedra).edges
-        edges = edges[(value[edges[:, 0]] * value[edges[:, 1]] < 0.0) & asked[edges].all(axis=1)]
+        edges = edges[(value[edges[:, 0]] * value[edges[:, 1]] < 0.0) & movable[edges].all(axis=1)]
         within = self._pieces[-1].within(self.nodes[edges].reshape(-1, 3)).reshape(-1, 2)
         return edges[within.max(axis=1) > -MARGIN * edge_lengths(self.nodes, edges)]
 

@@ -53,13 +53,13 @@ class Cut(Protocol):
         An end on the surface counts as lying on its positive side, so that of two segments which meet there one is
         severed at most.
         """
-        found = np.zeros(len(first), dtype=bool)
+        severed = np.zeros(len(first), dtype=bool)
         for piece in self.pieces:
             side, other = piece.across(first), piece.across(last)
             crosses = (side >= 0.0) != (other >= 0.0)
             share = np.divide(side, side - other, out=np.zeros_like(side), where=crosses)
-            found |= crosses & (piece.within(first + share[:, None] * (last - first)) > 0.0)
-        return found
+            severed |= crosses & (piece.within(first + share[:, None] * (last - first)) > 0.0)
+        return severed
 
     @property
     def narrow_m(self) -> float:
@@ -316,13 +316,13 @@ def _count(length_m: float, spacing_m: float) -> int:
     return 1 + int(np.ceil(length_m / spacing_m))
 
 
-def make_cut(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
-    """Make the cut of a body at rest that the settings ``asked`` describe.
+def make_cut(place: str, settings: CutSettings, mesh: Mesh) -> Cut:
+    """Make the cut of a body at rest that the settings ``settings`` describe.
 
     place : where the settings stand, for messages; mesh : of the body
     Raises InputError for settings that describe no cut, and for a cut that misses the body.
     """
-    cut = _described(place, asked, mesh)
+    cut = _described(place, settings, mesh)
     if not cut.pieces or cut.severs(*np.swapaxes(mesh.nodes[mesh.edges], 0, 1)).any():
         return cut
     # it may lie within one element
@@ -331,12 +331,12 @@ def make_cut(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
     return cut
 
 
-def _described(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
+def _described(place: str, settings: CutSettings, mesh: Mesh) -> Cut:
     """Make the cut that the settings describe, wherever it lies; InputError if they describe none, or several."""
-    kinds = [kind for kind in ("path_m", "disc", "plane") if getattr(asked, kind) is not None]
+    kinds = [kind for kind in ("path_m", "disc", "plane") if getattr(settings, kind) is not None]
     if len(kinds) != 1:
         raise InputError(f"{place} has {' and '.join(kinds) or 'none'} of path_m, disc and plane; give exactly one.")
-    if flat := asked.disc or asked.plane:
+    if flat := settings.disc or settings.plane:
         if not any(flat.normal):
             raise InputError(f"{place}.{kinds[0]}.normal is [0, 0, 0]; give the direction of the normal.")
         normal = unit(np.array(flat.normal, dtype=float))
@@ -345,16 +345,16 @@ def _described(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
         point, middle = np.array(flat.point_m, dtype=float), 0.5 * (mesh.nodes.min(axis=0) + mesh.nodes.max(axis=0))
         # the disc is around the body, so that its rim is outside
         return Disc(middle - ((middle - point) @ normal) * normal, normal, 2.0 * mesh.size)
-    path = np.array(asked.path_m, dtype=float)
+    path = np.array(settings.path_m, dtype=float)
     if len(path) < 2:
         raise InputError(f"{place}.path_m has one point; give two or more that the blade is moved along.")
-    if asked.depth_m is None:
+    if settings.depth_m is None:
         raise InputError(f"{place} has a path_m and no depth_m; give the depth of the blade.")
-    if asked.direction is None:
+    if settings.direction is None:
         direction = _into(mesh, path)
-    elif not any(direction := np.array(asked.direction, dtype=float)):
+    elif not any(direction := np.array(settings.direction, dtype=float)):
         raise InputError(f"{place}.direction is [0, 0, 0]; give where the blade points, or leave it out.")
-    return blade(mesh, path, unit(direction), float(asked.depth_m))
+    return blade(mesh, path, unit(direction), float(settings.depth_m))
 
 
 def blade(mesh: Mesh, path_m: np.ndarray, direction: np.ndarray, depth_m: float) -> Blade:

@@ -72,8 +72,8 @@ class Ties:
         return replace(self, triangles=np.vstack([self.triangles, triangles]), first=first)
 
 
-def cut_particles(place: str, body: Body, level: int, asked: settings.Cut) -> Particles:
-    """Make the particles of one level of ``body`` with the ties of the cuts in the settings ``asked``.
+def cut_particles(place: str, body: Body, level: int, options: settings.Cut) -> Particles:
+    """Make the particles of one level of ``body`` with the ties of the cuts in the settings ``options``.
 
     place : of the scene
     The surface of the particles is the skin. Raises InputError for settings of no cut, and for one that severs nothing.
@@ -81,25 +81,25 @@ def cut_particles(place: str, body: Body, level: int, asked: settings.Cut) -> Pa
     if body.bed is not None:
         raise InputError(f"{place}.cut: {body.name} lies on a bed, which lips would rest on; give it anchors.")
     strokes = []
-    for number, entry in enumerate([asked, *(asked.more or [])]):
+    for number, entry in enumerate([options, *(options.more or [])]):
         setting = f"{place}.cut" if number == 0 else f"{place}.cut.more[{number - 1}]"
         stroke = Stroke(make_cut(setting, entry, body.fine), entry.at_s, entry.lasts_s)
         if stroke.lasts_s > 0.0 and not isinstance(stroke.cut, Blade):
             raise InputError(f"{setting}.lasts_s is {stroke.lasts_s:g} s, and only a blade has a path; set it to 0.")
         strokes.append(stroke)
-    way = asked.way
+    way = options.way
     doubled = _conforming(body, level, strokes) if way == CONFORM else _parted(body, level, strokes, way)
-    found = particles_of(doubled.body, 0, surface=False)
-    if len(found.nodes) == len(doubled.whole.nodes):
+    particles = particles_of(doubled.body, 0, surface=False)
+    if len(particles.nodes) == len(doubled.whole.nodes):
         raise InputError(
             f"{place}.cut severs nothing of level {level} of {body.name}: it misses the body, or is smaller than an "
             "element; move it, make it deeper, or take a finer level."
         )
     pairs = np.stack([doubled.first, doubled.last], axis=-1).reshape(-1, 2)
     differ, let_go_s = pairs[:, 0] != pairs[:, 1], np.repeat(doubled.let_go_s, 3)
-    held = np.isin(np.arange(len(found.nodes)), found.held)
-    ties = Ties(pairs[differ], let_go_s[differ], found.triangles, np.argsort(~held, kind="stable"))
-    return replace(found, triangles=_skin(doubled), ties=ties)
+    held = np.isin(np.arange(len(particles.nodes)), particles.held)
+    ties = Ties(pairs[differ], let_go_s[differ], particles.triangles, np.argsort(~held, kind="stable"))
+    return replace(particles, triangles=_skin(doubled), ties=ties)
 
 
 class _Doubled(NamedTuple):
@@ -120,16 +120,16 @@ def _conforming(body: Body, level: int, strokes: Sequence[Stroke]) -> _Doubled:
     """Cut one level, made to conform to the cuts without being refined near them; find when each face parts."""
     cuts = tuple(stroke.cut for stroke in strokes)
     no_refinement_m = body.fine.size  # no edge is longer
-    found = cut_body(body, cuts[0] if len(cuts) == 1 else Cuts(cuts), no_refinement_m, level=level)
-    mesh = found.coarse
-    first, last, _ = _parted_faces(mesh.tetrahedra, found.origin)
+    opened = cut_body(body, cuts[0] if len(cuts) == 1 else Cuts(cuts), no_refinement_m, level=level)
+    mesh = opened.coarse
+    first, last, _ = _parted_faces(mesh.tetrahedra, opened.origin)
     faces = mesh.nodes[first].mean(axis=1)
     # the patch bends to nodes that may not move, so that a face need not lie on its cut: it parts with the nearest cut,
     # and of equally near ones with that which passes first
     away = np.array([np.hypot(cut.across(faces), np.minimum(cut.within(faces), 0.0)) for cut in cuts])
     passed = np.array([stroke.passes_s(faces) for stroke in strokes])
     let_go = np.where(away <= away.min(axis=0) + ON_FACE * mesh.size, passed, np.inf).min(axis=0)
-    return _Doubled(found, found.whole, found.origin, first, last, let_go)
+    return _Doubled(opened, opened.whole, opened.origin, first, last, let_go)
 
 
 def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Doubled:
@@ -177,10 +177,10 @@ def _parted_faces(tetrahedra: np.ndarray, origin: np.ndarray) -> tuple[np.ndarra
 
 def _divided(parted: Parted, c: int) -> np.ndarray:
     """Return which elements of the whole body have parts on both sides of cut number ``c``, (m,) bool."""
-    found = np.zeros((len(parted.whole.tetrahedra), 2), dtype=bool)
+    has_part = np.zeros((len(parted.whole.tetrahedra), 2), dtype=bool)
     for side, sign in enumerate((-1, 1)):
-        found[parted.parents[parted.sides[:, c] == sign], side] = True
-    return found[:, 0] & found[:, 1]
+        has_part[parted.parents[parted.sides[:, c] == sign], side] = True
+    return has_part[:, 0] & has_part[:, 1]
 
 
 def _skin(doubled: _Doubled) -> np.ndarray:

@@ -295,7 +295,7 @@ def divide(
     parts, value = np.take_along_axis(parts, order[:, :, None], axis=1), np.take_along_axis(value, order, axis=1)
     above = (value >= 0.0).sum(axis=1)
     same = (above == 0) | (above == value.shape[1])
-    found, owners, sections, of_sections = [parts[same]], [owner[same]], [], []
+    divided, owners, sections, of_sections = [parts[same]], [owner[same]], [], []
     for number, (edges, pieces, section) in DIVISIONS[value.shape[1]].items():
         at = above == number
         corners, height = parts[at], value[at]
@@ -305,11 +305,11 @@ def divide(
         ]
         points = np.stack([*np.swapaxes(corners, 0, 1), *on_edges], axis=1)
         for piece in pieces:
-            found.append(points[:, piece])
+            divided.append(points[:, piece])
             owners.append(owner[at])
         sections.append(points[:, section])
         of_sections.append(owner[at])
-    return np.concatenate(found), np.concatenate(owners), np.concatenate(sections), np.concatenate(of_sections)
+    return np.concatenate(divided), np.concatenate(owners), np.concatenate(sections), np.concatenate(of_sections)
 
 
 def _prism(a: int, b: int, c: int, d: int, e: int, f: int) -> list[list[int]]:

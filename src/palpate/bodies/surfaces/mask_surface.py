@@ -25,13 +25,13 @@ def isosurface(
     interpolation along voxels' edges, normals by central differences that are interpolated likewise. Empty if nothing
     is above the level.
     """
-    found = image_data(samples, origin, spacing).contour(
+    contour = image_data(samples, origin, spacing).contour(
         [level], method="flying_edges", compute_normals=normals, compute_scalars=False
     )
-    if not found.n_cells:
+    if not contour.n_cells:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), np.empty((0, 3))
-    slopes = np.asarray(found.point_data["Normals"], dtype=float) if normals else np.empty((0, 3))
-    return *arrays(found), slopes
+    slopes = np.asarray(contour.point_data["Normals"], dtype=float) if normals else np.empty((0, 3))
+    return *arrays(contour), slopes
 
 
 # blur of the mask and spacing of the samples that a remeshing starts from, relative to the desired edge length
@@ -109,14 +109,14 @@ def _find_level(
     other, level = LEVELS
     other_missing = volume(*_contour(blurred, other, origin, spacing)) - volume_m3
     for _ in range(SECANTS):
-        found = level, _contour(blurred, level, origin, spacing)
-        missing = volume(*found[1]) - volume_m3
+        best = level, _contour(blurred, level, origin, spacing)
+        missing = volume(*best[1]) - volume_m3
         if abs(missing) <= TOLERANCE * volume_m3 or missing == other_missing:
             break
         step = missing * (level - other) / (missing - other_missing)
         other, other_missing = level, missing
         level = float(np.clip(level - step, 0.1, 0.9))
-    return found
+    return best
 
 
 def _contour(

@@ -84,13 +84,13 @@ def flip_onto(points: np.ndarray, triangles: np.ndarray, distance: Callable[[np.
 
     distance : computes the distances of places, (k, 3), from the surface, (k,)
     """
-    places, found = points.tolist(), dict[_Edge, float]()
+    places, distances = points.tolist(), dict[_Edge, float]()
 
     def away(a: int, b: int) -> float:
         key = (min(a, b), max(a, b))
-        if key not in found:
-            found[key] = float(distance(points[a] + ALONG * (points[b] - points[a])).max())
-        return found[key]
+        if key not in distances:
+            distances[key] = float(distance(points[a] + ALONG * (points[b] - points[a])).max())
+        return distances[key]
 
     def better(edge: _Edge, old: _Pair, other: _Edge, new: _Pair) -> bool:
         # terminates, since the sum of the distances only falls

@@ -51,9 +51,9 @@ def relax(
             tried = _trial_places(nodes, elements[patch], node)
             if onto is not None and on_surface[node]:
                 tried = onto(tried, node)
-            found = _best_place(nodes, elements[patch], node, tried, quality[patch].min())
-            if found is not None:
-                nodes[node], quality[patch] = found
+            better = _best_place(nodes, elements[patch], node, tried, quality[patch].min())
+            if better is not None:
+                nodes[node], quality[patch] = better
                 changed = True
         if not changed:
             break

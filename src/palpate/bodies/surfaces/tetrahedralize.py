@@ -83,15 +83,15 @@ def tetrahedralize(
 def _sort_shells(points: np.ndarray, triangles: np.ndarray, source: str) -> list[np.ndarray]:
     """List the outer shell's triangles, then those of each cavity."""
     label = label_shells(triangles, len(points))
-    found = [triangles[label == number] for number in np.unique(label)]
+    shells = [triangles[label == number] for number in np.unique(label)]
     # six times the volume inside, negative if wound inward
-    volumes = [np.linalg.det(points[shell]).sum() for shell in found]
+    volumes = [np.linalg.det(points[shell]).sum() for shell in shells]
     if sum(volume > 0 for volume in volumes) > 1:
         raise InputError(
-            f"{source}: the surface has {len(found)} separate shells; give each body a file of its own, and "
+            f"{source}: the surface has {len(shells)} separate shells; give each body a file of its own, and "
             "wind the triangles around a cavity inward."
         )
-    return [found[i] for i in np.argsort(volumes)[::-1]]
+    return [shells[i] for i in np.argsort(volumes)[::-1]]
 
 
 def label_shells(triangles: np.ndarray, n_points: int) -> np.ndarray:

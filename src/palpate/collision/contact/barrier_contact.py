@@ -125,11 +125,11 @@ class Contact(
     Raises InputError for a gap that does not suit the smallest piece.
     """
 
-    def __init__(self, particles: Particles, obstacles: list[Obstacle], asked: settings.Contact):
+    def __init__(self, particles: Particles, obstacles: list[Obstacle], options: settings.Contact):
         self.obstacles: list[Obstacle] = obstacles
         bodies = pieces_of(particles)
         sizes = [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in bodies]
-        size, gap = min(sizes), asked.gap_m
+        size, gap = min(sizes), options.gap_m
         least, largest = (fraction * size for fraction in GAPS)
         if gap is not None and not least <= gap <= largest:
             raise InputError(
@@ -137,12 +137,12 @@ class Contact(
                 f"give from {least:.2g} to {largest:.2g}, or leave it out."
             )
         self.gap_m = gap or GAP * size
-        self._friction, self._slip = asked.friction, asked.slip_m_s
+        self._friction, self._slip = options.friction, options.slip_m_s
         self._n, self._max_travel = len(particles.nodes), MAX_TRAVEL * max(sizes)
         self._time, self._checked, self.work_j = 0.0, False, 0.0
-        self._together = nodes_of_pieces(particles) if asked.push_out else []
+        self._together = nodes_of_pieces(particles) if options.push_out else []
         self._lagged: LaggedFriction | None = None
-        self.settings = asked
+        self.settings = options
         self._instruments: InstrumentContact | None = None
         self._last_forces = np.zeros((self._n, 3))
         self._free = np.ones(self._n, dtype=bool)
@@ -153,7 +153,7 @@ class Contact(
         self.names = [f"{particles.name}_{i}" for i in range(len(bodies))] if len(bodies) > 1 else [particles.name]
         self.names += [o.name for o in obstacles]
         is_body = np.arange(len(self.names)) < len(bodies)
-        self._can_touch = (is_body[:, None] | is_body) & ~np.diag(is_body & (not asked.self_contact))
+        self._can_touch = (is_body[:, None] | is_body) & ~np.diag(is_body & (not options.self_contact))
         self._is_floor = np.array([False] * len(bodies) + [o.kind == "floor" for o in obstacles])
         self._radii = np.array([0.0] * len(bodies) + [o.radius_m for o in obstacles])
         self._began, self._lasts = self._points.copy(), np.inf

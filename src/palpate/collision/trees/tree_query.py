@@ -73,11 +73,11 @@ def search_nodes(
     other = (*others, tree_b.spheres, tree_b.boxes)
     stack = np.empty((4 * (tree_a.height + tree_b.height) + 8, 2), np.int32)
     pairs = np.empty((2 * (len(tree_a.triangles) + len(tree_b.triangles)) + 1024, 2), np.int64)
-    found, tests = _find(*one, *other, tree_a.triangles, same, stack, pairs)
-    if found > len(pairs):
-        pairs = np.empty((found, 2), np.int64)
+    count, tests = _find(*one, *other, tree_a.triangles, same, stack, pairs)
+    if count > len(pairs):
+        pairs = np.empty((count, 2), np.int64)
         _find(*one, *other, tree_a.triangles, same, stack, pairs)
-    return pairs[:found], tests
+    return pairs[:count], tests
 
 
 def check_comparable(tree_a: Tree, tree_b: Tree) -> None:
@@ -102,7 +102,7 @@ def _find(nodes_a, order_a, spheres_a, boxes_a, nodes_b, order_b, spheres_b, box
 
     ``same``: both trees are one, of ``triangles``. Of two nodes that overlap the larger is replaced by its children.
     """
-    found, tests, depth = 0, 0, 1
+    count, tests, depth = 0, 0, 1
     stack[0, 0] = stack[0, 1] = 0
     if not same:
         tests += 1
@@ -118,9 +118,9 @@ def _find(nodes_a, order_a, spheres_a, boxes_a, nodes_b, order_b, spheres_b, box
                     t, u = order_a[i], order_b[j]
                     if same and ((a == b and t >= u) or _share_node(triangles, t, u)):
                         continue
-                    if found < len(pairs):
-                        pairs[found, 0], pairs[found, 1] = (min(t, u), max(t, u)) if same else (t, u)
-                    found += 1
+                    if count < len(pairs):
+                        pairs[count, 0], pairs[count, 1] = (min(t, u), max(t, u)) if same else (t, u)
+                    count += 1
         elif same and a == b:
             for child in range(down_a, down_a + 2):
                 stack[depth, 0] = stack[depth, 1] = child
@@ -144,7 +144,7 @@ def _find(nodes_a, order_a, spheres_a, boxes_a, nodes_b, order_b, spheres_b, box
                 if volumes_overlap(kind, nodes_b[child, KIND], spheres_a, spheres_b, boxes_a, boxes_b, a, child):
                     stack[depth, 0], stack[depth, 1] = a, child
                     depth += 1
-    return found, tests
+    return count, tests
 
 
 @numba.njit(cache=True, forceinline=True)
@@ -180,11 +180,11 @@ class StoppedTree(Tree):
     def _divide(self, boxes: np.ndarray, centres: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
         nodes, order, height = super()._divide(boxes, centres)
         kept = nodes[:, KIND] <= self.layer
-        found, places = nodes[kept], np.cumsum(kept, dtype=np.int32) - 1
-        found[found[:, KIND] == self.layer, CHILD] = -1
-        inner = found[:, CHILD] >= 0
-        found[inner, CHILD] = places[found[inner, CHILD]]
-        return found, order, min(height, self.layer)
+        remaining, places = nodes[kept], np.cumsum(kept, dtype=np.int32) - 1
+        remaining[remaining[:, KIND] == self.layer, CHILD] = -1
+        inner = remaining[:, CHILD] >= 0
+        remaining[inner, CHILD] = places[remaining[inner, CHILD]]
+        return remaining, order, min(height, self.layer)
 
     def _allocate(self) -> None:
         super()._allocate()
@@ -196,11 +196,11 @@ class StoppedTree(Tree):
     def leaf_of(self) -> np.ndarray:
         """Return the number (m,) of the leaf that holds each triangle."""
         leaves = np.flatnonzero(self.nodes[:, CHILD] < 0)
-        found = np.empty(len(self.triangles), dtype=np.int64)
+        leaf_numbers = np.empty(len(self.triangles), dtype=np.int64)
         sizes = self.nodes[leaves, LAST] - self.nodes[leaves, FIRST]
         in_order = np.argsort(self.nodes[leaves, FIRST], kind="stable")
-        found[self.order] = np.repeat(leaves[in_order], sizes[in_order])
-        return found
+        leaf_numbers[self.order] = np.repeat(leaves[in_order], sizes[in_order])
+        return leaf_numbers
 
 
 def volume_pairs(tree_a: StoppedTree, tree_b: StoppedTree) -> tuple[np.ndarray, int]:

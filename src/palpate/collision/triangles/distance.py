@@ -29,40 +29,40 @@ def triangle_pairs_distance(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, n
 
 
 @numba.njit(cache=True)
-def _pair_distance(points, scaled, sums, weights, found):
+def _pair_distance(points, scaled, sums, weights, nearest):
     """Compute the distance of ``scaled``, from ``normalise``; 0 where the pair ``points`` (6, 3) intersects.
 
-    found : (2, 3), overwritten: the closest points on a and on b
+    nearest : (2, 3), overwritten: the closest points on a and on b
     weights : (4,), overwritten
     """
     intersecting = triangles_intersect(points, sums)
-    if intersecting and find_crossing(points, scaled, sums, found):
+    if intersecting and find_crossing(points, scaled, sums, nearest):
         for axis in range(3):
-            found[:, axis] = 0.5 * (found[0, axis] + found[1, axis])
+            nearest[:, axis] = 0.5 * (nearest[0, axis] + nearest[1, axis])
         return 0.0
     least = np.inf
     for n in range(len(STENCILS)):
         distance, _ = closest(POINT_TRIANGLE if n < 6 else EDGE_EDGE, scaled, STENCILS[n], weights)
         if distance < least:
             least = distance
-            _write(scaled, STENCILS[n], weights, found)
+            _write(scaled, STENCILS[n], weights, nearest)
     if intersecting:
-        found[1], least = found[0], 0.0
+        nearest[1], least = nearest[0], 0.0
     return least
 
 
 @numba.njit(cache=True)
-def _write(points, nodes, weights, found):
-    """Write the closest points of a stencil on a and on b into ``found`` (2, 3)."""
-    found[:] = 0.0
+def _write(points, nodes, weights, closest):
+    """Write the closest points of a stencil on a and on b into ``closest`` (2, 3)."""
+    closest[:] = 0.0
     # the first part of a stencil has the positive weights, and may belong to b
     sign = 1.0 if nodes[0] < 3 else -1.0
     for axis in range(3):
         for i in range(4):
             if nodes[i] < 3:
-                found[0, axis] += sign * weights[i] * points[nodes[i], axis]
+                closest[0, axis] += sign * weights[i] * points[nodes[i], axis]
             else:
-                found[1, axis] -= sign * weights[i] * points[nodes[i], axis]
+                closest[1, axis] -= sign * weights[i] * points[nodes[i], axis]
 
 
 @numba.njit(cache=True)
@@ -70,11 +70,14 @@ def _measure(a, b):
     """Return what ``triangle_pairs_distance`` does, of contiguous arrays (n, 3, 3)."""
     distances, on_a, on_b = np.empty(len(a)), np.empty((len(a), 3)), np.empty((len(a), 3))
     points, scaled, sums = np.empty((6, 3)), np.empty((6, 3)), new_accumulator()
-    weights, found = np.empty(4), np.empty((2, 3))
+    weights, nearest = np.empty(4), np.empty((2, 3))
     for n in range(len(a)):
         points[:3], points[3:] = a[n], b[n]
         exponent = normalise(points, scaled)
-        distances[n] = math.ldexp(_pair_distance(points, scaled, sums, weights, found), exponent)
+        distances[n] = math.ldexp(_pair_distance(points, scaled, sums, weights, nearest), exponent)
         for axis in range(3):
-            on_a[n, axis], on_b[n, axis] = math.ldexp(found[0, axis], exponent), math.ldexp(found[1, axis], exponent)
+            on_a[n, axis], on_b[n, axis] = (
+                math.ldexp(nearest[0, axis], exponent),
+                math.ldexp(nearest[1, axis], exponent),
+            )
     return distances, on_a, on_b

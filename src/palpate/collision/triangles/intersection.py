@@ -203,13 +203,13 @@ def pairs_intersect(points_a, triangles_a, points_b, triangles_b, pairs):
     points : (n, 3) [m]; triangles : (m, 3); pairs : (k, 2), a triangle of a and one of b
     Trap: nothing is checked; points must be finite, and indices in range.
     """
-    found = np.empty(len(pairs), dtype=np.bool_)
+    crossing = np.empty(len(pairs), dtype=np.bool_)
     points, sums = np.empty((6, 3)), new_accumulator()
     for n in range(len(pairs)):
         copy_corners(points_a, triangles_a, pairs[n, 0], points, 0)
         copy_corners(points_b, triangles_b, pairs[n, 1], points, 3)
-        found[n] = triangles_intersect(points, sums)
-    return found
+        crossing[n] = triangles_intersect(points, sums)
+    return crossing
 
 
 @numba.njit(cache=True)

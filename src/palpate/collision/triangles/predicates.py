@@ -145,12 +145,12 @@ def _add_product(sign, x, y, z, sums):
 @numba.njit(cache=True)
 def _take_sign(low, high, sums):
     """Return the sign of the number in ``sums``, to which products at digits low … high were added, and zero it."""
-    carry, found = np.int64(0), np.int64(0)
+    carry, digits = np.int64(0), np.int64(0)
     for d in range(low, high + 9):
         value = sums[d] + carry
         carry = value >> LIMB
-        found |= value & MASK
+        digits |= value & MASK
         sums[d] = 0
     if carry != 0:
         return -1 if carry < 0 else 1
-    return 1 if found != 0 else 0
+    return 1 if digits != 0 else 0

@@ -53,10 +53,10 @@ class Stiffer:
     def sentence(self) -> str:
         """The ratios in words, for the comment of an exported file."""
         more = self.factor - 1.0
-        told = f"acts {abs(more):.0%} {'stiffer' if more > 0 else 'softer'} than the organ"
+        difference = f"acts {abs(more):.0%} {'stiffer' if more > 0 else 'softer'} than the organ"
         count = int(np.isfinite(self.ratios).sum())
         return (
-            f"on this mesh, linear elements with the law {self.law}, the same ball {told} in {count} of "
+            f"on this mesh, linear elements with the law {self.law}, the same ball {difference} in {count} of "
             f"{len(self.ratios)} presses to {1e3 * self.depth_m.max():.3g} mm, {self.scatter:.0%} from place to place; "
             "the modulus here makes up for the mean"
         )

@@ -62,14 +62,14 @@ def export(
         for share in SHARES:
             touches = [replace(touch, depth_m=share * touch.depth_m) for touch in repeated]
             try:
-                found = pressed(body, level, law, numbers.poisson, touches, organ_n(touches))
+                results = pressed(body, level, law, numbers.poisson, touches, organ_n(touches))
             except NotConverged:
                 if share == SHARES[-1]:
                     raise
                 continue
-            if np.isfinite(found.ratios).all():
+            if np.isfinite(results.ratios).all():
                 break
-        return found
+        return results
 
     meshes = {engine: EngineMesh(body, level, numbers, stiffer(law)) for engine, law in LAWS.items()}
     mesh, name = body.levels[level], numbers.name

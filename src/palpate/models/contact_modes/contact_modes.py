@@ -106,8 +106,8 @@ def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, known: np.ndarray) -
         for _ in range(MOST_LOWERINGS):
             force = np.zeros(reduced.loads.shape[1])
             force[3 * k : 3 * k + 3] = row / (row @ row)
-            found = reduced.settle(force, RESIDUAL)
-            if found.residual <= RESIDUAL and reduced.is_stiff(found.q, LEAST_STIFFNESS * soft):
+            settled = reduced.settle(force, RESIDUAL)
+            if settled.residual <= RESIDUAL and reduced.is_stiff(settled.q, LEAST_STIFFNESS * soft):
                 break
             row /= FORCE_FACTOR
     return rows
@@ -122,7 +122,7 @@ def _firm(reduced: ReducedEnergy, soft: np.ndarray, contact: ContactSnapshots) -
     ways, firm_n = directions(contact.normal), 0.0
     hardest = float(np.linalg.norm(contact.forces, axis=1).max())
     for newtons in hardest / SIZES * np.arange(1, SIZES + 1):
-        answers = [reduced.settle(newtons * way, RESIDUAL) for way in ways]
+        answers = [reduced.settle(newtons * direction, RESIDUAL) for direction in ways]
         if not all(each.residual <= RESIDUAL and reduced.is_stiff(each.q, FIRM * soft) for each in answers):
             break
         firm_n = float(newtons)
@@ -263,8 +263,8 @@ class ContactSolver(Solver):
         force = np.concatenate(given) if len(given) == len(load.presses) else _all_forces(model, load)
         q, why, residual = _settled(model, force)
         moved = model.columns @ force + model.rest @ model.beyond(q, force).astype(np.float32)
-        found = None if len(given) == len(load.presses) else force.reshape(-1, 3)
-        answer = Answer(moved.reshape(-1, 3), found, OWN_ERROR * sqrt(q @ q) / model.reach)
+        forces = None if len(given) == len(load.presses) else force.reshape(-1, 3)
+        answer = Answer(moved.reshape(-1, 3), forces, OWN_ERROR * sqrt(q @ q) / model.reach)
         if why:
             raise Doubted(why, [residual], answer)
         self._buckling.checked(load, answer)

@@ -82,8 +82,8 @@ class ElementsAtRest:
         """
         enough = tolerance * float(np.linalg.norm(load))
 
-        def callback(way: Descent) -> bool:
-            return len(way.forces) <= least or way.forces[-1] > enough
+        def callback(descent: Descent) -> bool:
+            return len(descent.forces) <= least or descent.forces[-1] > enough
 
         problem, start = self._equilibrium, self.rest + moved
         problem.carry(load)

@@ -218,11 +218,11 @@ def _to_finer(offline: Offline, node: int, share: float) -> Change:
         start, load = refine @ moved, finer.nodal(*disc, force)
         if forces:
             start = start + np.tensordot(likeness(np.array(forces), force, 1), np.array(changes), 1)
-        found = finer.settle(load, start, LEVEL_STEPS, FINER_RESIDUAL)
-        if finer.residual(found, load) <= FINER_RESIDUAL and finer.least_det(found) > 0.0:
+        answer = finer.settle(load, start, LEVEL_STEPS, FINER_RESIDUAL)
+        if finer.residual(answer, load) <= FINER_RESIDUAL and finer.least_det(answer) > 0.0:
             forces.append(force)
             answers.append(moved)
-            changes.append(found - refine @ moved)
+            changes.append(answer - refine @ moved)
     if not forces:
         return Change(np.empty((0, 3)), contact.answers[:, :, :0], np.empty((up.shape[0], 3, 0)))
     before = np.stack(answers, axis=2)
@@ -312,7 +312,7 @@ def target_change(offline: Offline, case: Case, model: kinds.ContactModes, node:
     if target == "operator" and gap == 0:
         return None
     if modes == "finer" and gap:
-        found = offline.once(("to finer", node), lambda: _to_finer(offline, node, borne))
+        to_target = offline.once(("to finer", node), lambda: _to_finer(offline, node, borne))
         linear = _fine_columns(offline, case, node) - offline.reduced_columns(node)
         share = (
             1.0
@@ -323,10 +323,10 @@ def target_change(offline: Offline, case: Case, model: kinds.ContactModes, node:
         return None
     else:
         kind = "columns" if modes == "columns" else "snapshots"
-        found = offline.once((f"from coarser {kind}", node), lambda: _from_coarser(offline, node, kind))
+        to_target = offline.once((f"from coarser {kind}", node), lambda: _from_coarser(offline, node, kind))
         linear = offline.reduced_columns(node) - offline.reduced_columns(node, 1)
         share = _change_factor(target, target_ratio(offline, case, node), gap, 0)
-    return found._replace(change=share * (found.change - linear @ found.forces.T))
+    return to_target._replace(change=share * (to_target.change - linear @ to_target.forces.T))
 
 
 def _change_factor(target: str, ratio: float, count: int, first: int) -> float:

@@ -50,9 +50,9 @@ def hardest(model: ReducedEnergy, moved: np.ndarray, direction: np.ndarray, newt
     moved : (k, 3, r) [m], displacements of the surface by coordinate; size : of the body [m]
     """
     for _ in range(MOST_LOWERINGS):
-        found = model.settle(newtons * direction, 1e-3)
-        peak = np.linalg.norm(moved @ found.q, axis=1).max()
-        if found.residual <= 1e-3 and found.least_det >= SQUEEZED and peak <= PEAK * size:
+        settled = model.settle(newtons * direction, 1e-3)
+        peak = np.linalg.norm(moved @ settled.q, axis=1).max()
+        if settled.residual <= 1e-3 and settled.least_det >= SQUEEZED and peak <= PEAK * size:
             break
         newtons *= FORCE_FACTOR
     return newtons * direction
@@ -179,7 +179,7 @@ def columns_of_contact(
         elements, modes, rings_around(elements, nodes, NEAR_RINGS), TOGETHER if elements.level else 1
     )
     model = ReducedEnergy(points, carried(nodes, shares, modes), elements.law)
-    hard = [hardest(model, modes[nodes], way, newtons, elements.size) for way in directions(normal)]
+    hard = [hardest(model, modes[nodes], direction, newtons, elements.size) for direction in directions(normal)]
     forces = np.array([share * force for share in SHARES for force in hard])
     answers = modes @ np.array([model.settle(force, MODEL_RESIDUAL).q for force in forces]).T
     return ContactSnapshots(elements, nodes, shares, normal, linear, second, modes, model, forces, answers)
@@ -198,10 +198,10 @@ def press_contact(columns: ContactSnapshots) -> ContactSnapshots:
         start = columns.answers[:, :, k]
         if missed:
             start = start + np.tensordot(likeness(columns.forces[:k], force, 2), np.array(missed), 1)
-        found, moved = _snapshot(columns, force, start)
+        reached, moved = _snapshot(columns, force, start)
         # of a press that had to be weaker, which has no answer of the model, nothing is learnt
-        missed.append(moved - columns.answers[:, :, k] if found is force else np.zeros_like(moved))
-        forces.append(found)
+        missed.append(moved - columns.answers[:, :, k] if reached is force else np.zeros_like(moved))
+        forces.append(reached)
         answers.append(moved)
     return replace(columns, forces=np.array(forces), answers=np.stack(answers, axis=2), found=True)
 

@@ -110,8 +110,8 @@ class Enriched:
         for part in np.array_split(ranked, max(1, 3 * len(ranked) // TOGETHER)):
             units = np.zeros((count, 3, len(part), 3))
             units[ordered[part], :, np.arange(len(part))] = np.eye(3)
-            found = factor.solve(units.reshape(count, 3, -1))[ordered].reshape(3 * count, -1)
-            self._compliance[coordinates_of(part)] = found.T
+            responses = factor.solve(units.reshape(count, 3, -1))[ordered].reshape(3 * count, -1)
+            self._compliance[coordinates_of(part)] = responses.T
         self._shown = np.ascontiguousarray(self._compliance.reshape(-1, count, 3)[:, self._seen])
 
     def cut(self, cuts: Sequence[Cut]) -> None:
@@ -312,7 +312,7 @@ def _add(outer, mu, lam, matrix, row, column):
 @numba.njit(cache=True)
 def product_of(matrix, nodes, right):
     """Return the rows of ``nodes`` (k,) of a node-wise ``matrix`` (3n, 3n), columns alike, times ``right`` (3k, p)."""
-    found, rows = np.empty_like(right), np.empty((3 * ROWS, len(right)), dtype=right.dtype)
+    product, rows = np.empty_like(right), np.empty((3 * ROWS, len(right)), dtype=right.dtype)
     for begin in range(0, len(nodes), ROWS):
         count = min(ROWS, len(nodes) - begin)
         for a in range(count):
@@ -321,8 +321,8 @@ def product_of(matrix, nodes, right):
                 for b in range(len(nodes)):
                     for j in range(3):
                         rows[3 * a + i, 3 * b + j] = matrix[row, 3 * nodes[b] + j]
-        found[3 * begin : 3 * (begin + count)] = np.dot(rows[: 3 * count], right)
-    return found
+        product[3 * begin : 3 * (begin + count)] = np.dot(rows[: 3 * count], right)
+    return product
 
 
 @numba.njit(cache=True, fastmath=True)

@@ -49,9 +49,9 @@ class Anew(LevelModel):
     def pull(self) -> Pulled:
         cut, problem = self._opened, self._problem
         largest = float(np.linalg.norm(cut.shifts, axis=1).max())
-        way, small = problem.response(cut.shifts[problem.grasped] / largest), SMALL * problem.mesh.size
-        force = problem.free_force(cut.rest + small * way) / small
-        return cut.answer(cut.rest + largest * way, largest * force)
+        response, small = problem.response(cut.shifts[problem.grasped] / largest), SMALL * problem.mesh.size
+        force = problem.free_force(cut.rest + small * response) / small
+        return cut.answer(cut.rest + largest * response, largest * force)
 
 
 class Updated(LevelModel):
@@ -115,13 +115,13 @@ class Updated(LevelModel):
         o, h = coordinates_of(self._outer), coordinates_of(self._driven)
         kept = cut.shifts[self._kept].ravel()
         right = np.append(-self._pull_of_kept @ kept, self._scale * cut.shifts[self._driven].ravel())
-        found = lu_solve(self._capacitance, right)
+        forces = lu_solve(self._capacitance, right)
         moved, force = np.zeros_like(cut.rest), np.zeros_like(cut.rest)
-        moved[:count] = (found @ self._compliance[np.append(o, h)]).reshape(-1, 3)  # symmetric
+        moved[:count] = (forces @ self._compliance[np.append(o, h)]).reshape(-1, 3)  # symmetric
         outer = moved[self._outer].ravel()
         inner = -self._outward @ np.append(outer, kept)
         moved[self._inner], moved[self._kept] = inner.reshape(-1, 3), cut.shifts[self._kept]
-        force[self._driven] = -found[len(o) :].reshape(-1, 3)
+        force[self._driven] = -forces[len(o) :].reshape(-1, 3)
         po, pf, pp = self._new[2]
         force[self._kept] -= (po @ outer + pf @ inner + pp @ kept).reshape(-1, 3)
         return cut.answer(cut.rest + moved, force)

@@ -184,15 +184,15 @@ def nonlinear_pulls(points: CubaturePoints, law: Law, states: np.ndarray) -> np.
     count = len(volumes)
     flat, f, p = slopes.reshape(9 * count, -1), np.empty((9, count)), np.empty((9, count))
     energies, accepted = np.empty(count), np.empty(count, dtype=bool)
-    found = np.empty((count, *states.shape))
+    pulls = np.empty((count, *states.shape))
     for s, q in enumerate(np.ascontiguousarray(states)):
         point_stresses(q, flat, volumes, mu, lam, *law, f, p, energies, accepted)
         moved = f.reshape(3, 3, count) - np.eye(3)[:, :, None]
         strain = 0.5 * (moved + moved.transpose(1, 0, 2)).reshape(9, count)
         linear = 2.0 * mu * strain
         linear[[0, 4, 8]] += lam * (strain[0] + strain[4] + strain[8])
-        pulled_by_each(p - linear * volumes, slopes, found[:, s])
-    return found
+        pulled_by_each(p - linear * volumes, slopes, pulls[:, s])
+    return pulls
 
 
 TIGHTER, TIGHTENINGS = 0.5, 6

@@ -153,24 +153,24 @@ def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume
 
 
 @numba.njit(cache=True, error_model="numpy")
-def add_tangent(q, slopes, volumes, mu, lam, shape, measure, volume, found):
-    """Add the part of the energy's Hessian that changes with ``q`` (r,) to ``found`` (r, r); slopes : (9, k, r)."""
+def add_tangent(q, slopes, volumes, mu, lam, shape, measure, volume, tangent):
+    """Add the part of the energy's Hessian that changes with ``q`` (r,) to ``tangent`` (r, r); slopes : (9, k, r)."""
     for begin in range(0, len(volumes), BLOCK):
         end = min(begin + BLOCK, len(volumes))
         if shape is None:
-            found += _plain_tangent(q, slopes, volumes, mu, lam, begin, end)
+            tangent += _plain_tangent(q, slopes, volumes, mu, lam, begin, end)
         else:
-            found += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, False)
+            tangent += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, False)
 
 
 @numba.njit(cache=True, error_model="numpy")
 def clamped_tangent(q, slopes, volumes, mu, lam, shape, measure, volume):
     """Return the Hessian (r, r) at ``q`` (r,), that of each of k points clamped positive; slopes : (9, k, r)."""
-    found = np.zeros((len(q), len(q)))
+    tangent = np.zeros((len(q), len(q)))
     for begin in range(0, len(volumes), BLOCK):
         end = min(begin + BLOCK, len(volumes))
-        found += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, True)
-    return found
+        tangent += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, True)
+    return tangent
 
 
 class CubaturePoints(NamedTuple):
@@ -194,18 +194,18 @@ class CubaturePoints(NamedTuple):
     def stiffness(self) -> np.ndarray:
         """The Hessian (r, r) of the energy of all points at rest, Σ V (2μ e : e + λ tr e tr e)."""
         strain, trace = self._strains
-        found = trace.T @ ((self.volumes * self.lam)[:, None] * trace)
+        total = trace.T @ ((self.volumes * self.lam)[:, None] * trace)
         for part in strain:
-            found += part.T @ ((2.0 * self.volumes * self.mu)[:, None] * part)
-        return found
+            total += part.T @ ((2.0 * self.volumes * self.mu)[:, None] * part)
+        return total
 
     def stiffnesses(self) -> np.ndarray:
         """Return the Hessian of the energy of each point at rest, (k, r, r)."""
         strain, trace = self._strains
-        found = (self.volumes * self.lam)[:, None, None] * (trace[:, :, None] * trace[:, None, :])
+        terms = (self.volumes * self.lam)[:, None, None] * (trace[:, :, None] * trace[:, None, :])
         for part in strain:
-            found += (2.0 * self.volumes * self.mu)[:, None, None] * (part[:, :, None] * part[:, None, :])
-        return found
+            terms += (2.0 * self.volumes * self.mu)[:, None, None] * (part[:, :, None] * part[:, None, :])
+        return terms
 
     @property
     def _strains(self) -> tuple[np.ndarray, np.ndarray]:

@@ -77,19 +77,19 @@ class ReducedEnergy:
 
     def at_rest(self, force: np.ndarray, tolerance: float) -> Coordinates:
         """Return the state at rest under ``force`` (f,) [N]; NotConverged where the residual is above ``tolerance``."""
-        found = self.settle(force, tolerance)
-        if not found.residual <= tolerance:
-            raise NotConverged(f"the reduced model stopped at a residual of {found.residual:.1e}", [found.residual])
-        return found
+        settled = self.settle(force, tolerance)
+        if not settled.residual <= tolerance:
+            raise NotConverged(f"the reduced model stopped at a residual of {settled.residual:.1e}", [settled.residual])
+        return settled
 
     def tangent(self, q: np.ndarray) -> np.ndarray:
         """Return the Hessian (r, r) of the energy at ``q`` (r,): the identity at rest, singular where the body buckles.
 
         It is NaN where a point of the corotational law is inverted.
         """
-        found = self.base.copy()
-        add_tangent(q, *self.points, *self.law, found)
-        return found
+        hessian = self.base.copy()
+        add_tangent(q, *self.points, *self.law, hessian)
+        return hessian
 
     def is_stiff(self, q: np.ndarray, least: np.ndarray) -> bool:
         """Return whether the tangent at ``q`` (r,) less ``least`` (r, r) is positive definite."""

@@ -36,15 +36,15 @@ def settle(q, load, body, touch, tolerance, iterations):
             ahead = directed(none, -gradient, steps, turns, scale, kept)
         else:
             ahead = newton(q, -gradient, body, touch)
-        slope, length, found = np.dot(gradient, ahead), 1.0, False
+        slope, length, accepted = np.dot(gradient, ahead), 1.0, False
         while slope < 0.0 and length > 1e-4:
             reached = q + length * ahead
             lower, bent, pull = valued(reached, load, body, scratch, touch)
             if lower <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
-                found = True
+                accepted = True
                 break
             length *= 0.5
-        if found:
+        if accepted:
             if touch is None:
                 kept = remember(reached - q, bent - gradient, steps, turns, scale, kept)
             q[:], gradient, energy = reached, bent, lower
@@ -87,18 +87,18 @@ def directed(factored, right, steps, turns, scale, kept):
     factored : the Cholesky factor (n, n) of the Hessian that the estimate starts from, or (0, 0) for the identity
     steps, turns, scale, kept : as of ``remember``
     """
-    found, size = right.copy(), len(steps)
+    direction, size = right.copy(), len(steps)
     part, oldest = np.empty(size), max(0, kept - size)
     for j in range(kept - 1, oldest - 1, -1):
         m = j % size
-        part[m] = scale[m] * np.dot(steps[m], found)
-        found -= part[m] * turns[m]
+        part[m] = scale[m] * np.dot(steps[m], direction)
+        direction -= part[m] * turns[m]
     if len(factored):
-        solve(factored, found)
+        solve(factored, direction)
     for j in range(oldest, kept):
         m = j % size
-        found += (part[m] - scale[m] * np.dot(turns[m], found)) * steps[m]
-    return found
+        direction += (part[m] - scale[m] * np.dot(turns[m], direction)) * steps[m]
+    return direction
 
 
 @numba.njit(cache=True, error_model="numpy")

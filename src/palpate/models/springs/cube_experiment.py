@@ -77,18 +77,18 @@ def experiment(asked: Any, poisson: float) -> Experiment:
     steps = round(asked.duration_s / asked.step_s)
     settings = Settings(asked.step_s, steps, asked.damping_ratio, keys)
     model = spring_motion.spring_model(particles)
-    found = Experiment(particles, model, presses, settings, Range(*asked.young_pa))
-    return found.with_volume(0.0)  # which checks the step
+    cube = Experiment(particles, model, presses, settings, Range(*asked.young_pa))
+    return cube.with_volume(0.0)  # which checks the step
 
 
 def simulate_references(experiment: Experiment, substeps: int) -> dict[str, Motion]:
     """Return the motion of finite elements under each press, in arrays contiguous as those read back are."""
     particles, model, settings = experiment.particles, experiment.model, experiment.settings
-    found = {}
+    motions = {}
     for name, press in experiment.presses.items():
         x, v = spring_motion.reference_motion(particles, model, press, settings, substeps)
-        found[name] = np.ascontiguousarray(x), np.ascontiguousarray(v)
-    return found
+        motions[name] = np.ascontiguousarray(x), np.ascontiguousarray(v)
+    return motions
 
 
 def save_references(references: dict[str, Motion], path: str | Path) -> None:

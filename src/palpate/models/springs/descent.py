@@ -180,8 +180,8 @@ def descend(
         nonlocal best
         young = np.exp(unknowns[:n])
         volume = initial_n_m if most_n_m is None else float(unknowns[n]) * most_n_m
-        found = [value_and_gradient(press, young, volume) for press in presses]
-        value, by_young, by_volume = map(sum, zip(*found, strict=True))
+        of_presses = [value_and_gradient(press, young, volume) for press in presses]
+        value, by_young, by_volume = map(sum, zip(*of_presses, strict=True))
         if value > best[0]:
             best = (value, young, volume)
         history.append([len(history) + 1, perf_counter() - begin, best[0]])

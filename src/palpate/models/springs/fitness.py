@@ -115,10 +115,10 @@ def _in_lanes(values: np.ndarray) -> np.ndarray:
 
 @numba.njit(cache=True, parallel=True, error_model="numpy")
 def _evaluate(
-    found, stiffness, damping, corners, shares, positions, velocities, every,
+    fitness, stiffness, damping, corners, shares, positions, velocities, every,
     nodes, pairs, rest, tetrahedra, volume_rest, volume, mobility, load, factors, h,
 ):  # fmt: skip
-    """Write the fitness of each lane of each block into ``found``: distances from the reference, summed on the way."""
+    """Write the ``fitness`` of each lane of each block: less its distances from the reference, summed on the way."""
     k = len(LANES)
     for block in numba.prange(len(stiffness)):
         x = nodes.repeat(k).reshape((len(nodes), 3 * k))
@@ -134,7 +134,7 @@ def _evaluate(
                 total += part
                 _sum_distances(v, corners, shares, velocities[s // every], work, part)
                 total += ALPHA_S * part
-        found[block * k : (block + 1) * k] = -total
+        fitness[block * k : (block + 1) * k] = -total
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -167,9 +167,9 @@ def fit_moduli(network: Network, samples: Database, nodal: bool, volume: bool, e
     search = _Search(network, samples, volume)
     search.descend(1, evaluations[0], np.append(np.zeros(1), [1.0 / WIDTH] if volume else []))
     if nodal:
-        found = search.best
-        young = np.log(found.young_pa / network.particles.material.young_pa)
-        start = np.append(young, [found.volume_n_m / search.stiff] if volume else [])
+        best = search.best
+        young = np.log(best.young_pa / network.particles.material.young_pa)
+        start = np.append(young, [best.volume_n_m / search.stiff] if volume else [])
         search.descend(len(young), evaluations[1], start)
     if not search.best.misfit < 1.0:
         raise NotConverged(f"{network.particles.name}: no moduli of springs fit the samples; choose lower loads", [])
@@ -323,8 +323,8 @@ class SpringsTouch(NodeTouch):
         return force_scale([self.respond(touch) for touch in touches], right)
 
     def respond(self, touch: Touch) -> Touched:
-        found = super().respond(touch)
-        return found._replace(force_n=self._scale * found.force_n, reaction_n=self._scale * found.reaction_n)
+        touched = super().respond(touch)
+        return touched._replace(force_n=self._scale * touched.force_n, reaction_n=self._scale * touched.reaction_n)
 
     def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
         contact = NodeContact(nodes, self._penalty[nodes], pose)
@@ -410,10 +410,10 @@ class CutSprings(LevelModel):
     def pull(self) -> Pulled:
         cut, start = self._opened, self._linear()
         scale = cut_truth.TOLERANCE * float(np.linalg.norm(self._free_force(start)[cut.moved]))
-        way = minimise_by_lbfgs(self, self._solve, start, scale, self._iterations)
-        if not np.isfinite(way.x).all():
-            raise NotConverged("springs left the finite numbers", way.forces)
-        return cut.answer(way.x, self._factor * self._free_force(way.x))
+        descent = minimise_by_lbfgs(self, self._solve, start, scale, self._iterations)
+        if not np.isfinite(descent.x).all():
+            raise NotConverged("springs left the finite numbers", descent.forces)
+        return cut.answer(descent.x, self._factor * self._free_force(descent.x))
 
     def _linear(self) -> np.ndarray:
         """Return the positions (n, 3) [m] of the linearised network under the hooks' motion."""

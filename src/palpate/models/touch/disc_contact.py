@@ -47,10 +47,10 @@ def complementary(matrix, right, most):
     become fewer; else one by one, which ends (Murty 1974).
     """
     k = len(right)
-    bears = np.ones(k, dtype=np.bool_)
+    pressing = np.ones(k, dtype=np.bool_)
     fewest, blocks, z = k + 1, BLOCKS, np.zeros(k)
     for _ in range(most):
-        on = np.flatnonzero(bears)
+        on = np.flatnonzero(pressing)
         z[:] = 0.0
         if len(on) > 0:
             square = np.empty((len(on), len(on)))
@@ -61,7 +61,7 @@ def complementary(matrix, right, most):
         wrong, last = 0, -1
         left = np.dot(matrix, z) + right
         for i in range(k):
-            if (bears[i] and z[i] < 0.0) or (not bears[i] and left[i] < 0.0):
+            if (pressing[i] and z[i] < 0.0) or (not pressing[i] and left[i] < 0.0):
                 wrong, last = wrong + 1, i
         if wrong == 0:
             return z, True
@@ -70,17 +70,17 @@ def complementary(matrix, right, most):
         else:
             blocks -= 1
         for i in range(k):
-            if (i == last) if blocks < 0 else (z[i] < 0.0 if bears[i] else left[i] < 0.0):
-                bears[i] = not bears[i]
+            if (i == last) if blocks < 0 else (z[i] < 0.0 if pressing[i] else left[i] < 0.0):
+                pressing[i] = not pressing[i]
     return np.maximum(z, 0.0), False
 
 
 @numba.njit(cache=True, error_model="numpy")
-def settle_discs(rest, motions, spins, shares, tip, way, steps, axes, shape):
+def settle_discs(rest, motions, spins, shares, tip, travel, steps, axes, shape):
     """Return the forces (m,) [N] of discs on a body that an instrument is pushed into, and the error of contact.
 
     rest, motions, spins, shares : as of ``Discs``; axes, shape : of the instrument
-    tip : (3,) [m], of it at first touch; way, steps : its motion from there (3,) [m], in so many steps
+    tip : (3,) [m], of it at first touch; travel, steps : its motion from there (3,) [m], in so many steps
     The error is the largest gap of a disc with force, or overlap of one without, over the way's length. From far off
     the complementarity problem may have no solution; in steps on the way, one linearisation each is enough. Gaps of
     turned motions close along normals that are turned back: how rotations change is left to the next linearisation.
@@ -89,11 +89,11 @@ def settle_discs(rest, motions, spins, shares, tip, way, steps, axes, shape):
     forces, at, along = np.zeros(m), rest.copy(), np.empty(s)
     gaps, normals, means = np.empty(s), np.empty((s, 3)), np.empty(m)
     turned, spin = len(spins) > 0, np.zeros((s, 3))
-    length, off = max(np.sqrt(np.dot(way, way)), 1e-300), np.inf
+    length, off = max(np.sqrt(np.dot(travel, travel)), 1e-300), np.inf
     for step in range(1, steps + 1):
         most = ITERATIONS if step == steps else 1
         for count in range(most + 1):
-            distances(at, tip + step / steps * way, axes, shape, gaps, normals)
+            distances(at, tip + step / steps * travel, axes, shape, gaps, normals)
             # the error of contact
             means[:] = np.dot(shares, gaps)
             off = 0.0
@@ -116,11 +116,11 @@ def settle_discs(rest, motions, spins, shares, tip, way, steps, axes, shape):
                 right[a] = means[near[a]]
                 for b in range(k):
                     right[a] -= closing[a, b] * forces[near[b]]
-            found, solved = complementary(closing, right, 10 * k)
+            pressed, solved = complementary(closing, right, 10 * k)
             if not solved:
                 break
             # the places under these forces
-            forces[near] = found
+            forces[near] = pressed
             at = combined(forces, motions)
             if turned:
                 spin = combined(forces, spins)

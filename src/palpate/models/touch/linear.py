@@ -77,13 +77,13 @@ class LinearTouch(TouchSolver):
             raise TouchDoubted(f"contact was left with gaps of {off:.1%} of the depth", [off])
         if not forces.any():
             raise TouchDoubted("no disc is pressed: they are wider than what touches; take more discs", [])
-        moved, ways = combined(forces, discs.responses), discs.ways
+        moved, directions = combined(forces, discs.responses), discs.ways
         if len(discs.spins):
             moved = warp(combined(forces, discs.turns), moved)
-            ways = turn(discs.shares @ combined(forces, discs.spins), ways)
+            directions = turn(discs.shares @ combined(forces, discs.spins), directions)
         pressures = forces @ discs.shares / discs.areas
         area = discs.areas[pressures > TOUCHED * pressures.max()].sum()
-        return Touched(moved, float(forces @ ways @ touch.direction), float(area))
+        return Touched(moved, float(forces @ directions @ touch.direction), float(area))
 
 
 class GraspedResponses(TouchSolver):
@@ -101,29 +101,29 @@ class GraspedResponses(TouchSolver):
         if touch.node in self._places:
             return
         meshes = self._case.share("touched meshes", lambda: TouchedMeshes(self._case.body))
-        found = meshes.around(touch, *self._where)
-        grasping = found.problem
+        meshed = meshes.around(touch, *self._where)
+        grasping = meshed.problem
         assert isinstance(grasping, Grasping)
-        columns = np.stack([grasping.response(way) for way in np.eye(3)], axis=2)
+        columns = np.stack([grasping.response(axis) for axis in np.eye(3)], axis=2)
         small = SMALL * grasping.mesh.size
         stiffness = [grasping.reaction(grasping.mesh.nodes + small * columns[:, :, i]) / small for i in range(3)]
-        self._places[touch.node] = by_column(found.up, columns), np.array(stiffness)
+        self._places[touch.node] = by_column(meshed.up, columns), np.array(stiffness)
 
     def respond(self, touch: Touch) -> Touched:
-        (responses, stiffness), way = self._places[touch.node], touch.depth_m * touch.direction
-        return Touched(np.tensordot(way, responses, 1), float(way @ stiffness @ touch.direction))
+        (responses, stiffness), push = self._places[touch.node], touch.depth_m * touch.direction
+        return Touched(np.tensordot(push, responses, 1), float(push @ stiffness @ touch.direction))
 
 
 def _settled(discs: Discs, touch: Touch, begin: Pose) -> tuple[np.ndarray, float]:
     """Return the forces of discs under a touch that begins at ``begin``, and contact's error, as ``settle_discs``."""
-    instrument, way = touch.instrument, touch.depth_m * touch.direction
+    instrument, travel = touch.instrument, touch.depth_m * touch.direction
     # a step leaves the end of a punch nearer than its side to all that is inside
     edge = max(instrument.edge_m, SHARP * instrument.radius_m)
     longest = edge if instrument.kind == PUNCH else STEP * instrument.radius_m
     least = int(np.ceil(touch.depth_m / longest))
     fixed, tool = (discs.rest, discs.motions, discs.spins, discs.shares), (begin.axes, instrument.shape)
     for factor in SHORTER:
-        forces, off = settle_discs(*fixed, begin.tip, way, factor * least, *tool)
+        forces, off = settle_discs(*fixed, begin.tip, travel, factor * least, *tool)
         if off <= OFF:
             break
     return forces, off
@@ -137,8 +137,8 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
     place, outward, instrument = case.body.fine.nodes[node], case.body.fine.normals[node], case.instrument
     meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
     deepest = Touch(instrument, node, -outward, case.deepest_m)
-    found = meshes.around(deepest, *where)
-    points, mesh = found.contact.points, found.problem.mesh
+    meshed = meshes.around(deepest, *where)
+    points, mesh = meshed.contact.points, meshed.problem.mesh
     at, up = points.interpolation @ mesh.nodes, points.interpolation @ mesh.normals
     # centres of the discs among points near the place, denser in the middle
     reach = REACH * contact_radius(instrument, case.deepest_m) + 0.5 * instrument.length_m
@@ -151,10 +151,10 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
     radii_off = np.linalg.norm(graded[:, None] - centers, axis=2) / (WIDE * reach * np.sqrt(np.pi / count))
     pressures = points.areas[:, None] * np.clip(1.0 - radii_off**2, 0.0, None)
     pressures /= pressures.sum(axis=0)
-    ways = -pressures.T @ up
-    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    loads = (points.interpolation.T @ pressures)[:, None, :] * ways.T
-    columns = ElementsAtRest(found.body, found.level).solve(np.ascontiguousarray(loads), COLUMN_RESIDUAL)
+    directions = -pressures.T @ up
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    loads = (points.interpolation.T @ pressures)[:, None, :] * directions.T
+    columns = ElementsAtRest(meshed.body, meshed.level).solve(np.ascontiguousarray(loads), COLUMN_RESIDUAL)
     # places where gaps are looked at, with the pressures of the points nearest to each
     on = np.flatnonzero(pressures.any(axis=1))
     looked = on[spread_over(graded[on], PLACES * count)]
@@ -166,7 +166,14 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
     places, shares = points.interpolation[looked], np.ascontiguousarray(shares.T)
     motions, turning = by_column(places, columns), by_column(places, spins)
     return Discs(
-        at[looked], ways, motions, turning, shares, areas, by_column(found.up, columns), by_column(found.up, spins)
+        at[looked],
+        directions,
+        motions,
+        turning,
+        shares,
+        areas,
+        by_column(meshed.up, columns),
+        by_column(meshed.up, spins),
     )
 
 
@@ -180,7 +187,7 @@ def surface_spins(mesh: Mesh, columns: np.ndarray) -> np.ndarray:
     """Return rotation vectors (n, 3, m) [rad/N] at the surface of ``mesh`` of ``columns`` (n, 3, m) [m/N]."""
     beside = mesh.tetrahedra[np.isin(mesh.tetrahedra, mesh.surface).any(axis=1)]
     nodes, elements = np.unique(beside, return_inverse=True)
-    spins, found = NodalSpins(TetMesh(mesh.nodes[nodes], elements.reshape(-1, 4))), np.zeros_like(columns)
+    spins, on_surface = NodalSpins(TetMesh(mesh.nodes[nodes], elements.reshape(-1, 4))), np.zeros_like(columns)
     for i in range(columns.shape[2]):
-        found[nodes, :, i] = spins.of(columns[nodes, :, i])
-    return found
+        on_surface[nodes, :, i] = spins.of(columns[nodes, :, i])
+    return on_surface

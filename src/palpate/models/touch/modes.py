@@ -57,7 +57,7 @@ class ReducedTouch:
 
         # displacements of the elements under pushes in all directions
         ways = tilted_ways(upright(instrument, case.body.fine.nodes[node], outward).axes, [TILT], AROUND)
-        touches = [Touch(instrument, node, way, case.deepest_m) for way in ways]
+        touches = [Touch(instrument, node, direction, case.deepest_m) for direction in ways]
         mesh = meshes.around_all(touches, *where)
         problem = mesh.contact
         points, rest = problem.points, problem.mesh.nodes
@@ -69,12 +69,12 @@ class ReducedTouch:
             problem.begin([touch.pose(case.body)])
             depths = [share * case.deepest_m for share in shares]
 
-            def guess(depth: float, x: np.ndarray, way: np.ndarray = touch.direction) -> np.ndarray:
+            def guess(depth: float, x: np.ndarray, direction: np.ndarray = touch.direction) -> np.ndarray:
                 """Return the positions that earlier pushes predict; a search from there takes a quarter less."""
                 if not pushed:
                     return x
                 known = Pushes(case.deepest_m, np.array(pushed), np.reshape(moved, (len(moved), -1)))
-                return rest + known.begin(depth * way).reshape(-1, 3)
+                return rest + known.begin(depth * direction).reshape(-1, 3)
 
             for state in problem.push(touch.direction, depths, PUSH_TOLERANCE, 1, guess):
                 pushed.append(state.depth_m * touch.direction)

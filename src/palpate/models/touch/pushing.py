@@ -116,12 +116,12 @@ def _answered(case: TouchCase) -> list[tuple[Touch, Touched]]:
     return [(touch, answers[touch.node, touch.depth_m]) for touch in touches]
 
 
-def force_scale(found: list[Touched], right: list[Touched]) -> float:
-    """Return the factor for forces ``found`` that fits the ``right`` ones, by least squares of relative errors.
+def force_scale(answers: list[Touched], right: list[Touched]) -> float:
+    """Return the factor for forces ``answers`` that fits the ``right`` ones, by least squares of relative errors.
 
     NotConverged where no touch is felt at all.
     """
-    ratios = np.array([one.force_n / other.force_n for one, other in zip(found, right, strict=True)])
+    ratios = np.array([one.force_n / other.force_n for one, other in zip(answers, right, strict=True)])
     if not (np.isfinite(ratios).all() and ratios.sum() > 0.0):
         raise NotConverged("no calibrating touch is felt; take a finer level", [float("nan")])
     return float(ratios.sum() / (ratios @ ratios))

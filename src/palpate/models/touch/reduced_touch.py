@@ -65,9 +65,9 @@ class Pushes:
     deepest_m : of the pushes [m]; ways : (k, 3) [m], their displacements; states : (k, r), their results
     """
 
-    def __init__(self, deepest_m: float, ways: np.ndarray, states: np.ndarray):
-        self._deepest, self._ways = deepest_m, ways / deepest_m
-        self._weights = np.linalg.solve(_alike(self._ways, self._ways) + RIDGE * np.eye(len(ways)), states)
+    def __init__(self, deepest_m: float, displacements: np.ndarray, states: np.ndarray):
+        self._deepest, self._ways = deepest_m, displacements / deepest_m
+        self._weights = np.linalg.solve(_alike(self._ways, self._ways) + RIDGE * np.eye(len(displacements)), states)
 
     def begin(self, push: np.ndarray) -> np.ndarray:
         """Return the coordinates (r,) that are expected under a ``push`` (3,) [m], where its search begins."""

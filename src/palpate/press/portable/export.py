@@ -281,15 +281,17 @@ def _refuse(case: Case) -> None:
 
 def _places(body: Body, contacts: int) -> tuple[list[int], list[int]]:
     """Return the nodes to prepare, and those between them at which errors are measured."""
-    able = between_contacts(body)
-    points = body.fine.nodes[able]
-    count = min(contacts, len(able) - 1)
+    candidates = between_contacts(body)
+    points = body.fine.nodes[candidates]
+    count = min(contacts, len(candidates) - 1)
     if count < 1:
-        raise InputError(f"bodies.{body.name}: {contacts} contacts are asked for; give at least 1 of {len(able) - 1}.")
-    nodes = able[spread_over(points, count)].tolist()
-    checked = min(max(len(nodes) // 4, CHECKED[0]), CHECKED[1], len(able) - len(nodes))
+        raise InputError(
+            f"bodies.{body.name}: {contacts} contacts are asked for; give at least 1 of {len(candidates) - 1}."
+        )
+    nodes = candidates[spread_over(points, count)].tolist()
+    checked = min(max(len(nodes) // 4, CHECKED[0]), CHECKED[1], len(candidates) - len(nodes))
     between = spread_out(points, body.fine.nodes[nodes], checked)
-    return nodes, able[between].tolist()
+    return nodes, candidates[between].tolist()
 
 
 def _linear_responses(

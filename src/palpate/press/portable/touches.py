@@ -74,7 +74,7 @@ def prepare_places(
 
     InputError for instruments that a file cannot hold; warns of places that bear no touch.
     """
-    found: list[TouchPlace] = []
+    places: list[TouchPlace] = []
     trials: list[_Trial] = []
     for instrument in asked.instruments:
         _refuse(instrument, asked.depth_of_radius)
@@ -85,10 +85,10 @@ def prepare_places(
             deepest = asked.depth_of_radius * instrument.radius_m * LOWER**fall
             try:
                 case = TouchCase(body, instrument, deepest, seed)
-                place, trials_there = _place(case, asked.level, node, len(found))
+                place, trials_there = _place(case, asked.level, node, len(places))
             except (NotConverged, InputError):
                 continue
-            found.append(place)
+            places.append(place)
             trials += trials_there
             break
         else:
@@ -97,7 +97,7 @@ def prepare_places(
         warnings.warn(
             f"bodies.{body.name}: {left} of {len(pairs)} places to touch give way, and are left.", stacklevel=2
         )
-    return found, trials
+    return places, trials
 
 
 def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequence[_Trial]) -> list[TouchPlace]:
@@ -106,7 +106,7 @@ def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequenc
     Straight pushes and tilted ones have errors of their own, as modes of few directions answer others less well. Warns
     of places whose errors are above MOST_ERROR or MOST_FORCE_ERROR, which are left out.
     """
-    found = []
+    accurate = []
     for number, place in enumerate(places):
         errors: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
         for trial in trials:
@@ -119,12 +119,12 @@ def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequenc
         (error, force_error), (tilted, tilted_force) = (np.max(errors[straight], axis=0) for straight in (True, False))
         if max(error, tilted) <= MOST_ERROR and max(force_error, tilted_force) <= MOST_FORCE_ERROR:
             errors_of: dict[str, Any] = {"error": float(error), "force_error": float(force_error)}
-            found.append(
+            accurate.append(
                 replace(place, **errors_of, tilted_error=float(tilted), tilted_force_error=float(tilted_force))
             )
-    if left := len(places) - len(found):
+    if left := len(places) - len(accurate):
         warnings.warn(f"{left} of {len(places)} places to touch are answered too wrongly, and are left.", stacklevel=2)
-    return found
+    return accurate
 
 
 def _refuse(instrument: Instrument, depth_of_radius: float) -> None:
@@ -139,14 +139,14 @@ def _refuse(instrument: Instrument, depth_of_radius: float) -> None:
 
 def _nodes(body: Body, instrument: Instrument, count: int) -> list[int]:
     """Return ``count`` nodes that can be touched, spread over those where the surface is flat beside the instrument."""
-    able, surface = places_to_touch(body), body.fine.surface
+    candidates, surface = places_to_touch(body), body.fine.surface
     points, normals = body.fine.nodes[surface], body.fine.normals
     flat = []
-    for node in able:
+    for node in candidates:
         near = surface[np.linalg.norm(points - body.fine.nodes[node], axis=1) < 2.0 * instrument.radius_m]
         flat.append(float((normals[near] @ normals[node]).min()) > FLAT)
-    able = able[flat] if any(flat) else able
-    return [int(able[row]) for row in spread_over(body.fine.nodes[able], count)]
+    candidates = candidates[flat] if any(flat) else candidates
+    return [int(candidates[row]) for row in spread_over(body.fine.nodes[candidates], count)]
 
 
 def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPlace, list[_Trial]]:
@@ -192,11 +192,11 @@ def _trials(case: TouchCase, level: int, node: int, axes: np.ndarray, number: in
     meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
     pushes = [Touch(case.instrument, node, tilted(axes, tilt, turn), case.deepest_m) for tilt, turn, _ in TRIED]
     mesh = meshes.around_all(pushes, HELD, level)
-    found = []
+    trials = []
     for push, (_, _, shares) in zip(pushes, TRIED, strict=True):
         mesh.contact.begin([push.pose(case.body)])
         for state in mesh.contact.push(push.direction, [share * case.deepest_m for share in shares], PUSH_TOLERANCE):
             touch = replace(push, depth_m=state.depth_m)
             answer = answer_of(mesh.problem, state, touch, mesh.up)
-            found.append(_Trial(number, touch, answer.displacement, answer.force_n))
-    return found
+            trials.append(_Trial(number, touch, answer.displacement, answer.force_n))
+    return trials

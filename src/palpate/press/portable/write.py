@@ -99,10 +99,10 @@ def _interpolation(body: Body) -> sparse.csr_array:
         return sparse.csr_array(sparse.eye_array(len(surface), format="csr"))
     whole = sparse.csr_array(to_surface(body, len(body.levels) - 3, 2))
     used = np.unique(whole.indices[np.abs(whole.data) > 1e-12])
-    found = sparse.csr_array(whole[:, used])
-    found.data[np.abs(found.data) <= 1e-12] = 0.0
-    found.eliminate_zeros()
-    return found
+    interpolation = sparse.csr_array(whole[:, used])
+    interpolation.data[np.abs(interpolation.data) <= 1e-12] = 0.0
+    interpolation.eliminate_zeros()
+    return interpolation
 
 
 INT16_MAX = 32767

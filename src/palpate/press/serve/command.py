@@ -68,9 +68,9 @@ def press(
 
 def answers(live: LiveModels) -> Mapping[str, Answer]:
     """Return the functions that answer a page's requests, by their addresses below the page's."""
-    found = {f"answer/{name}": partial(live.answer, name) for name in live.names}
-    found |= {f"answer/{name}": partial(live.answer_cut, name) for name in live.knives}
-    return found | {f"cut/{name}": partial(live.cut, name) for name in live.knives}
+    functions = {f"answer/{name}": partial(live.answer, name) for name in live.names}
+    functions |= {f"answer/{name}": partial(live.answer_cut, name) for name in live.knives}
+    return functions | {f"cut/{name}": partial(live.cut, name) for name in live.knives}
 
 
 def find_run(config: Path | None, results: Path | None) -> FinishedRun:

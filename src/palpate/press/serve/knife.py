@@ -46,12 +46,12 @@ def read_cuts(body: bytes) -> list[CutSettings]:
         cuts = sent.get("cuts", [])
         if not isinstance(cuts, list):
             raise TypeError
-        found = [_read(each) for each in cuts]
+        wanted_cuts = [_read(each) for each in cuts]
     except (ValueError, TypeError, AttributeError, OverflowError, RecursionError):
         raise InputError('post {"cuts": [...]}, each with path_m, points of three numbers, and depth_m.') from None
-    if len(found) > MOST_CUTS:
-        raise InputError(f"there are {len(found)} cuts; make the body whole after {MOST_CUTS} of them.")
-    return found
+    if len(wanted_cuts) > MOST_CUTS:
+        raise InputError(f"there are {len(wanted_cuts)} cuts; make the body whole after {MOST_CUTS} of them.")
+    return wanted_cuts
 
 
 def _read(sent: Any) -> CutSettings:
@@ -137,28 +137,28 @@ class KnifeModel:
         if held[copied & parted.solid].all():
             raise InputError("the body is held there, and a cut opens nothing; cut another place.")
 
-    def respond(self, asked: list[Asked]) -> Found:
+    def respond(self, presses: list[Asked]) -> Found:
         """Answer presses on triangles of the surface; errors as in ``PressedModel``."""
         begin = perf_counter()
         known, self._placed = self._placed, {}
-        for each in asked:  # a finger that presses deeper stays at its place
+        for each in presses:  # a finger that presses deeper stays at its place
             key = each.triangle, each.weights.tobytes()
             self._placed[key] = known[key] if key in known else self._weights(each)
-        weights = sparse.csr_array(np.array([self._placed[each.triangle, each.weights.tobytes()] for each in asked]))
+        weights = sparse.csr_array(np.array([self._placed[each.triangle, each.weights.tobytes()] for each in presses]))
         gram = (weights @ weights.T).toarray()
         if np.linalg.cond(gram) > 1.0 / OVERLAP:
             raise InputError("two fingers press one place; let one of them go.")
-        moved, forces = (self._linearly if self._linear else self._converged)(weights, asked)
+        moved, forces = (self._linearly if self._linear else self._converged)(weights, presses)
         return Found(self._surface.rows @ moved, forces, None, "", 1e3 * (perf_counter() - begin))
 
-    def _weights(self, asked: Asked) -> np.ndarray:
+    def _weights(self, request: Asked) -> np.ndarray:
         """Return the parts (n_parted,) of a press that act on the nodes of the cut level; 0 for held nodes."""
-        sheet, corners = self._sheet, self._sheet.triangles[asked.triangle]
-        place, normal = asked.weights @ sheet.nodes[corners], asked.weights @ sheet.normals[corners]
+        sheet, corners = self._sheet, self._sheet.triangles[request.triangle]
+        place, normal = request.weights @ sheet.nodes[corners], request.weights @ sheet.normals[corners]
         if not (length := float(np.linalg.norm(normal))) > 0.0:
             raise InputError("there is no skin at this place; press beside it.")
         near = np.flatnonzero(near_ball(sheet.nodes[sheet.triangles], place, self._radius_m))
-        near = np.union1d(near, asked.triangle)
+        near = np.union1d(near, request.triangle)
         # a disc beside a cut does not reach over it
         piece = components(sheet.triangles[near][:, [0, 1, 1, 2]].reshape(-1, 2), len(sheet.nodes))
         connected = sheet.triangles[near[piece[sheet.triangles[near, 0]] == piece[corners[0]]]]
@@ -171,23 +171,23 @@ class KnifeModel:
             raise InputError("the body is held there; press another place.")
         return weights
 
-    def _linearly(self, weights: sparse.csr_array, asked: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
+    def _linearly(self, weights: sparse.csr_array, presses: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
         """Return displacements (n_parted, 3) [m] and forces (k, 3) [N] of k presses under small strains."""
-        count = len(asked)
+        count = len(presses)
         units = np.einsum("kn,ab->nakb", weights.toarray(), np.eye(3)).reshape(-1, 3, 3 * count)
         moved = self._equilibrium.at_rest()(units)
-        given = np.array([each.moved if each.force is None else each.force for each in asked])
+        given = np.array([each.moved if each.force is None else each.force for each in presses])
         compliance = (weights @ moved.reshape(len(moved), -1)).reshape(3 * count, 3 * count)
-        forces = press_forces(compliance, given, np.array([each.force is None for each in asked]))
+        forces = press_forces(compliance, given, np.array([each.force is None for each in presses]))
         return moved @ forces.ravel(), forces
 
-    def _converged(self, weights: sparse.csr_array, asked: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
+    def _converged(self, weights: sparse.csr_array, presses: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
         """Return displacements and forces as ``_linearly`` does, with the body's law."""
-        pushed = np.array([each.force is None for each in asked])
-        forces = np.array([np.zeros(3) if each.force is None else each.force for each in asked])
+        pushed = np.array([each.force is None for each in presses])
+        forces = np.array([np.zeros(3) if each.force is None else each.force for each in presses])
         load, rest = weights.T @ forces, self._equilibrium.mesh.nodes
         if not pushed.any():
             return self._equilibrium.solve(load, TOLERANCE).x - rest, forces
-        ways = np.array([each.moved for each in asked if each.force is None])
-        solution, forces[pushed] = push(self._equilibrium, load, weights[pushed], ways, TOLERANCE)
+        displacements = np.array([each.moved for each in presses if each.force is None])
+        solution, forces[pushed] = push(self._equilibrium, load, weights[pushed], displacements, TOLERANCE)
         return solution.x - rest, forces

@@ -113,11 +113,11 @@ class LiveModels:
         ms, drawn_ms : milliseconds until the model could answer, and of finding the surface after that
         """
         surface, held, ready, seen = self.knife(name).follow(read_cuts(body))
-        found = {"nodes": base64_of(surface.nodes.astype("<f4").tobytes()), "skin": surface.skin_nodes}
-        found |= {"rims": surface.rims.tolist()}
-        found |= {"triangles": base64_of(surface.triangles.astype("<u4").tobytes())}
-        found |= {"held": base64_of(held.astype(np.uint8).tobytes()), "ms": ready, "drawn_ms": seen}
-        return json.dumps(found, allow_nan=False).encode()
+        content = {"nodes": base64_of(surface.nodes.astype("<f4").tobytes()), "skin": surface.skin_nodes}
+        content |= {"rims": surface.rims.tolist()}
+        content |= {"triangles": base64_of(surface.triangles.astype("<u4").tobytes())}
+        content |= {"held": base64_of(held.astype(np.uint8).tobytes()), "ms": ready, "drawn_ms": seen}
+        return json.dumps(content, allow_nan=False).encode()
 
     def _settings(self, name: str) -> dict[str, Model]:
         """Return a model's settings that answer anywhere, by their text in tables; InputError if there are none.
@@ -145,7 +145,7 @@ def best_row(rows: pd.DataFrame, known: Iterable[str]) -> pd.Series:
     return soon.sort_values("validation_rmse_of_peak", kind="stable").iloc[0]
 
 
-def _answer_json(found: Found) -> bytes:
-    packed = base64_of(found.displacement.astype("<f4").tobytes())
-    said = {"displacement": packed, "forces": found.forces.tolist(), "error": found.error}
-    return json.dumps(said | {"doubt": found.doubt, "ms": found.milliseconds}, allow_nan=False).encode()
+def _answer_json(answer: Found) -> bytes:
+    packed = base64_of(answer.displacement.astype("<f4").tobytes())
+    said = {"displacement": packed, "forces": answer.forces.tolist(), "error": answer.error}
+    return json.dumps(said | {"doubt": answer.doubt, "ms": answer.milliseconds}, allow_nan=False).encode()

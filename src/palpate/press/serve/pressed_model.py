@@ -60,8 +60,8 @@ def _press(sent: Any, bounds: Bounds) -> Asked:
     name = "force" if "force" in sent else "moved"
     if set(sent) != {"triangle", "weights", name} or type(sent["triangle"]) is not int:
         raise TypeError
-    weights, way = (np.array(sent[key], dtype=float) for key in ("weights", name))
-    if weights.shape != (3,) or way.shape != (3,):
+    weights, vector = (np.array(sent[key], dtype=float) for key in ("weights", name))
+    if weights.shape != (3,) or vector.shape != (3,):
         raise TypeError
     if not 0 <= sent["triangle"] < bounds.triangles:
         raise InputError(f"a press is on no triangle of the body; give a number from 0 to {bounds.triangles - 1}.")
@@ -69,10 +69,10 @@ def _press(sent: Any, bounds: Bounds) -> Asked:
     if not (weights.min() >= -ROUNDING and abs(weights.sum() - 1.0) <= ROUNDING):
         raise InputError("weights of a press are not three shares whose sum is 1.")
     most = bounds.force if name == "force" else bounds.moved
-    if not (np.abs(way).max() < 1e9 and np.linalg.norm(way) <= most):
+    if not (np.abs(vector).max() < 1e9 and np.linalg.norm(vector) <= most):
         raise InputError(f"{name} of a press is larger than this body can bear; give {most:.2g} at most.")
     weights = weights.clip(0.0)
-    return Asked(sent["triangle"], weights / weights.sum(), *((way, None) if name == "force" else (None, way)))
+    return Asked(sent["triangle"], weights / weights.sum(), *((vector, None) if name == "force" else (None, vector)))
 
 
 class Found(NamedTuple):
@@ -103,16 +103,16 @@ class PressedModel:
         self._held = set(case.body.anchors[len(case.body.levels) - 1].tolist())
         self._places = solver.presses_anywhere
 
-    def respond(self, asked: list[Asked]) -> Found:
+    def respond(self, presses: list[Asked]) -> Found:
         """Answer presses; NotConverged where there is no answer, InputError for a place that cannot be pressed."""
         begin = perf_counter()
-        free_corners = [self._free_corners(each) for each in asked]
+        free_corners = [self._free_corners(each) for each in presses]
         if self._places:
-            nodes = [self._solver.place(row, self._disc(each)) for row, each in enumerate(asked)]
-            parts = [(1.0, self._ask(asked, nodes))]
+            nodes = [self._solver.place(row, self._disc(each)) for row, each in enumerate(presses)]
+            parts = [(1.0, self._ask(presses, nodes))]
         else:
             parts = [
-                (prod(weight for _, weight in corners), self._ask(asked, [node for node, _ in corners]))
+                (prod(weight for _, weight in corners), self._ask(presses, [node for node, _ in corners]))
                 for corners in product(*free_corners)
             ]
         displacement = np.sum([weight * answer.displacement for weight, answer in parts], axis=0)
@@ -122,25 +122,25 @@ class PressedModel:
         taken = 1e3 * (perf_counter() - begin)
         return Found(displacement, forces, max(errors, default=None), doubt, taken)
 
-    def _free_corners(self, asked: Asked) -> list[tuple[int, float]]:
+    def _free_corners(self, request: Asked) -> list[tuple[int, float]]:
         """Return the corners of a press's triangle that are not held, by node, with their weights in the blend."""
-        corners = zip(self._corners[asked.triangle].tolist(), asked.weights.tolist(), strict=True)
+        corners = zip(self._corners[request.triangle].tolist(), request.weights.tolist(), strict=True)
         free = [(node, weight) for node, weight in corners if weight > 0.0 and node not in self._held]
         if not free:
             raise InputError("the body is held there; press another place.")
         total = sum(weight for _, weight in free)
         return [(node, weight / total) for node, weight in free]
 
-    def _disc(self, asked: Asked) -> Patch:
-        corners = self._corners[asked.triangle]
-        normal = asked.weights @ self._normals[corners]
-        return Patch(asked.weights @ self._nodes[corners], normal / np.linalg.norm(normal), self._case.radius_m)
+    def _disc(self, request: Asked) -> Patch:
+        corners = self._corners[request.triangle]
+        normal = request.weights @ self._normals[corners]
+        return Patch(request.weights @ self._nodes[corners], normal / np.linalg.norm(normal), self._case.radius_m)
 
-    def _ask(self, asked: list[Asked], nodes: list[int]) -> Found:
+    def _ask(self, presses: list[Asked], nodes: list[int]) -> Found:
         """Ask the model for presses at ``nodes``."""
-        load = Load(tuple(Press(node, each.force, each.moved) for node, each in zip(nodes, asked, strict=True)))
+        load = Load(tuple(Press(node, each.force, each.moved) for node, each in zip(nodes, presses, strict=True)))
         answer, doubt = answered(self._solver, load, self._case.n_surface)
-        if answer.forces is None and any(each.force is None for each in asked):
+        if answer.forces is None and any(each.force is None for each in presses):
             raise InputError("this model finds no force for a depth; press with a force.")
-        forces = answer.forces if answer.forces is not None else np.array([each.force for each in asked])
+        forces = answer.forces if answer.forces is not None else np.array([each.force for each in presses])
         return Found(answer.displacement, forces, answer.error, doubt, 0.0)

@@ -130,7 +130,7 @@ class Handler(BaseHTTPRequestHandler):
         try:
             with self.server.turn:
                 self.server.answering = threading.get_ident()
-                found = answer(body)
+                content = answer(body)
         except InputError as error:
             self._refuse(HTTPStatus.BAD_REQUEST, str(error))
         except NotConverged as error:
@@ -139,7 +139,7 @@ class Handler(BaseHTTPRequestHandler):
             traceback.print_exc()
             self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, "this model failed; the terminal of palpate press says how.")
         else:
-            self._send(HTTPStatus.OK, found, "application/json")
+            self._send(HTTPStatus.OK, content, "application/json")
 
     def _refuse(self, status: HTTPStatus, sentence: str) -> None:
         self.close_connection = True

@@ -54,9 +54,9 @@ class Fcl:
 
     def query(self) -> np.ndarray:
         """Return the crossing pairs, (k, 2) int64, unsorted."""
-        asked, found = self._fcl.CollisionRequest(num_max_contacts=EVERY), self._fcl.CollisionResult()
-        self._fcl.collide(*self._objects, asked, found)
-        return np.array([(contact.b1, contact.b2) for contact in found.contacts], dtype=np.int64).reshape(-1, 2)
+        asked, result = self._fcl.CollisionRequest(num_max_contacts=EVERY), self._fcl.CollisionResult()
+        self._fcl.collide(*self._objects, asked, result)
+        return np.array([(contact.b1, contact.b2) for contact in result.contacts], dtype=np.int64).reshape(-1, 2)
 
 
 class Coal:
@@ -123,10 +123,10 @@ def contenders(depths: list[list[int]], with_rivals: bool) -> dict[tuple[str, st
     depths : layers of spheres, and of spheres and AABBs, of every composite tree
     A constructor takes the triangles and points of the bodies.
     """
-    found = {(name, "", False): partial(RefittedTrees, name, None) for name in PURE}
-    found |= {("composite", f"{u}/{m}", False): partial(RefittedTrees, "composite", (u, m)) for u, m in depths}
+    structures = {(name, "", False): partial(RefittedTrees, name, None) for name in PURE}
+    structures |= {("composite", f"{u}/{m}", False): partial(RefittedTrees, "composite", (u, m)) for u, m in depths}
     rivals = installed()[0] if with_rivals else {}
-    return found | {(name, "", True): kind for name, kind in rivals.items()}
+    return structures | {(name, "", True): kind for name, kind in rivals.items()}
 
 
 COLLISION = Table(
@@ -192,8 +192,8 @@ class _Run:
         counts = getattr(self._one, "counts", None)
         tests = (counts.node_tests, counts.triangle_tests) if counts else (np.nan, np.nan)
         self._frames.append((update, query, update + query, *tests, len(pairs)))
-        found, wanted = (p[:, 0] * self._count + p[:, 1] for p in (pairs, true))
-        self._misjudged.append((len(np.setdiff1d(wanted, found)), len(np.setdiff1d(found, wanted))))
+        reported, wanted = (p[:, 0] * self._count + p[:, 1] for p in (pairs, true))
+        self._misjudged.append((len(np.setdiff1d(wanted, reported)), len(np.setdiff1d(reported, wanted))))
 
     def row(self) -> tuple:
         """Return what COLLISION has after the triangles."""

@@ -44,8 +44,8 @@ def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
 
 def depths_of(table) -> list[str]:
     """Return the depths of all composite trees in a table, sorted by layers of spheres, then of both."""
-    found = filter(None, table["depths"].unique())
-    return sorted(found, key=lambda depths: [int(layers) for layers in depths.split("/")])
+    all_depths = filter(None, table["depths"].unique())
+    return sorted(all_depths, key=lambda depths: [int(layers) for layers in depths.split("/")])
 
 
 def ranked(table):

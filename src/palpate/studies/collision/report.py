@@ -35,12 +35,15 @@ def numbers(report: Report) -> dict[str, Any]:
 def _rivals(collision: pd.DataFrame) -> pd.DataFrame:
     """Tabulate how many times the fastest own frame each rival's takes, and the pairs that it gets wrong."""
     rows = []
-    for structure, found in collision[collision["rival"].astype(bool)].groupby("structure", sort=False):
+    for structure, of_structure in collision[collision["rival"].astype(bool)].groupby("structure", sort=False):
         row: dict[str, Any] = {"library": look(str(structure)).label}
-        for one in found.itertuples():
+        for one in of_structure.itertuples():
             least = tables.where(collision, scene=one.scene, rival=False)["frame_ms"].min()
             row[spaced(str(one.scene))] = one.frame_ms / least
-        row |= {"pairs missed": found["missed_pairs"].sum(), "reported wrongly": found["extra_pairs"].sum()}
+        row |= {
+            "pairs missed": of_structure["missed_pairs"].sum(),
+            "reported wrongly": of_structure["extra_pairs"].sum(),
+        }
         rows.append(row)
     return pd.DataFrame(rows)
 

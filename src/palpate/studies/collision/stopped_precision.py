@@ -66,10 +66,10 @@ def overlap(points: list[np.ndarray], velocities: list[np.ndarray], triangles: l
     Signed distances are VTK's (``vtkImplicitPolyDataDistance``), and not those of trees or triangles that are judged.
     The velocities are those of the nodes nearest to the place.
     """
-    found = [_inside(points[side], triangles[side], points[1 - side], triangles[1 - side]) for side in range(2)]
-    places, outward, areas = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    insides = [_inside(points[side], triangles[side], points[1 - side], triangles[1 - side]) for side in range(2)]
+    places, outward, areas = (np.concatenate(parts) for parts in zip(*insides, strict=True))
     # b's part moves out of a, so a moves the other way
-    outward[len(found[0][0]) :] *= -1.0
+    outward[len(insides[0][0]) :] *= -1.0
     depths = np.linalg.norm(outward, axis=1)
     if not depths.any():
         return None
@@ -164,15 +164,15 @@ def measure(settings: Stopped, refinements: int, report: Callable) -> pd.DataFra
 
 def _course(scene: Moving, frames: int) -> list[Frame]:
     """Compute the frames of a scene, evenly over its duration, with their exact answers."""
-    spheres, found = [Tree(at, cells, "sphere") for at, cells in zip(scene.at(0.0), scene.triangles, strict=True)], []
+    spheres, course = [Tree(at, cells, "sphere") for at, cells in zip(scene.at(0.0), scene.triangles, strict=True)], []
     for time in (np.arange(frames) + 0.5) / frames:
         points, around = scene.at(time), zip(scene.at(time - SPAN), scene.at(time + SPAN), strict=True)
         velocities = [(after - before) / (2 * SPAN) for before, after in around]
         pairs = crossing(points, scene.triangles)
         apart = 0.0 if len(pairs) else distance(points, spheres)
         shared = overlap(points, velocities, scene.triangles) if len(pairs) else None
-        found.append(Frame(points, velocities, pairs, apart, shared))
-    return found
+        course.append(Frame(points, velocities, pairs, apart, shared))
+    return course
 
 
 def _row(scene: Moving, course: list[Frame], structure: str, deep: tuple[int, int] | None, layer: int | None) -> dict:
@@ -273,7 +273,7 @@ def nanoseconds(a: Tree, b: Tree) -> float:
 
 def searched_pairs(a: Tree, b: Tree) -> np.ndarray:
     """Return the pairs of nodes (k, 2) that a query tests: both roots, and all children of two that overlap."""
-    found = front = [(0, 0)]
+    tested = front = [(0, 0)]
     while front:
         overlapping = [pair for pair in front if _overlaps(a, b, np.array([pair], dtype=np.int64))]
         front = []
@@ -283,8 +283,8 @@ def searched_pairs(a: Tree, b: Tree) -> np.ndarray:
                 below_a = (child_a, child_a + 1) if child_a >= 0 else (node_a,)
                 below_b = (child_b, child_b + 1) if child_b >= 0 else (node_b,)
                 front += product(below_a, below_b)
-        found = found + front
-    return np.array(found, dtype=np.int64)
+        tested = tested + front
+    return np.array(tested, dtype=np.int64)
 
 
 def _overlaps(a: Tree, b: Tree, pairs: np.ndarray, times: int = 1) -> int:
@@ -296,12 +296,12 @@ def _overlaps(a: Tree, b: Tree, pairs: np.ndarray, times: int = 1) -> int:
 @numba.njit(cache=True)
 def _count(kind_a, kind_b, spheres_a, spheres_b, boxes_a, boxes_b, pairs, times):
     """Count the overlaps as ``_overlaps``; kinds are numbers, as an array of kinds takes 15 ns more a test."""
-    found, many = 0, len(pairs)
+    overlapping, many = 0, len(pairs)
     for k in range(times * many):
         i = k % many
         if volumes_overlap(kind_a, kind_b, spheres_a, spheres_b, boxes_a, boxes_b, pairs[i, 0], pairs[i, 1]):
-            found += 1
-    return found
+            overlapping += 1
+    return overlapping
 
 
 GAP_TOLERANCE = 0.01  # relative

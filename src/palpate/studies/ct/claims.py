@@ -72,11 +72,11 @@ def _classes(table: pd.DataFrame) -> Claim:
 
 
 def _mri(table: pd.DataFrame) -> Claim:
-    found = table.set_index("scan")["dice"]
-    ours = f"Dice {found['MRI, evened']:.3f} (CT {found['CT']:.3f}; MRI as it is {found['MRI']:.3f})"
+    dice = table.set_index("scan")["dice"]
+    ours = f"Dice {dice['MRI, evened']:.3f} (CT {dice['CT']:.3f}; MRI as it is {dice['MRI']:.3f})"
     premise = "synthetic abdomen, T1, brightness uneven and evened by N4, one range of grey values"
     claim = "organs are segmented from CT or MRI"
-    return Claim(3, "2, acquisition", claim, premise, "either", ours, verdict(bool(found["MRI, evened"] >= _GOOD)))
+    return Claim(3, "2, acquisition", claim, premise, "either", ours, verdict(bool(dice["MRI, evened"] >= _GOOD)))
 
 
 # the body of the shipped settings whose CT is made up, and what a real one gave (docs/papers.md)
@@ -121,6 +121,6 @@ def _claim(
     holds: Callable[[float], bool],
 ) -> Claim:
     """Judge a claim by ``holds(measure(values))`` of every body."""
-    found = {name: float(measure(each)) for name, each in values.items()}
-    ours = ", ".join(f"{name.replace('_', ' ')} {100 * share:.2g} %" for name, share in found.items())
-    return Claim(2, section, claim, premise, published, ours, verdict(all(map(holds, found.values()))))
+    measured = {name: float(measure(each)) for name, each in values.items()}
+    ours = ", ".join(f"{name.replace('_', ' ')} {100 * share:.2g} %" for name, share in measured.items())
+    return Claim(2, section, claim, premise, published, ours, verdict(all(map(holds, measured.values()))))

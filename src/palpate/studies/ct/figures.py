@@ -208,8 +208,8 @@ def draw_ct_imaging(shown: Pictures, mask_interpolation: pd.DataFrame) -> Figure
     taken = _picture(axes[0, 3], "samples taken of each ray")
     bar = taken.imshow(shown.taken, cmap="YlGnBu", vmin=0, vmax=1, interpolation="none")
     figure.colorbar(bar, ax=taken, orientation="horizontal", shrink=0.7, pad=0.02, label="share of the samples")
-    for axis, (image, found), caption in zip(axes[1], shown.mris, ("MRI as it is", "MRI, evened"), strict=False):
-        _mri(_picture(axis, caption), image, found, shown.liver)
+    for axis, (image, segmented), caption in zip(axes[1], shown.mris, ("MRI as it is", "MRI, evened"), strict=False):
+        _mri(_picture(axis, caption), image, segmented, shown.liver)
     gap = axes[1, 2].get_subplotspec()
     for axis in axes[1, 2:]:
         axis.remove()
@@ -224,12 +224,12 @@ def _picture(axis: Axes, caption: str) -> Axes:
     return axis
 
 
-def _mri(axis: Axes, image: Image, found: np.ndarray, liver: np.ndarray) -> None:
+def _mri(axis: Axes, image: Image, segmented: np.ndarray, liver: np.ndarray) -> None:
     """Draw the axial slice in the middle of the true liver, with the outlines of what is found and of the truth."""
     at = _richest(liver, 0)
     steps = image.spacing_m[1] / image.spacing_m[0]
     axis.imshow(image.hu[at], cmap="gray", vmin=0, vmax=np.percentile(image.hu, 99), aspect=steps)
-    for mask, colour, line in ((liver, _TRUE, "--"), (found, _FOUND, "-")):
+    for mask, colour, line in ((liver, _TRUE, "--"), (segmented, _FOUND, "-")):
         if mask[at].any():
             axis.contour(mask[at].astype(float), [0.5], colors=colour, linewidths=1.1, linestyles=line)
     axis.plot([], [], color=_TRUE, ls="--", label="truth")
@@ -306,6 +306,6 @@ def measure_imaging(output: Any, say: Callable, entries: dict[str, Ct], settings
     for body, entry in entries.items():
         with about(f"bodies.{body}"):
             masks[body] = segment_entry(entry)
-    found, shown = imaging.measure(masks, settings, progress=steps(say, "imaging, table"))
-    style.save(draw_ct_imaging(shown, found["mask_interpolation"]), stem(output.figure))
-    return found
+    measured, shown = imaging.measure(masks, settings, progress=steps(say, "imaging, table"))
+    style.save(draw_ct_imaging(shown, measured["mask_interpolation"]), stem(output.figure))
+    return measured

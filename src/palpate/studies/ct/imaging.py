@@ -126,12 +126,12 @@ def _sources(
 
 def _onto(points: np.ndarray) -> np.ndarray:
     """Project points (n, 3) [m] near the exact liver onto its surface along its normals, by Newton's method."""
-    found = points.copy()
+    projected = points.copy()
     for _ in range(4):
-        side, normals = liver_side(found)
-        ahead = liver_side(found + 1e-6 * normals)[0]
-        found -= ((side - 1) / (ahead - side) * 1e-6)[:, None] * normals
-    return found
+        side, normals = liver_side(projected)
+        ahead = liver_side(projected + 1e-6 * normals)[0]
+        projected -= ((side - 1) / (ahead - side) * 1e-6)[:, None] * normals
+    return projected
 
 
 def liver_side(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

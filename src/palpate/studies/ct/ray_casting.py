@@ -230,10 +230,10 @@ def _cast(voxels, table, scale, starts, step, counts, viewer, back_to_front, eno
     table : (m, 4) colour and opacity of grey values, whose first value and spacing are ``scale``; viewer : (3,) the
     direction away from it, as in ``Rays``
     """
-    found, samples = np.zeros((len(starts), 4)), np.zeros(len(starts), dtype=np.int64)
+    colours, samples = np.zeros((len(starts), 4)), np.zeros(len(starts), dtype=np.int64)
     colour = np.empty(4)
     for ray in range(len(starts)):
-        total = found[ray]
+        total = colours[ray]
         for number in range(counts[ray]):
             at = counts[ray] - 1 - number if back_to_front else number
             samples[ray] += 1
@@ -254,7 +254,7 @@ def _cast(voxels, table, scale, starts, step, counts, viewer, back_to_front, eno
                 total[3] += left * opacity
                 if total[3] >= enough and enough < 1:
                     break
-    return found, samples
+    return colours, samples
 
 
 @numba.njit(cache=True)
@@ -319,8 +319,8 @@ def compositing(voxels: np.ndarray, rays: Rays, transfer: Transfer) -> pd.DataFr
         taken = [call() for call in calls]
         exact = on_white(taken[0][0])
         timed = time_calls(calls, 5).seconds  # each takes some tenths of a second
-        for (order, enough), (found, samples), seconds in zip(ORDERS, taken, timed, strict=True):
-            apart = float(abs(on_white(found) - exact).max())
+        for (order, enough), (colours, samples), seconds in zip(ORDERS, taken, timed, strict=True):
+            apart = float(abs(on_white(colours) - exact).max())
             rows.append((looks, order, enough, float(samples.mean()), float(np.median(seconds)), apart))
     return COMPOSITING.frame(rows)
 
@@ -332,9 +332,9 @@ def back_and_early(compositing: pd.DataFrame, looks: str) -> tuple[pd.Series, pd
     return rows[rows["order"] == BACK].iloc[0], early.iloc[0]
 
 
-def on_white(found: np.ndarray) -> np.ndarray:
+def on_white(colours: np.ndarray) -> np.ndarray:
     """Put colours times opacity, and opacity, (n, 4), on white: (n, 3), 0 to 1."""
-    return found[:, :3] + (1 - found[:, 3:])
+    return colours[:, :3] + (1 - colours[:, 3:])
 
 
 def likely(image: Image) -> Transfer:

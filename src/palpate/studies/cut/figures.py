@@ -36,8 +36,8 @@ TOLD = {
 
 def way_of(row: pd.Series) -> tuple[str, str]:
     """Return how a setting follows a cut, in words, and its marker."""
-    told = next((shown for text, shown in TOLD.items() if row["setting"].endswith(text)), None)
-    return told or WAYS[row["way"]]
+    named = next((shown for text, shown in TOLD.items() if row["setting"].endswith(text)), None)
+    return named or WAYS[row["way"]]
 
 
 @style.figure("cut_precision", tables=("cut",))

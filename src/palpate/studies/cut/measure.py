@@ -120,19 +120,19 @@ class Pulls(Kind):
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         """Return errors and times; a model is asked to follow a blade in steps if its first answer is soon enough."""
-        found: Row = {f"own_{name}": value for name, value in zip(ERRORS, self._truth.own, strict=True)}
+        columns: Row = {f"own_{name}": value for name, value in zip(ERRORS, self._truth.own, strict=True)}
         if any(row["failure"] for row in rows):
-            return found, []
+            return columns, []
         self._add_opening(one.about, self._answer)
         if not self._truth.rejected:
-            found |= dict(zip(ERRORS, pull_errors(self._answer, self._truth.pulled), strict=True))
+            columns |= dict(zip(ERRORS, pull_errors(self._answer, self._truth.pulled), strict=True))
         change, first, again = (np.array(row[CALLS]) for row in rows)
         first += change[: len(first)]
         steps = self._steps(one.solver) if np.median(first) <= SOON_S else []
         for name, calls in zip((*TIMES, "step"), (change, first, again, steps), strict=True):
-            found |= online([[seconds] for seconds in calls], name)
+            columns |= online([[seconds] for seconds in calls], name)
         lost = getattr(one.solver, "lost_share", 0.0)
-        return found | {"lost_share": lost, "calls": len(first), "memory_mb": self._held_mb}, []
+        return columns | {"lost_share": lost, "calls": len(first), "memory_mb": self._held_mb}, []
 
     def _steps(self, solver: CutModel) -> Sequence[float]:
         """Return the times [s] of answers after each step of a moving blade; none of other cuts, or where one fails."""
@@ -203,9 +203,9 @@ def find_cut_truth(body: Body, output: Any, wildcards: Any, entry: Pull) -> dict
     """Find the truth of a cut, for the rule of that name (workflow/job.py says how it is called)."""
     case = asked(body, entry)
     cut = case.cuts[0]
-    found = truth_of_cut(case.body, cut, case.hooks, cut.narrow_m, FRONT_OF_WIDTH * cut.narrow_m, case.places)
-    store(found, output.truth)
-    return {"table": truth_row(wildcards.scene, case, found)}
+    truth = truth_of_cut(case.body, cut, case.hooks, cut.narrow_m, FRONT_OF_WIDTH * cut.narrow_m, case.places)
+    store(truth, output.truth)
+    return {"table": truth_row(wildcards.scene, case, truth)}
 
 
 def measure_cut(

@@ -67,9 +67,9 @@ class Motions(Kind):
         return solver
 
     def judged(self, i: int, answer: Moved) -> Row:
-        found = errors(answer.displacement.reshape(-1, 3), self._displacement.reshape(-1, 3))._asdict()
-        found |= force_errors(answer.forces, self._force)._asdict()
-        return found | answer.columns | {"force": answer.forces}
+        columns = errors(answer.displacement.reshape(-1, 3), self._displacement.reshape(-1, 3))._asdict()
+        columns |= force_errors(answer.forces, self._force)._asdict()
+        return columns | answer.columns | {"force": answer.forces}
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         return rows[0], []
@@ -139,9 +139,11 @@ def measure(
     runs = limit.tried if isinstance(limit, MotionTruth) and not limit.rejected else ()
     simulated = [_motion_of_truth(run, standard.frames, whole_s) for run in runs]
     simulated += [_motion_of_standard(compared, standard, number, whole_s) for number in range(len(standard.tried))]
-    able = models_of(compared, training, standard.training, grid, **made)
-    able |= {name: partial(stroke_modes, compared, each, grid[name], seed) for name, each in (strokes or {}).items()}
-    models = {name: each for name, each in able.items() if not names or name in names}
+    possible = models_of(compared, training, standard.training, grid, **made)
+    possible |= {
+        name: partial(stroke_modes, compared, each, grid[name], seed) for name, each in (strokes or {}).items()
+    }
+    models = {name: each for name, each in possible.items() if not names or name in names}
     settings = chain(simulated, _settings(compared, models, progress), own_motions(compared, own or {}, seed))
     rows = measuring.measure(Motions(compared, reference.truth, reference.force), settings, 0, 0.0)[1]
     about |= {"duration_s": whole_s, "resolved_s": standard.duration_s}
@@ -178,10 +180,10 @@ def _reference_of(
 def _force_curves(compared: ComparedScene, name: str, true: np.ndarray, rows: list[Row]) -> list[Row]:
     """Return rows of dynamic_force.csv: the ``true`` forces (f, k, 3) [N] of ``name``, and those of all settings."""
     ends_s = compared.duration_s * np.arange(1, compared.frames + 1) / compared.frames
-    found = list(curve(compared.name, name, LIMIT, ends_s, true))
+    rows_of_forces = list(curve(compared.name, name, LIMIT, ends_s, true))
     for row in rows if true.size else []:
-        found += curve(compared.name, row["model"], row["setting"], ends_s, row.get("force", NO_FORCE))
-    return found
+        rows_of_forces += curve(compared.name, row["model"], row["setting"], ends_s, row.get("force", NO_FORCE))
+    return rows_of_forces
 
 
 def _about(model: str, compared: ComparedScene, level: int, steps: int, step_s: float, varied: str = "") -> Row:
@@ -197,14 +199,14 @@ def _settings(
     """Yield the prepared settings of ``models``, and the NotConverged of a model to which nothing could be fitted."""
     for name in progress(list(models)):
         try:
-            found = list(models[name]())
+            prepared = list(models[name]())
         except NotConverged as failure:  # nothing that was fitted moves like the reference
             about = {"model": name, "setting": "fitted", "varied": STEP, "level": 0, "nodes": compared.nodes(0)}
             yield Prepared(about, failure, np.nan)
             continue
         # of a body with one level the coarse one is the reference's
         model = "fem_fine" if name == "fem_coarse" and len(compared.body.levels) == 1 else name
-        yield from (prepared_setting(compared, model, *each) for each in found)
+        yield from (prepared_setting(compared, model, *each) for each in prepared)
 
 
 def prepared_setting(
@@ -252,9 +254,9 @@ def _move_in_modes(compared: ComparedScene, steps: int, body: ReducedBody) -> Mo
     motion = ReducedMotion(body, compared.placed_loads(), compared.rayleigh)
     with suppress(NotConverged):  # what a first step compiles or loads is no part of the time
         move(motion, compared.duration_s / steps, 1, 1)
-    found = move(motion, compared.duration_s, compared.frames, steps)
-    columns = estimate_in_modes(compared, motion, found)._asdict()
-    return Moved(found.moved, NO_FORCE, columns | _times_of_steps(found.seconds, steps, compared.duration_s))
+    simulated = move(motion, compared.duration_s, compared.frames, steps)
+    columns = estimate_in_modes(compared, motion, simulated)._asdict()
+    return Moved(simulated.moved, NO_FORCE, columns | _times_of_steps(simulated.seconds, steps, compared.duration_s))
 
 
 def own_motions(compared: ComparedScene, own: Mapping[str, str], seed: int) -> Iterator[Prepared]:
@@ -338,8 +340,8 @@ def _columns_of_times(times: Sequence[float], steps: int, whole_s: float) -> Row
     times : [s] of all steps together, of a step at the 95th percentile, and of the longest
     """
     seconds, p95_s, max_s = map(float, times)
-    found = {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * p95_s, "step_max_ms": 1e3 * max_s}
-    return found | {"real_time_factor": seconds / whole_s}
+    columns = {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * p95_s, "step_max_ms": 1e3 * max_s}
+    return columns | {"real_time_factor": seconds / whole_s}
 
 
 def measure_dynamic(

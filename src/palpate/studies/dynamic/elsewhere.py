@@ -77,7 +77,7 @@ def _of_scene(table: pd.DataFrame) -> list[dict]:
     """Return the rows of motion_bounds.csv of one scene from those of MOTION_PLACES."""
     known = table.dropna(subset="model")
     unresolved = table["contact"].nunique() - known["contact"].nunique()
-    found = []
+    rows_of_scene = []
     for (model, setting), rows in known.groupby(["model", "setting"], sort=False):
         if len(rows) < known["contact"].nunique():  # the reference's last halvings, which the hard places alone have
             continue
@@ -94,8 +94,8 @@ def _of_scene(table: pd.DataFrame) -> list[dict]:
         for name, (estimate, seconds) in estimates.items():
             row = {"estimate": name, "error_of_peak": np.median(errors), "estimate_s": seconds}
             row |= bound_row(errors, estimate, place)
-            found.append(labels | row | {"bound_of_peak": row["bound_factor"] * np.median(estimate)})
-    return found
+            rows_of_scene.append(labels | row | {"bound_of_peak": row["bound_factor"] * np.median(estimate)})
+    return rows_of_scene
 
 
 def moved_pushes(
@@ -109,13 +109,13 @@ def moved_pushes(
     contacts, push = kept_contacts(compared.body, count), compared.loads.pushes[0]
     newtons = float(np.linalg.norm(push.force_n))
     sides = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(contacts))
-    found = {}
+    scenes = {}
     fine = compared.body.fine
     for number, (contact, side) in enumerate(zip(contacts, sides, strict=True)):
         along = oblique(fine.normals[contact], tilts_degrees[number % len(tilts_degrees)], side)
         there = push.but(at_m=fine.nodes[contact].tolist(), force_n=(newtons * along).tolist())
-        found[int(contact)] = replace(compared, loads=compared.loads.but(push=Push(loads=[there])))
-    return found
+        scenes[int(contact)] = replace(compared, loads=compared.loads.but(push=Push(loads=[there])))
+    return scenes
 
 
 def measure_places(
@@ -163,10 +163,10 @@ def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
     """
     count = min(each.steps for each in like.tried)
     acts = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
-    found = motion_truth(*acts, moved.frames, count, like=like)
-    if found.rejected:
-        raise NotConverged(f"{moved.name}: no truth that is believed: {found.rejected}", [])
-    return found
+    truth = motion_truth(*acts, moved.frames, count, like=like)
+    if truth.rejected:
+        raise NotConverged(f"{moved.name}: no truth that is believed: {truth.rejected}", [])
+    return truth
 
 
 HELD_OUT = 1000

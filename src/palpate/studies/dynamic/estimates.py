@@ -97,19 +97,19 @@ def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
     return float(np.sqrt(np.mean(np.sum(lacking**2, axis=1))))
 
 
-def estimate_in_modes(compared: ComparedScene, motion: ReducedMotion, found: MotionInModes) -> MotionEstimate:
+def estimate_in_modes(compared: ComparedScene, motion: ReducedMotion, simulated: MotionInModes) -> MotionEstimate:
     """Estimate the error of a motion in modes: of its step as ``estimate``, and of its modes by ``misses``.
 
     There is no estimate where steps twice as long are not found.
     """
     begin, count = perf_counter(), compared.frames // 2
-    peak = np.linalg.norm(found.moved, axis=2).max()
+    peak = np.linalg.norm(simulated.moved, axis=2).max()
     if not count:
         return MotionEstimate()
     until = 2 * count * compared.duration_s / compared.frames
     try:
-        longer = move(motion, until, count, len(found.reached) // compared.frames * count).moved
+        longer = move(motion, until, count, len(simulated.reached) // compared.frames * count).moved
     except NotConverged:
         return MotionEstimate()
-    of_step = error_of_step(longer, found.moved[1::2][:count], "midpoint")
-    return MotionEstimate(float(np.hypot(of_step, misses(motion, found)) / peak), perf_counter() - begin)
+    of_step = error_of_step(longer, simulated.moved[1::2][:count], "midpoint")
+    return MotionEstimate(float(np.hypot(of_step, misses(motion, simulated)) / peak), perf_counter() - begin)

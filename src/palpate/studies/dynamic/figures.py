@@ -67,8 +67,8 @@ def draw_dynamic_force(dynamic_accuracy, dynamic_force) -> Figure:
         of_scene = tables.where(table, scene=scene)
         true = tables.where(of_scene, setting=LIMIT)
         axis.plot(*_felt(true), color=style.FAINT, lw=6, solid_capstyle="round")
-        told = tables.where(dynamic_accuracy, scene=scene).dropna(subset="force_rms_of_peak")
-        for model, rows in told.groupby("model", sort=False):
+        with_force = tables.where(dynamic_accuracy, scene=scene).dropna(subset="force_rms_of_peak")
+        for model, rows in with_force.groupby("model", sort=False):
             best, its = rows.loc[rows["force_rms_of_peak"].idxmin()], look(model)
             drawn[model] = its
             axis.plot(*_felt(tables.where(of_scene, model=model, setting=best["setting"])), color=its.colour, lw=1.2)

@@ -126,10 +126,10 @@ def error_of(compared: ComparedScene, scene: Scene, young_pa: float, wanted: np.
 def _simplex(misfit: Callable, start: np.ndarray, sides: list, bounds: list, evaluations: int, what: str) -> np.ndarray:
     corners = np.vstack([start, start + np.diag(sides)])
     options = {"maxfev": evaluations, "initial_simplex": corners, "xatol": 1e-3, "fatol": 1e-5}
-    found = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options)
-    if not found.fun < 1.0:
+    result = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options)
+    if not result.fun < 1.0:
         raise NotConverged(f"{what} move like the reference; lower the loads", [])
-    return found.x
+    return result.x
 
 
 def corrects(compared: ComparedScene) -> bool:
@@ -177,9 +177,9 @@ class CorrectedMotion:
 def fit_correction(compared: ComparedScene) -> Fitted:
     """Prepare the correction of a compared scene; nothing is learnt, so no motion to fit to is needed."""
     begin = perf_counter()
-    found = CorrectedMotion(compared)
-    young = compared.body.material.young_pa / found.softness
-    return Fitted(ComparedScene.fem, young, perf_counter() - begin, found.correct)
+    corrected = CorrectedMotion(compared)
+    young = compared.body.material.young_pa / corrected.softness
+    return Fitted(ComparedScene.fem, young, perf_counter() - begin, corrected.correct)
 
 
 def _responses(compared: ComparedScene, level: int) -> tuple[np.ndarray, np.ndarray]:
@@ -265,22 +265,22 @@ def models_of(
     Springs have no plasticity, those of a sheet no volume, and what relaxes elements one by one has the corotational
     law.
     """
-    found: dict[str, Callable[[], Settings]] = {"fem_coarse": partial(_coarse, compared, grid["fem_coarse"])}
+    models: dict[str, Callable[[], Settings]] = {"fem_coarse": partial(_coarse, compared, grid["fem_coarse"])}
     if len(compared.body.levels) > 1:
-        found["fem_fine"] = partial(_fine, compared, grid["fem_fine"])
+        models["fem_fine"] = partial(_fine, compared, grid["fem_fine"])
     if compared.thickness_m or compared.body.material.law == LAWS[0]:
-        found |= {name: partial(_relaxed, compared, name, each) for name, each in grid.get("relaxed", {}).items()}
+        models |= {name: partial(_relaxed, compared, name, each) for name, each in grid.get("relaxed", {}).items()}
     if corrects(compared):
-        found["detail_correction"] = partial(_corrected, compared, grid["fem_coarse"])
-        found["moving_modes"] = partial(moving_modes, compared, training, grid["moving_modes"], **made)
+        models["detail_correction"] = partial(_corrected, compared, grid["fem_coarse"])
+        models["moving_modes"] = partial(moving_modes, compared, training, grid["moving_modes"], **made)
     if not training:
-        return found
+        return models
     learnt = training, wanted
     if not compared.loads.plasticity:
-        found["springs"] = partial(_springs, compared, *learnt, False, grid["springs"])
+        models["springs"] = partial(_springs, compared, *learnt, False, grid["springs"])
         if not compared.thickness_m:
-            found["springs_volume"] = partial(_springs, compared, *learnt, True, grid["springs"])
-    return found | {"shape_matching": partial(_shapes, compared, *learnt, grid["shape_matching"])}
+            models["springs_volume"] = partial(_springs, compared, *learnt, True, grid["springs"])
+    return models | {"shape_matching": partial(_shapes, compared, *learnt, grid["shape_matching"])}
 
 
 def _coarse(compared: ComparedScene, grid: Grid) -> Settings:

@@ -117,9 +117,9 @@ def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
     return int(np.flatnonzero(small)[-1]) + 1 if small.any() else 0
 
 
-def _limits(found: dict, last: int, count: int, rate: float) -> list[np.ndarray]:
+def _limits(motions: dict, last: int, count: int, rate: float) -> list[np.ndarray]:
     """Extrapolate what was found on the last two levels to steps of no length."""
-    return [limit(np.array([found[level, count], found[level, 2 * count]]), rate) for level in (last - 1, last)]
+    return [limit(np.array([motions[level, count], motions[level, 2 * count]]), rate) for level in (last - 1, last)]
 
 
 def _rms(offs: Iterable[np.ndarray]) -> np.ndarray:

@@ -93,16 +93,16 @@ def reference(compared: ComparedScene, training: ComparedScene | None, change: f
     The error is of order k in the step, 2 for BDF2 and 1 for backward Euler. So u(h/2) + (u(h/2) − u(h)) / (2ᵏ − 1) is
     of order k + 1, but where bodies touch.
     """
-    found = converge(compared, change, max_halvings)
+    standard = converge(compared, change, max_halvings)
     taught = converge(training, LOOSER * change, max_halvings) if training else None
-    if found.frames < compared.frames:
+    if standard.frames < compared.frames:
         warnings.warn(
-            f"scenes.{compared.name}: models are compared in its first {found.duration_s:.3g} s of "
-            f"{compared.duration_s:.3g} s, as steps of {found.step_s:.2g} s still change what comes later by "
-            f"{found.changes[-1].max():.2%} of its peak.",
+            f"scenes.{compared.name}: models are compared in its first {standard.duration_s:.3g} s of "
+            f"{compared.duration_s:.3g} s, as steps of {standard.step_s:.2g} s still change what comes later by "
+            f"{standard.changes[-1].max():.2%} of its peak.",
             stacklevel=2,
         )
-    return replace(found, training=taught.truth, training_s=taught.duration_s) if taught else found
+    return replace(standard, training=taught.truth, training_s=taught.duration_s) if taught else standard
 
 
 def converge(compared: ComparedScene, change: float, max_halvings: int) -> Reference:
@@ -171,15 +171,15 @@ DYNAMIC_REFERENCE = Table(
 )
 
 
-def tabulate(compared: ComparedScene, found: Reference) -> pd.DataFrame:
+def tabulate(compared: ComparedScene, standard: Reference) -> pd.DataFrame:
     """Tabulate dynamic_reference.csv of one scene, a row a frame and halving; changes are RMSE over the whole peak."""
-    times = compared.duration_s * np.arange(1, found.of_frames + 1) / found.of_frames
+    times = compared.duration_s * np.arange(1, standard.of_frames + 1) / standard.of_frames
     parts = [
         pd.DataFrame({"step_s": step, "time_s": times, "change_of_peak": changes})
-        for step, changes in zip(found.tried_s[2:], found.changes, strict=True)
+        for step, changes in zip(standard.tried_s[2:], standard.changes, strict=True)
     ]
-    table = pd.concat(parts, ignore_index=True).assign(bound=found.bound)
-    table["resolved"] = table["time_s"] <= found.duration_s * (1 + 1e-9)
+    table = pd.concat(parts, ignore_index=True).assign(bound=standard.bound)
+    table["resolved"] = table["time_s"] <= standard.duration_s * (1 + 1e-9)
     table.insert(0, "scene", compared.name)
     return table
 
@@ -203,19 +203,19 @@ MOTION_TRUTH = Table(
 )
 
 
-def tabulate_truth(compared: ComparedScene, found: MotionTruth | LinearLimit) -> pd.DataFrame:
+def tabulate_truth(compared: ComparedScene, truth: MotionTruth | LinearLimit) -> pd.DataFrame:
     """Tabulate motion_truth.csv of one scene, a row."""
-    rms, patch = (found.own[:, TruthErrors._fields.index(each)] for each in ("rmse_of_peak", "patch_rms_of_peak"))
-    row = {"scene": compared.name, "patch_rms_of_peak": patch[3], "force_of_peak": found.own_force}
+    rms, patch = (truth.own[:, TruthErrors._fields.index(each)] for each in ("rmse_of_peak", "patch_rms_of_peak"))
+    row = {"scene": compared.name, "patch_rms_of_peak": patch[3], "force_of_peak": truth.own_force}
     row |= dict(zip(("own_space", "own_time", "own_mixed", "rmse_of_peak"), rms, strict=True))
-    row |= {"seconds": found.spent_s}
-    if isinstance(found, LinearLimit):
-        row |= {"elements": "linear", "levels": found.levels, "steps": found.steps}
-        return MOTION_TRUTH.frame([row | {"until_s": found.until_s, "rejected": found.said}])
-    tried = found.tried
+    row |= {"seconds": truth.spent_s}
+    if isinstance(truth, LinearLimit):
+        row |= {"elements": "linear", "levels": truth.levels, "steps": truth.steps}
+        return MOTION_TRUTH.frame([row | {"until_s": truth.until_s, "rejected": truth.said}])
+    tried = truth.tried
     row |= {"elements": "quadratic", "levels": len({t.level for t in tried}), "steps": min(t.steps for t in tried)}
-    row |= {"until_s": compared.duration_s, "ratio": found.ratio, "least_det": min(t.least_det for t in tried)}
-    return MOTION_TRUTH.frame([row | {"balance": found.finest.balance, "rejected": found.rejected}])
+    row |= {"until_s": compared.duration_s, "ratio": truth.ratio, "least_det": min(t.least_det for t in tried)}
+    return MOTION_TRUTH.frame([row | {"balance": truth.finest.balance, "rejected": truth.rejected}])
 
 
 PART = 0.05
@@ -235,16 +235,16 @@ def find_motion_truth(
         store(known, output.truth, compressed=True)
         return {"table": tabulate_truth(scene, known)}
     moved = scene.body, scene.placed_loads(), scene.rayleigh, scene.duration_s
-    found = motion_truth(*moved, scene.frames, count * scene.frames, truth.levels, progress)
-    if found.rejected:
+    result = motion_truth(*moved, scene.frames, count * scene.frames, truth.levels, progress)
+    if result.rejected:
         warnings.warn(
-            f"scenes.{scene.name}: its motion has no truth that is believed ({found.rejected}); models are judged by "
+            f"scenes.{scene.name}: its motion has no truth that is believed ({result.rejected}); models are judged by "
             "linear elements, which may be far from it. Press it less, or leave truth out.",
             stacklevel=1,
         )
-    say(f"{scene.name}: known to {found.own_error:.2%} of the peak")
-    store(found, output.truth, compressed=True)
-    return {"table": tabulate_truth(scene, found)}
+    say(f"{scene.name}: known to {result.own_error:.2%} of the peak")
+    store(result, output.truth, compressed=True)
+    return {"table": tabulate_truth(scene, result)}
 
 
 def simulate_dynamic_reference(body: Body, output: Any, compared: Compared, say: Callable) -> dict[str, pd.DataFrame]:
@@ -252,7 +252,7 @@ def simulate_dynamic_reference(body: Body, output: Any, compared: Compared, say:
     scene, training = compared.and_training(body)
     change, halvings = compared.own.change_of_peak, compared.own.max_halvings
     assert change and halvings  # as the rule says
-    found = reference(scene, training, change, halvings)
-    say(f"{scene.name}: a step of {found.step_s:.2g} s; halving it last changed {found.change:.2%} of the peak")
-    store(found, output.reference, compressed=True)
-    return {"table": tabulate(scene, found)}
+    standard = reference(scene, training, change, halvings)
+    say(f"{scene.name}: a step of {standard.step_s:.2g} s; halving it last changed {standard.change:.2%} of the peak")
+    store(standard, output.reference, compressed=True)
+    return {"table": tabulate(scene, standard)}

@@ -21,7 +21,7 @@ def numbers(report: Report) -> dict[str, Any]:
     first = first.assign(parted=[parted(row) for _, row in first.iterrows()])
     truths, standards = first[first["reference"] == QUADRATIC], first[first["reference"] != QUADRATIC]
     known, unknown = _meshes(standards[standards["reference_error"].isna()], report.tables.get("accuracy_vs_time"))
-    found = {
+    values = {
         "truths": truths,
         "standards": standards,
         "best": _most_accurate(table[~table["scene"].isin(first.loc[first["parted"] != "", "scene"])]),
@@ -33,8 +33,8 @@ def numbers(report: Report) -> dict[str, Any]:
         bounds = report.tables["motion_bounds"]
         models = [label(row.model, row.setting) for row in bounds.itertuples()]
         estimates = bounds["estimate"].map({"constant": "nothing", "own": "its own motion"})
-        found["motion_bounds"] = bounds.assign(model=models, estimate=estimates)
-    return found
+        values["motion_bounds"] = bounds.assign(model=models, estimate=estimates)
+    return values
 
 
 def _judged(row: pd.Series) -> str:
@@ -63,11 +63,11 @@ def _meshes(first: pd.DataFrame, pressed: pd.DataFrame | None) -> tuple[list[dic
     known: dict[tuple[str, int, MeshError], list[str]] = {}
     unknown = []
     for row in first.itertuples():
-        found = mesh_error(pressed, str(row.body), int(row.reference_level))
-        if found is None:
+        error_of_mesh = mesh_error(pressed, str(row.body), int(row.reference_level))
+        if error_of_mesh is None:
             unknown.append(spaced(row.scene))
         else:
-            known.setdefault((str(row.body), int(row.reference_level), found), []).append(spaced(row.scene))
+            known.setdefault((str(row.body), int(row.reference_level), error_of_mesh), []).append(spaced(row.scene))
     parts = [
         {"scenes": scenes, "body": body, "level": level} | error._asdict()
         for (body, level, error), scenes in known.items()

@@ -222,11 +222,11 @@ class Settings(Block):
 
 def check(config: Any, file: Path) -> None:
     """Raise InputError for a scene that is unknown, or on which models cannot be compared, or if there is none."""
-    scenes, bodies, asked = config.scenes or {}, config.bodies, config.dynamic.scenes
-    if asked is None:
+    scenes, bodies, settings = config.scenes or {}, config.bodies, config.dynamic.scenes
+    if settings is None:
         _check_any(file, scenes, bodies)
         return
-    for name, own in asked.items():
+    for name, own in settings.items():
         place = f"{file}: dynamic.scenes"
         if name not in scenes:
             known = ", ".join(scenes) or "there are none"
@@ -284,8 +284,8 @@ def _check_elsewhere(place: str, scene: Scene, kind: str) -> None:
 def _check_any(file: Path, scenes: dict, bodies: dict) -> None:
     """Raise InputError where models can be compared in none of the scenes."""
     known = {name: entry for name, entry in scenes.items() if entry.body in bodies}  # of others the scenes' check
-    found, left_out = compared_scenes(known, bodies)
-    if not found:
+    fit, left_out = compared_scenes(known, bodies)
+    if not fit:
         reasons = "; ".join(f"{name} {reason}" for name, reason in left_out.items()) or "there is no scene"
         raise InputError(
             f"{file}: dynamic is there and models can be compared in no scene ({reasons}); "

@@ -53,9 +53,9 @@ def hollow_responses(body: Body, contacts: np.ndarray, thickness_m: float, sprin
         moved = np.full(loads.shape, np.nan)
     if not np.abs(matrix @ moved - loads).max() < RESIDUAL:
         raise InputError(f"{body.name}: its surface alone is free to move; hold more of it (anchors).")
-    found = np.zeros((count, 3, len(mesh.nodes), 3))
-    found[:, :, free] = moved.reshape(units.shape).transpose(2, 3, 0, 1)
-    return found
+    responses = np.zeros((count, 3, len(mesh.nodes), 3))
+    responses[:, :, free] = moved.reshape(units.shape).transpose(2, 3, 0, 1)
+    return responses
 
 
 def shell_stiffness(

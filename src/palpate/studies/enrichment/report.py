@@ -29,11 +29,11 @@ MESH_SIZES = Table(
 
 def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names beside its tables; errors are RMSE / peak."""
-    found, paper = report.tables, report.published["enrichment"]
-    accuracy = found["enrichment_accuracy"]
+    by_name, paper = report.tables, report.published["enrichment"]
+    accuracy = by_name["enrichment_accuracy"]
     regime = accuracy["regime"].iloc[0]
-    moved = found["premise_bodies"]["moved_share"]
-    contacts = tables.where(found["premises"], held_out="contacts", weights=PAPERS_WEIGHTS)
+    moved = by_name["premise_bodies"]["moved_share"]
+    contacts = tables.where(by_name["premises"], held_out="contacts", weights=PAPERS_WEIGHTS)
     return {
         "regime": regime,
         "method": METHOD,
@@ -42,16 +42,16 @@ def numbers(report: Report) -> dict[str, Any]:
         "easy": _errors(accuracy, protocol="paper", split="samples", regime=regime),
         "hard": _errors(accuracy, protocol="live", split="contacts", regime=regime),
         "cases": [_case(rows) for _, rows in accuracy.groupby(["body", "regime"], sort=False)],
-        "wins": _wins(accuracy, found["online_cost"]),
-        "best_sigma": _best_sigma(tables.where(found["sigma_sweep"], regime=regime)),
-        "splits": _splits(found["splits"], paper["splits"]),
-        "moves": _moves(contacts, found["premise_bodies"]),
+        "wins": _wins(accuracy, by_name["online_cost"]),
+        "best_sigma": _best_sigma(tables.where(by_name["sigma_sweep"], regime=regime)),
+        "splits": _splits(by_name["splits"], paper["splits"]),
+        "moves": _moves(contacts, by_name["premise_bodies"]),
         "cut": (LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()),  # and the nearest on both sides
         "fewer": _fewer(contacts),
-        "orders": _orders(found["complexity"]),
-        "means": found["enrichment_timing"].pivot(index="body", columns="method", values="mean_s"),
+        "orders": _orders(by_name["complexity"]),
+        "means": by_name["enrichment_timing"].pivot(index="body", columns="method", values="mean_s"),
         "times": [
-            _times(found["enrichment_timing"], body, paper) for body in tables.bodies(found["enrichment_timing"])
+            _times(by_name["enrichment_timing"], body, paper) for body in tables.bodies(by_name["enrichment_timing"])
         ],
     }
 

@@ -45,14 +45,14 @@ def choose_loads(
             f"bodies.{body.name}: train + test is {samples}, which {len(magnitudes)} magnitudes do not divide; "
             "change train, test or magnitudes."
         )
-    able = pressed_contacts(body, compliance.contacts)
+    candidates = pressed_contacts(body, compliance.contacts)
     n_contacts = samples // len(magnitudes)
-    if n_contacts > len(able):
+    if n_contacts > len(candidates):
         raise InputError(
-            f"bodies.{body.name}: {n_contacts} contacts are asked for and {len(able)} can be pressed; "
+            f"bodies.{body.name}: {n_contacts} contacts are asked for and {len(candidates)} can be pressed; "
             "lower train and test, give more magnitudes, or raise contacts where it is given."
         )
-    contacts = np.random.default_rng(seed).choice(able, n_contacts, replace=False)
+    contacts = np.random.default_rng(seed).choice(candidates, n_contacts, replace=False)
     solver = Equilibrium(body, 0)
     rows: list[list[float]] = []
     reached: list[float] = []

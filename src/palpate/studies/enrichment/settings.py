@@ -61,15 +61,15 @@ class Settings(Regression):
 
 def check(config: Any, file: Path) -> None:
     """Raise InputError for an empty range of widths, nothing to sample."""
-    asked, place = config.enrichment, f"{file}: enrichment"
-    low, high = asked.sigma_relative.min, asked.sigma_relative.max
+    settings, place = config.enrichment, f"{file}: enrichment"
+    low, high = settings.sigma_relative.min, settings.sigma_relative.max
     if low >= high:
         raise InputError(f"{place}.sigma_relative.min is {low}; make it less than max, {high}.")
     if not any(getattr(body, "train", None) for body in config.bodies.values()):
         raise InputError(f"{place} is there and no body has train and test; give a body both.")
-    for name, case in asked.premises.cases.items():
+    for name, case in settings.premises.cases.items():
         _check_premise(f"{place}.premises.cases.{name}", name, case, config.bodies)
-    if twice := sorted(set(asked.regimes) & set(config.regimes or {})):
+    if twice := sorted(set(settings.regimes) & set(config.regimes or {})):
         raise InputError(f"{place}.regimes.{twice[0]} is under regimes, too; give it another name.")
 
 

@@ -115,12 +115,12 @@ def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:
         row: dict[str, Any] = {"operation": name, "paper_order": operation.paper_order}
         row |= {"r_min": int(r.min()), "r_max": int(r.max()), "k_min": int(k.min()), "k_max": int(k.max())}
         expected, _ = fit_exponents(r, k, operation.grows(r, k))
-        found, half = fit_exponents(r, k, table["seconds"].to_numpy())
+        exponents, half = fit_exponents(r, k, table["seconds"].to_numpy())
         for i, size in enumerate("rk"):
             row |= {
-                f"exponent_{size}": found[i],
-                f"exponent_{size}_low": found[i] - half[i],
-                f"exponent_{size}_high": found[i] + half[i],
+                f"exponent_{size}": exponents[i],
+                f"exponent_{size}_low": exponents[i] - half[i],
+                f"exponent_{size}_high": exponents[i] + half[i],
                 f"paper_exponent_{size}": expected[i],
             }
         rows.append(row)
@@ -212,8 +212,8 @@ def median_and_p95(calls: Sequence[Call], repeats: int) -> tuple[float, float]:
     timed = time_calls(calls, repeats)
     if failed := next(filter(None, timed.failures), None):
         raise failed
-    found = online(timed.seconds)
-    return found["online_median_s"], found["online_p95_s"]
+    times = online(timed.seconds)
+    return times["online_median_s"], times["online_p95_s"]
 
 
 def cost_table(

@@ -93,8 +93,8 @@ def pressed() -> tuple[Body, Database, Compliance]:
     mesh = box([0.2, 0.05, 0.05], [4, 2, 2])
     body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), SOFT)
     compliance = compute_compliance(body, 0.0)
-    able = [c for c in compliance.contacts if mesh.nodes[c, 0] > 0.06]
-    contacts = np.random.default_rng(1).choice(able, PRESSED, replace=False).repeat(2)
+    candidates = [c for c in compliance.contacts if mesh.nodes[c, 0] > 0.06]
+    contacts = np.random.default_rng(1).choice(candidates, PRESSED, replace=False).repeat(2)
     forces = -np.tile([0.02, 0.04], PRESSED)[:, None] * body.fine.normals[contacts]
     displacements = []
     for level in (0, 1):

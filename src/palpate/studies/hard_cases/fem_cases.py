@@ -231,15 +231,15 @@ def _stretched(model: str) -> Answer:
     ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], mesh.nodes[[0, -1], 0]))
     particles = solid_particles(mesh, ends, Material(3000.0, 0.488, 1000.0), "cube")
     start, elements = mesh.nodes * [3.0, 1.0, 1.0], LinearElements(mesh, particles.material)
-    found, _ = stage.Stepper(model, particles, {"held": True}).advance(start, np.zeros_like(start), 0.05, 200)
+    reached, _ = stage.Stepper(model, particles, {"held": True}).advance(start, np.zeros_like(start), 0.05, 200)
     zero = mesh.nodes.copy()
     zero[ends] = start[ends]
-    on_end = np.linalg.norm(elements.force(found)[mesh.nodes[:, 0] == 0.0].sum(axis=0))
+    on_end = np.linalg.norm(elements.force(reached)[mesh.nodes[:, 0] == 0.0].sum(axis=0))
 
     def error(a: np.ndarray) -> float:
         return float(np.linalg.norm(np.delete(elements.force(a), ends, axis=0)) / on_end)
 
-    return Answer(found, start, error, zero=zero)
+    return Answer(reached, start, error, zero=zero)
 
 
 def statics() -> list[Case]:

@@ -15,12 +15,12 @@ WORDS = {"nan": "not a number", "not_converged": "not converged"}
 def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names: the table in words, and its runs without a right answer."""
     table = report.tables["hard_cases"]
-    told = table.assign(
+    in_words = table.assign(
         case=table["case"].map(spaced), model=table["model"].map(named), outcome=table["outcome"].map(_outcome),
         declared=[" or ".join(map(_outcome, str(outcomes).split(" or "))) for outcomes in table["declared"]],
         passed=table["passed"].astype(bool), sharp=table["sharp"].astype(str),
     )  # fmt: skip
-    return {"hard_cases": told, "refusals": _refusals(told[told["outcome"] != "stable"])}
+    return {"hard_cases": in_words, "refusals": _refusals(in_words[in_words["outcome"] != "stable"])}
 
 
 def _outcome(name: str) -> str:
@@ -29,8 +29,8 @@ def _outcome(name: str) -> str:
 
 def _refusals(given: pd.DataFrame) -> pd.DataFrame:
     """Tabulate every outcome but stable: a case, its models, and the reason that the first of them gives."""
-    found = given.groupby(["case", "outcome", "declared"], sort=False).agg(
+    refusals = given.groupby(["case", "outcome", "declared"], sort=False).agg(
         models=("model", lambda few: ", ".join(few) if len(few) <= 4 else f"all {len(few)} that were tried"),
         reason=("message", "first"),
     )
-    return found.reset_index()
+    return refusals.reset_index()

@@ -325,7 +325,7 @@ def free_flight(model: str, particles: Particles, v: np.ndarray, tolerance: floa
     the total momentum, and that of the momentum which follows from the displacement of the centre of mass.
     """
     x, masses = particles.nodes, particles.masses[:, None]
-    found = np.array(Stepper(model, particles, tolerance=tolerance).advance(x, v, 0.01, 20))
+    flown = np.array(Stepper(model, particles, tolerance=tolerance).advance(x, v, 0.01, 20))
     momentum, scale = (masses * v).sum(axis=0), float(np.linalg.norm(masses * v, axis=1).sum())
 
     def error(state: np.ndarray) -> float:
@@ -333,7 +333,7 @@ def free_flight(model: str, particles: Particles, v: np.ndarray, tolerance: floa
         of_centre = (masses * (state[0] - x)).sum(axis=0) / 0.2 - momentum
         return float(max(np.linalg.norm(change), np.linalg.norm(of_centre)) / scale)
 
-    return Answer(found, np.array([x, v]), error, zero=np.array([x, 0.0 * v]))
+    return Answer(flown, np.array([x, v]), error, zero=np.array([x, 0.0 * v]))
 
 
 def edge_error(particles: Particles, x: np.ndarray) -> float:
@@ -371,7 +371,7 @@ def recovery(
     """
     step_s, steps = RECOVERY_STEPS[model not in SHAPES]
     v = np.tile(DRIFT_M / coasting_distance(model, step_s, steps), (len(x), 1))
-    found, _ = Stepper(model, particles, more).advance(x, v, step_s, steps)
+    recovered, _ = Stepper(model, particles, more).advance(x, v, step_s, steps)
     centre = _centre(particles, x) + DRIFT_M
     shape_error = measure or (lambda a: edge_error(particles, a))
 
@@ -379,7 +379,7 @@ def recovery(
         of_centre = np.linalg.norm(_centre(particles, a) - centre) / np.linalg.norm(DRIFT_M)
         return max(shape_error(a), float(of_centre))
 
-    return Answer(found, x, error, zero=particles.nodes)
+    return Answer(recovered, x, error, zero=particles.nodes)
 
 
 def coasting_distance(model: str, step_s: float, steps: int) -> float:

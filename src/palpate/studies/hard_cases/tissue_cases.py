@@ -196,7 +196,7 @@ def _search(model: str) -> Answer:
 
     start = np.full(6, 1000.0)
     if model == "cma_es":
-        found = cma_es(fitness, start, limits, 3000, 1).young
+        best_young = cma_es(fitness, start, limits, 3000, 1).young
     else:
-        found = evolve(fitness, 6, 60, limits, 1, 400).young
-    return Answer(found, start, lambda a: float(np.abs(a / best - 1.0).max()), np.zeros(6), np.zeros(6))
+        best_young = evolve(fitness, 6, 60, limits, 1, 400).young
+    return Answer(best_young, start, lambda a: float(np.abs(a / best - 1.0).max()), np.zeros(6), np.zeros(6))

@@ -46,15 +46,15 @@ def variants(body: Body, laws: Sequence[str], poissons: Sequence[float]) -> list
     laws, poissons : values that are tried; those that the body has already give no variant
     A body with regions also has a variant without them, of its own material alone.
     """
-    found = [Variant(OWN, body)]
-    found += [Variant(LAW, _changed(body, law=law)) for law in laws if law != body.material.law]
+    listed = [Variant(OWN, body)]
+    listed += [Variant(LAW, _changed(body, law=law)) for law in laws if law != body.material.law]
     materials: list[Material] = [body.material, *(body.regions.materials if body.regions is not None else ())]
     for poisson in poissons:
         if any(each.poisson != poisson for each in materials):
-            found.append(Variant(POISSON, _changed(body, poisson=poisson)))
+            listed.append(Variant(POISSON, _changed(body, poisson=poisson)))
     if body.regions is not None:
-        found.append(Variant(REGIONS, replace(body, regions=None)))
-    return found
+        listed.append(Variant(REGIONS, replace(body, regions=None)))
+    return listed
 
 
 def _changed(body: Body, **change: Any) -> Body:
@@ -148,8 +148,8 @@ def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i:
     pairs |= {"change": (levels[-1], before[-1])} if before else {}
     pairs |= {"linear": (linear, limit)} if linear is not None else {}
     patch = sample.pressed(body)
-    for kind, (found, truly) in pairs.items():
-        errors = truth_errors(found, truly, patch)
+    for kind, (computed, truly) in pairs.items():
+        errors = truth_errors(computed, truly, patch)
         row |= {
             f"{kind}_{name}": getattr(errors, name) for name in ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
         }

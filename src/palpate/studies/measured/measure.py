@@ -141,14 +141,14 @@ def _rows(candidate: Candidate, experiment: ExperimentSettings, observed: dict[s
     fitted = experiment.calibrate_on
     if fitted is None:
         return
-    found = [about | row for row in predictor.rows(fitted)]
-    yield from found
+    rows = [about | row for row in predictor.rows(fitted)]
+    yield from rows
     if not candidate.extended:
         return
     for row in creep_rows(predictor, fitted):
         yield about | {"setting": f"{candidate.setting} creep"} | row
-    frequencies = {str(row["case"]): row["predicted"] for row in found if row["quantity"] == "frequency_hz"}
-    yield from damping_rows(predictor, frequencies, fitted, found[0])
+    frequencies = {str(row["case"]): row["predicted"] for row in rows if row["quantity"] == "frequency_hz"}
+    yield from damping_rows(predictor, frequencies, fitted, rows[0])
 
 
 def _suspicions(name: str, experiment: ExperimentSettings, table: pd.DataFrame, size_m: float) -> Iterator[str]:

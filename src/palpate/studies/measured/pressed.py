@@ -75,8 +75,8 @@ def identify_presses(
         warnings.warn(f"measured.presses.{name}: {doubt}", stacklevel=2)
     tables = {table.name: table.frame([]) for table in (PRESSES, PRESS_PREDICTIONS, PRESS_CURVES, *relaxed.TABLES)}
     if RELAXATION in entry.ask:
-        found, kernel = relaxed.identify_relaxation(name, records, entry, seed, steps(say, f"{name}: left out"))
-        tables |= found
+        relaxing, kernel = relaxed.identify_relaxation(name, records, entry, seed, steps(say, f"{name}: left out"))
+        tables |= relaxing
         records = without_time(records, kernel)
     if ELASTIC in entry.ask:
         body = body_file.load(input.body[0]) if input.body else None
@@ -98,10 +98,10 @@ def _elastic(
         progress = Progress(lambda what, sequence: steps(say, f"{name}: {what}")(sequence), pool.map)
         for part, consistent in consistent_parts(records, compare_sessions(records)):
             given = asked, Options(seed=seed), entry.held_out, folder / "curves", progress
-            found, errors = identify_and_predict(consistent, *given)
-            rows += [[name, *row] for row in table_rows(found, part)]
+            identified, errors = identify_and_predict(consistent, *given)
+            rows += [[name, *row] for row in table_rows(identified, part)]
             predicted.append(errors.assign(entry=name, part=part))
-            curves.append(_curves(found).assign(entry=name, part=part))
+            curves.append(_curves(identified).assign(entry=name, part=part))
     return {
         PRESSES.name: PRESSES.frame(rows),
         PRESS_PREDICTIONS.name: pd.concat(predicted)[PRESS_PREDICTIONS.columns],
@@ -113,14 +113,16 @@ NINE_TENTHS = 1.645
 """Half width of an interval that holds 90 % of a normal distribution, in standard deviations."""
 
 
-def _curves(found: Identified) -> pd.DataFrame:
+def _curves(identified: Identified) -> pd.DataFrame:
     """Tabulate the measured and the fitted force over depth of each press, with the interval of single points."""
-    presses = {press.name: press for press in found.records.presses}
+    presses = {press.name: press for press in identified.records.presses}
     flat = _in_plane([press.at_m for press in presses.values()], [press.direction for press in presses.values()])
     places = dict(zip(presses, flat, strict=True))
     parts = []
-    for curve in found.curves:
-        band = NINE_TENTHS * np.hypot(found.scatter["noise_share"] * curve.predicted_n, found.scatter["noise_n"])
+    for curve in identified.curves:
+        band = NINE_TENTHS * np.hypot(
+            identified.scatter["noise_share"] * curve.predicted_n, identified.scatter["noise_n"]
+        )
         rows = {"depth_m": curve.depth_m, "measured_n": curve.force_n, "fitted_n": curve.predicted_n}
         rows |= {"low_n": curve.predicted_n - band, "high_n": curve.predicted_n + band}
         x, y = places[curve.name]

@@ -158,13 +158,13 @@ def fit_oscillation(times: np.ndarray, y: np.ndarray, place: str, creeps: bool =
     start = min(tries, key=lambda unknowns: float(np.sum(residual(unknowns) ** 2)))
     low, high = [0.5 * start[0], 0.0, creep / 4], [2.0 * start[0], 0.9, 4 * creep]
     scale = [0.1 * start[0], 0.01, 0.3 * creep]
-    found = least_squares(residual, start, bounds=(low, high), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12)
-    basis = _basis(t, found.x, creeps)
+    result = least_squares(residual, start, bounds=(low, high), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    basis = _basis(t, result.x, creeps)
     amounts = np.linalg.lstsq(basis, y, rcond=None)[0]
-    misfit, amplitude = np.sqrt(np.mean(found.fun**2)), np.hypot(*amounts[1:3])
+    misfit, amplitude = np.sqrt(np.mean(result.fun**2)), np.hypot(*amounts[1:3])
     if not misfit < 0.5 * amplitude:
         raise InputError(f"{place} shows no damped oscillation after the release; set swings: false for it.")
-    frequency, ratio, constant = map(float, found.x)
+    frequency, ratio, constant = map(float, result.x)
     crept = -float(amounts[3] * np.exp(0.5 / (frequency * constant))) if creeps else 0.0
     return Oscillation(frequency, ratio, crept, constant)
 

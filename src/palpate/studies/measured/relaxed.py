@@ -136,14 +136,16 @@ def identify_relaxation(
         known = hold.press.name, hold.press.specimen, hold.press.session, hold.press.depth_m[-1], hold.press.thickness_m
         rows.append((*known, hold.loading_s, hold.held_s[-1], hold.held_force[-1], float(late / early), count))
     presses = pd.DataFrame(rows, columns=RELAXATION_PRESSES.columns[1:])
-    found: tuple[Iterable, ...] = (
+    by_table: tuple[Iterable, ...] = (
         [row for count in counts for row in _rows(whole[count], holds, count == chosen, draws)],
         [*_modulus(whole[chosen], draws, span), *_curves(holds, chosen, whole[chosen], apart)],
         errors,
         rows,
         _trends(presses, rng),
     )
-    tables = {table.name: table.frame([entry, *row] for row in rows) for table, rows in zip(TABLES, found, strict=True)}
+    tables = {
+        table.name: table.frame([entry, *row] for row in rows) for table, rows in zip(TABLES, by_table, strict=True)
+    }
     return tables, whole[chosen]
 
 

@@ -73,16 +73,18 @@ def _predicted(rows: pd.DataFrame) -> pd.DataFrame:
 
 def _pressed(report: Report) -> Iterator[dict[str, Any]]:
     """Yield the answers of each entry of presses whose elasticity is asked for."""
-    found = report.tables.get("presses", pd.DataFrame(columns=["entry"]))
-    for entry in dict.fromkeys(found["entry"]):
-        rows = tables.where(found, entry=entry)
-        told = tables.where(report.tables["press_predictions"], entry=entry)
+    presses = report.tables.get("presses", pd.DataFrame(columns=["entry"]))
+    for entry in dict.fromkeys(presses["entry"]):
+        rows = tables.where(presses, entry=entry)
+        predictions = tables.where(report.tables["press_predictions"], entry=entry)
         parts = [_part(tables.where(rows, part=part)) for part in dict.fromkeys(rows["part"])]
         yield {
             "key": entry,
             "name": spaced(entry),
             "parts": parts,
-            "predicted": [_ways(told, way, words) for way, words in WAYS.items() if told["by"].eq(way).any()],
+            "predicted": [
+                _ways(predictions, way, words) for way, words in WAYS.items() if predictions["by"].eq(way).any()
+            ],
         }
 
 
@@ -102,9 +104,9 @@ def _part(rows: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _ways(told: pd.DataFrame, way: str, words: str) -> dict[str, Any]:
+def _ways(predictions: pd.DataFrame, way: str, words: str) -> dict[str, Any]:
     """Return the median errors of the best law, of rivals and floors, where something is left out."""
-    errors = told[told["by"].eq(way)].groupby("model", sort=False)["error_share"].median()
+    errors = predictions[predictions["by"].eq(way)].groupby("model", sort=False)["error_share"].median()
     laws = errors[~errors.index.isin(list(RIVALS))]
     return {
         "way": words,
@@ -117,8 +119,8 @@ def _ways(told: pd.DataFrame, way: str, words: str) -> dict[str, Any]:
 
 def _relaxing(report: Report) -> Iterator[dict[str, Any]]:
     """Yield the answers of each entry of presses whose relaxation is asked for."""
-    found = report.tables.get("relaxation", pd.DataFrame(columns=["entry"]))
-    for entry in dict.fromkeys(found["entry"]):
+    relaxation = report.tables.get("relaxation", pd.DataFrame(columns=["entry"]))
+    for entry in dict.fromkeys(relaxation["entry"]):
         rows, errors, presses, trends = (
             tables.where(report.tables[f"relaxation{name}"], entry=entry)
             for name in ("", "_errors", "_presses", "_trends")

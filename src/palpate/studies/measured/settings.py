@@ -87,8 +87,8 @@ def _consistent_experiment(experiment: ExperimentSettings) -> ExperimentSettings
     measured = [name for name, case in experiment.cases.items() if case.files]
     if experiment.calibrate_on not in (None, *measured):
         known = {"on": experiment.calibrate_on, "known": ", ".join(measured) or "none has files"}
-        told = "calibrate_on is {on}, which is no case with files; choose from {known}, or null"
-        raise PydanticCustomError("calibrate_on", told, known)
+        message = "calibrate_on is {on}, which is no case with files; choose from {known}, or null"
+        raise PydanticCustomError("calibrate_on", message, known)
     return experiment
 
 
@@ -174,8 +174,8 @@ def _consistent_presses(presses: Presses) -> Presses:
     if presses.body is not None and presses.thickness_m is not None:
         raise PydanticCustomError("pressed", "it has both body and thickness_m; leave out the thickness")
     if "elastic" in presses.ask and (presses.instrument is None or presses.instrument.kind != "sphere"):
-        told = "ask has elastic, and forces are known for a sphere; describe it as the instrument, or ask for "
-        raise PydanticCustomError("pressed", told + "relaxation alone")
+        message = "ask has elastic, and forces are known for a sphere; describe it as the instrument, or ask for "
+        raise PydanticCustomError("pressed", message + "relaxation alone")
     return presses
 
 
@@ -256,8 +256,8 @@ def _check_presses(bodies: Mapping[str, Body], file: Path, place: str, entry: Pr
 
 def _check_levels(place: str, models: Models, body: str, levels: int) -> None:
     """Raise InputError for a level that a body does not have; quadratic elements need one more."""
-    asked = (("fem_p1", models.fem_p1, 0), ("fem_p2", models.fem_p2, 1), ("springs", models.springs, 0))
-    wanted = [(f"{name}.levels", level, more) for name, block, more in asked for level in block.levels or []]
+    settings = (("fem_p1", models.fem_p1, 0), ("fem_p2", models.fem_p2, 1), ("springs", models.springs, 0))
+    wanted = [(f"{name}.levels", level, more) for name, block, more in settings for level in block.levels or []]
     for part, level, more in [*wanted, ("releases.level", models.releases.level, 0)]:
         if level + more >= levels:
             raise InputError(

@@ -51,19 +51,19 @@ def draw_organ_springs(organ_springs) -> Figure:
 
 def _errors(axis, rows) -> None:
     """Draw errors at each contact, side by side for each model; of several steps the best at tested contacts."""
-    ways = []
-    for (model, force), found in rows[rows["model"] != "zero"].groupby(["model", "volume_force"], sort=False):
-        best = found[~found["used_in_fit"]].groupby("step_s")["rmse_of_peak"].mean().idxmin()
-        ways.append((model, bool(force), found[found["step_s"] == best]))
-    for place, (model, force, found) in enumerate(ways):
+    groups = []
+    for (model, force), of_model in rows[rows["model"] != "zero"].groupby(["model", "volume_force"], sort=False):
+        best = of_model[~of_model["used_in_fit"]].groupby("step_s")["rmse_of_peak"].mean().idxmin()
+        groups.append((model, bool(force), of_model[of_model["step_s"] == best]))
+    for place, (model, force, of_model) in enumerate(groups):
         for used, shift, fill in ((True, -0.18, look(model).colour), (False, 0.18, "none")):
-            error, at = 100 * tables.where(found, used_in_fit=used)["rmse_of_peak"], place + shift
+            error, at = 100 * tables.where(of_model, used_in_fit=used)["rmse_of_peak"], place + shift
             axis.plot([at] * len(error), error, "o", mfc=fill, mec=look(model).colour, ms=4)
             axis.plot([at - 0.15, at + 0.15], [error.mean()] * 2, color=style.INK, ls=DASHES[force])
     zero = 100 * tables.where(rows, model="zero")["rmse_of_peak"].mean()
     axis.annotate(f"no motion: {zero:.0f} %", (1.0, 1.0), (-2, -8), "axes fraction", "offset points", ha="right")
-    labels = [SHORT[model] + (" + V" if force and len(ways) > 8 else "") for model, force, _ in ways]
-    axis.set_xticks(range(len(ways)), labels, rotation=30, ha="right")
+    labels = [SHORT[model] + (" + V" if force and len(groups) > 8 else "") for model, force, _ in groups]
+    axis.set_xticks(range(len(groups)), labels, rotation=30, ha="right")
     axis.set(ylabel="RMSE [% of peak]", ylim=(0, None))
 
 
@@ -72,8 +72,8 @@ def _over_time(axis, rows) -> None:
     tested = rows[~rows["used_in_fit"] & (rows["model"] != "zero")]
     springs = dict(enumerate(dict.fromkeys(model for model in tested["model"] if model in FITS)))
     places = {model: number - (len(springs) - 1) / 2 for number, model in springs.items()}
-    for (model, force), found in tested.groupby(["model", "volume_force"], sort=False):
-        steps = found.groupby("step_s")
+    for (model, force), of_model in tested.groupby(["model", "volume_force"], sort=False):
+        steps = of_model.groupby("step_s")
         mean = steps[["rmse_of_peak"]].mean().assign(ms=steps["ms_a_second"].median()).sort_values("ms")
         if model in places:
             alike = tested[tested["model"].isin(places) & (tested["volume_force"] == force)]

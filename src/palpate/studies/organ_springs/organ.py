@@ -135,17 +135,17 @@ def _forces(body: Body, contacts: np.ndarray) -> np.ndarray:
     return np.array(forces)
 
 
-def references(found: Organ) -> list[Reference]:
+def references(pressed: Organ) -> list[Reference]:
     """Simulate the motion of linear elements on the finer level under each press, extrapolated to short steps.
 
     Backward Euler is of first order: the limit is twice the motion in half steps less that in whole steps.
     """
-    particles, settings = found.particles(1), found.in_steps(1)
-    rest, substeps = found.keys.of(found.body.coarse.nodes), found.settings.reference_steps
+    particles, settings = pressed.particles(1), pressed.in_steps(1)
+    rest, substeps = pressed.keys.of(pressed.body.coarse.nodes), pressed.settings.reference_steps
     limits = []
-    for i in range(len(found.contacts)):
-        press = found.press(i, 1)
-        long, short = (reference_motion(particles, found.model, press, settings, n * substeps) for n in (1, 2))
+    for i in range(len(pressed.contacts)):
+        press = pressed.press(i, 1)
+        long, short = (reference_motion(particles, pressed.model, press, settings, n * substeps) for n in (1, 2))
         x, v = (2.0 * fine - coarse for fine, coarse in zip(short, long, strict=True))
         limits.append(Reference(x, v, deviation(short[0], x, rest)))
     return limits
@@ -172,18 +172,18 @@ MASS_MOTION = Table(
 )
 
 
-def mass_motion(found: Organ) -> pd.DataFrame:
+def mass_motion(pressed: Organ) -> pd.DataFrame:
     """Compute the rows of mass_motion.csv: coarse finite elements with each choice of masses, pressed and swinging.
 
     Masses are the body's own, those of density_kg_m3 everywhere (uniform), and the own total spread evenly (mean).
     """
-    own, uniform = found.particles(0), replace(found, body=replace(found.body, densities=None)).particles(0)
+    own, uniform = pressed.particles(0), replace(pressed, body=replace(pressed.body, densities=None)).particles(0)
     even = replace(own, masses=uniform.masses * (own.masses.sum() / uniform.masses.sum()))
-    rest, settings = found.keys.of(found.body.coarse.nodes), found.in_steps(1)
-    presses = [found.press(i, 0) for i in range(found.fitted)]
+    rest, settings = pressed.keys.of(pressed.body.coarse.nodes), pressed.in_steps(1)
+    presses = [pressed.press(i, 0) for i in range(pressed.fitted)]
 
     def motions(particles: Particles) -> list[np.ndarray]:
-        return [reference_motion(particles, found.model, press, settings, 1)[0] for press in presses]
+        return [reference_motion(particles, pressed.model, press, settings, 1)[0] for press in presses]
 
     rows, frequencies, wanted = [], frequencies_hz(own), motions(own)
     for name, particles in {"own": own, "uniform": uniform, "mean": even}.items():
@@ -192,7 +192,7 @@ def mass_motion(found: Organ) -> pd.DataFrame:
         of_uniform = particles.masses / uniform.masses
         weighed = particles.masses.sum(), float(of_uniform.min()), float(of_uniform.max())
         changed = float(np.abs(other / frequencies - 1.0).max()), float(np.mean(changes))
-        rows.append((found.body.name, found.body.densities is not None, name, *weighed, other[0], *changed))
+        rows.append((pressed.body.name, pressed.body.densities is not None, name, *weighed, other[0], *changed))
     return MASS_MOTION.frame(rows)
 
 

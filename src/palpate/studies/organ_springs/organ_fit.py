@@ -41,28 +41,28 @@ ORGAN_HISTORY = Table(
 
 
 def measure(
-    found: Organ, references: list[Reference], seed: int, report: Callable[[str], Report]
+    pressed: Organ, references: list[Reference], seed: int, report: Callable[[str], Report]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Compute the rows of organ_springs.csv and organ_history.csv of springs by all METHODS.
 
     seed : the first of ``searches.seeds`` consecutive ones; report : from a method to what receives its progress
     """
-    errors, histories, material = [], [], found.particles(0).material
-    young = np.full(len(found.model.masses), float(material.young_pa))
-    for volume_force in found.settings.volume_force:
-        settings = found.spring_settings(volume_force)
-        fitnesses = found.fitnesses(settings, references)
-        soft = np.full(len(found.model.masses), found.limits.low_pa)
+    errors, histories, material = [], [], pressed.particles(0).material
+    young = np.full(len(pressed.model.masses), float(material.young_pa))
+    for volume_force in pressed.settings.volume_force:
+        settings = pressed.spring_settings(volume_force)
+        fitnesses = pressed.fitnesses(settings, references)
+        soft = np.full(len(pressed.model.masses), pressed.limits.low_pa)
         fitnesses[0](soft[None])  # so that compilation is not timed
-        simulate(found.model, soft, found.press(0, 0), settings)
-        seeds = range(seed, seed + found.settings.searches.seeds)
+        simulate(pressed.model, soft, pressed.press(0, 0), settings)
+        seeds = range(seed, seed + pressed.settings.searches.seeds)
         runs = [(method, one) for method in METHODS for one in (seeds if method in SEEDED else seeds[:1])]
         for method, one in runs:
             model, fit = find(
-                method, fitnesses, material, young, found.limits, found.settings.searches, one, report(method)
+                method, fitnesses, material, young, pressed.limits, pressed.settings.searches, one, report(method)
             )
             labels = {"model": method, "volume_force": volume_force, "seed": one}
-            judged = judge(found, model, fit.young, settings, references)
+            judged = judge(pressed, model, fit.young, settings, references)
             judged["offline_s"], judged["evaluations"] = fit.history[-1, 1], int(fit.history[-1, 0])
             errors.append(judged.assign(**labels))
             rises = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"])
@@ -71,14 +71,14 @@ def measure(
 
 
 def judge(
-    found: Organ, model: SpringModel, young: np.ndarray, settings: Settings, references: list[Reference]
+    pressed: Organ, model: SpringModel, young: np.ndarray, settings: Settings, references: list[Reference]
 ) -> pd.DataFrame:
     """Measure the error and time of springs with moduli ``young`` (n,) [Pa] at every contact, one row each."""
 
     def move(number: int) -> np.ndarray:
-        return simulate(model, young, found.press(number, 0), settings)[0]
+        return simulate(model, young, pressed.press(number, 0), settings)[0]
 
-    return judge_motions(found, move, references).assign(step_s=settings.step_s)
+    return judge_motions(pressed, move, references).assign(step_s=settings.step_s)
 
 
 ORGAN_SPRINGS = Table(
@@ -96,13 +96,13 @@ ORGAN_SPRINGS = Table(
 )
 
 
-def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: list[Reference]) -> pd.DataFrame:
+def judge_motions(pressed: Organ, move: Callable[[int], np.ndarray], references: list[Reference]) -> pd.DataFrame:
     """Measure the error and time of a model at every contact, in the first columns of ORGAN_SPRINGS.
 
     move : from a contact's number to positions of key points (f, p, 3) [m]; f divides the number of frames, and errors
         are those at the ends of the f frames
     """
-    rest, rows = found.keys.of(found.body.coarse.nodes), []
+    rest, rows = pressed.keys.of(pressed.body.coarse.nodes), []
     for number, (wanted, _, own_error) in enumerate(references):
         begin = perf_counter()
         motion = move(number)
@@ -110,45 +110,45 @@ def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: l
         every = len(wanted) // len(motion)
         rmse = float(np.sqrt(((motion - wanted[every - 1 :: every]) ** 2).sum(axis=2).mean()))
         peak = float(np.linalg.norm(wanted - rest, axis=2).max())
-        errors = rmse, peak, rmse / peak, own_error, 1e3 * taken / found.settings.duration_s
-        rows.append((found.body.name, int(found.contacts[number]), number < found.fitted, *errors))
+        errors = rmse, peak, rmse / peak, own_error, 1e3 * taken / pressed.settings.duration_s
+        rows.append((pressed.body.name, int(pressed.contacts[number]), number < pressed.fitted, *errors))
     names = "body contact used_in_fit rmse_m peak_m rmse_of_peak reference_error ms_a_second"
     return pd.DataFrame(rows, columns=names.split())
 
 
-def rivals(found: Organ, references: list[Reference]) -> pd.DataFrame:
+def rivals(pressed: Organ, references: list[Reference]) -> pd.DataFrame:
     """Compute the rows of organ_springs.csv of rest, of coarse finite elements and of shape matching."""
-    rest = found.keys.of(found.body.coarse.nodes)
-    zero = judge_motions(found, lambda number: rest[None], references)
-    tables = [zero.assign(model="zero", step_s=found.settings.duration_s, offline_s=0.0)]
-    tables += [_fem(found, every, references) for every in found.settings.fem_frames]
-    tables += [_shapes(found, steps, references) for steps in found.settings.shape_steps]
+    rest = pressed.keys.of(pressed.body.coarse.nodes)
+    zero = judge_motions(pressed, lambda number: rest[None], references)
+    tables = [zero.assign(model="zero", step_s=pressed.settings.duration_s, offline_s=0.0)]
+    tables += [_fem(pressed, every, references) for every in pressed.settings.fem_frames]
+    tables += [_shapes(pressed, steps, references) for steps in pressed.settings.shape_steps]
     return pd.concat(tables, ignore_index=True).assign(volume_force=False, evaluations=0, seed=0)
 
 
-def _fem(found: Organ, every: int, references: list[Reference]) -> pd.DataFrame:
+def _fem(pressed: Organ, every: int, references: list[Reference]) -> pd.DataFrame:
     """Measure linear elements on the coarse mesh, with one implicit step in ``every`` frames."""
-    particles, frames = found.particles(0), found.settings.frames // every
-    once = found.in_steps(1)
+    particles, frames = pressed.particles(0), pressed.settings.frames // every
+    once = pressed.in_steps(1)
     settings = replace(once, step_s=once.step_s * every, steps=frames)
 
     def move(number: int) -> np.ndarray:
-        return reference_motion(particles, found.model, found.press(number, 0), settings, 1)[0]
+        return reference_motion(particles, pressed.model, pressed.press(number, 0), settings, 1)[0]
 
     move(0)  # so that compilation is not timed
-    table = judge_motions(found, move, references)
+    table = judge_motions(pressed, move, references)
     return table.assign(model="coarse_fem", step_s=settings.step_s, offline_s=0.0)
 
 
-def _shapes(found: Organ, steps: int, references: list[Reference]) -> pd.DataFrame:
+def _shapes(pressed: Organ, steps: int, references: list[Reference]) -> pd.DataFrame:
     """Fit factor of forces, β and decay of shape matching to the fitted presses, and measure it; ``steps`` a frame."""
     begin = perf_counter()
-    rest = found.keys.of(found.body.coarse.nodes)
+    rest = pressed.keys.of(pressed.body.coarse.nodes)
 
     def misfit(unknowns: np.ndarray) -> float:
-        move = _shape_motion(found, steps, unknowns)
+        move = _shape_motion(pressed, steps, unknowns)
         try:
-            errors = [min(deviation(move(i), x, rest), 1.0) for i, (x, _, _) in enumerate(references[: found.fitted])]
+            errors = [min(deviation(move(i), x, rest), 1.0) for i, (x, _, _) in enumerate(references[: pressed.fitted])]
         except NotConverged:
             return 1.0
         return float(np.mean(errors))
@@ -156,27 +156,27 @@ def _shapes(found: Organ, steps: int, references: list[Reference]) -> pd.DataFra
     starts = [np.array([scale, 0.5, 2.0]) for scale in np.arange(-6.0, 6.1, 1.5)]
     start = min(starts, key=misfit)
     corners = np.vstack([start, start + np.diag([0.7, 0.3, -1.0])])
-    options = {"maxfev": found.settings.shape_evaluations, "initial_simplex": corners}
+    options = {"maxfev": pressed.settings.shape_evaluations, "initial_simplex": corners}
     bounds = [(-14.0, 14.0), (0.0, 0.99), (-3.0, 7.0)]
     best = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options).x
     taken = perf_counter() - begin
-    table = judge_motions(found, _shape_motion(found, steps, best), references)
-    return table.assign(model="shape_matching", step_s=found.in_steps(steps).step_s, offline_s=taken)
+    table = judge_motions(pressed, _shape_motion(pressed, steps, best), references)
+    return table.assign(model="shape_matching", step_s=pressed.in_steps(steps).step_s, offline_s=taken)
 
 
-def _shape_motion(found: Organ, steps: int, unknowns: np.ndarray) -> Callable[[int], np.ndarray]:
+def _shape_motion(pressed: Organ, steps: int, unknowns: np.ndarray) -> Callable[[int], np.ndarray]:
     """Return the function from a contact's number to the motion (f, p, 3) [m] of shape matching, ``steps`` a frame.
 
     unknowns : logarithm of the factor of forces, β, and logarithm of the decay of velocities [1/s]
     """
     factor, beta, rate = float(np.exp(unknowns[0])), float(unknowns[1]), float(np.exp(unknowns[2]))
-    particles = replace(found.particles(0), regions=None)  # shapes have one stiffness
-    clusters, settings = cubes(found.body.coarse), found.in_steps(steps)
+    particles = replace(pressed.particles(0), regions=None)  # shapes have one stiffness
+    clusters, settings = cubes(pressed.body.coarse), pressed.in_steps(steps)
     shapes = shape_matching.make(particles, ShapeMatching(alpha=1.0, beta=beta, clusters=clusters))
     damping, held = VelocityDamping(particles.masses, rate), Held(particles.held)
 
     def move(number: int) -> np.ndarray:
-        press = found.press(number, 0)
+        press = pressed.press(number, 0)
         load = Load(replace(press, force_n=factor * press.force_n))
         system = System(particles, {"shape_matching": shapes, "held": held, "push": load, "damping": damping})
         integrator, motion = GoalPosition(system, shapes.alpha), [particles.nodes]
@@ -191,12 +191,12 @@ def _shape_motion(found: Organ, steps: int, unknowns: np.ndarray) -> Callable[[i
 
 def fit_organ_springs(input: Any, say: Callable, settings: OrganSettings, seed: int) -> dict[str, pd.DataFrame]:
     """Fit the springs of one organ, and measure their rivals, for the rule of this name."""
-    found = organ(body_file.load(input.body), settings)
-    say(f"{found.body.name}: press it with finite elements")
-    motions = references(found)
-    errors, history = measure(found, motions, seed, lambda method: rarely(say, f"{method}: how far, best fitness"))
+    pressed = organ(body_file.load(input.body), settings)
+    say(f"{pressed.body.name}: press it with finite elements")
+    motions = references(pressed)
+    errors, history = measure(pressed, motions, seed, lambda method: rarely(say, f"{method}: how far, best fitness"))
     return {
-        "organ_springs": pd.concat([errors, rivals(found, motions)]),
-        "organ_history": history.assign(body=found.body.name),
-        "mass_motion": mass_motion(found),
+        "organ_springs": pd.concat([errors, rivals(pressed, motions)]),
+        "organ_history": history.assign(body=pressed.body.name),
+        "mass_motion": mass_motion(pressed),
     }

@@ -28,18 +28,18 @@ def means(springs: pd.DataFrame) -> pd.DataFrame:
     Errors are medians over the seeds of a search; ``low``, ``high`` are the range of ``tested`` over so many ``seeds``.
     """
     setting = ["model", "volume_force", "step_s"]
-    found = springs.groupby(setting, sort=False)[["ms_a_second", "offline_s"]].median()
+    medians = springs.groupby(setting, sort=False)[["ms_a_second", "offline_s"]].median()
     for name, used in (("fitted", True), ("tested", False)):
         part = tables.where(springs, used_in_fit=used).groupby([*setting, "seed"], sort=False)
         means = part["rmse_of_peak"].mean().groupby(setting, sort=False)
-        found[name] = means.median()
-    return found.assign(low=means.min(), high=means.max(), seeds=means.size()).reset_index()
+        medians[name] = means.median()
+    return medians.assign(low=means.min(), high=means.max(), seeds=means.size()).reset_index()
 
 
 def best(springs: pd.DataFrame) -> pd.DataFrame:
     """Return of each model the row of ``means`` with the least error at tested contacts, indexed by model."""
-    found = means(springs)
-    return found.loc[found.groupby("model", sort=False)["tested"].idxmin()].set_index("model")
+    by_setting = means(springs)
+    return by_setting.loc[by_setting.groupby("model", sort=False)["tested"].idxmin()].set_index("model")
 
 
 def _tabulated(springs: pd.DataFrame) -> pd.DataFrame:
@@ -54,6 +54,6 @@ def _tabulated(springs: pd.DataFrame) -> pd.DataFrame:
             "other contacts": percent(row.tested),
             "seeds": f"{row.seeds}: {percent(row.low)} to {percent(row.high)}" if row.seeds > 1 else "",
         }
-        for body, found in springs.groupby("body", sort=False)
-        for row in means(found).itertuples()
+        for body, of_body in springs.groupby("body", sort=False)
+        for row in means(of_body).itertuples()
     )

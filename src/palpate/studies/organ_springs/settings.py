@@ -37,21 +37,21 @@ class Settings(Block):
 
 def check(config: Any, file: Path) -> None:
     """Raise InputError for bodies that are not there or are sheets, none at all, and settings that do not fit."""
-    place, asked = f"{file}: organ_springs", config.organ_springs
-    able = [name for name, body in config.bodies.items() if body.kind != "sheet"]
-    chosen = asked.bodies or [name for name in able if config.bodies[name].kind == "ct"]
+    place, settings = f"{file}: organ_springs", config.organ_springs
+    possible = [name for name, body in config.bodies.items() if body.kind != "sheet"]
+    chosen = settings.bodies or [name for name in possible if config.bodies[name].kind == "ct"]
     if not chosen:
         raise InputError(f"{place} is there and no body is of kind ct; name one in organ_springs.bodies, or remove it.")
     for name in chosen:
-        if name not in able:
-            raise InputError(f"{place}.bodies names {name}, which is no solid body; {suggest(name, able, 'name')}")
-    if asked.rise_s > asked.duration_s:
+        if name not in possible:
+            raise InputError(f"{place}.bodies names {name}, which is no solid body; {suggest(name, possible, 'name')}")
+    if settings.rise_s > settings.duration_s:
         raise InputError(
-            f"{place}.rise_s is {asked.rise_s:g} s, and motions end after duration_s, {asked.duration_s:g} s, before "
-            "the force is there; lower rise_s, or give a longer duration_s."
+            f"{place}.rise_s is {settings.rise_s:g} s, and motions end after duration_s, {settings.duration_s:g} s, "
+            "before the force is there; lower rise_s, or give a longer duration_s."
         )
-    for every in asked.fem_frames:
-        if asked.frames % every:
+    for every in settings.fem_frames:
+        if settings.frames % every:
             raise InputError(
-                f"{place}.fem_frames has {every}, which does not divide frames, {asked.frames}; change one of them."
+                f"{place}.fem_frames has {every}, which does not divide frames, {settings.frames}; change one of them."
             )

@@ -45,9 +45,9 @@ class Supported:
 
         def of_free(solve: Callable[[np.ndarray], np.ndarray]) -> Product:
             def product(p: np.ndarray) -> np.ndarray:
-                found = p.copy().ravel()
-                found[free] = solve(found[free])
-                return found.reshape(p.shape)
+                solved = p.copy().ravel()
+                solved[free] = solve(solved[free])
+                return solved.reshape(p.shape)
 
             return product
 

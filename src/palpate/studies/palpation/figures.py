@@ -80,10 +80,10 @@ def draw_palpation_limits(palpation_limits) -> Figure:
     left.set_xscale("log")
     left.legend(title="depth of the ball's top", loc="upper left", ncols=2)
     left.set_ylim(0.0, 140 * palpation_limits["stiffer"].max())
-    found = least_contrasts(palpation_limits)
-    known = {cover: contrast for cover, contrast in found.items() if np.isfinite(contrast)}
+    contrasts = least_contrasts(palpation_limits)
+    known = {cover: contrast for cover, contrast in contrasts.items() if np.isfinite(contrast)}
     right.plot([1e3 * cover for cover in known], list(known.values()), color=style.INK, marker="o", ms=4)
-    for cover in set(found) - set(known):
+    for cover in set(contrasts) - set(known):
         right.axvline(1e3 * cover, color=FELT, ls="--", lw=1)
         right.annotate("never felt", (1e3 * cover, 0.95), (-3, 0), ("data", "axes fraction"), "offset points",
                        ha="right", va="top", rotation=90, color=FELT)  # fmt: skip

@@ -29,10 +29,10 @@ class Settings(Block):
 def check(config: Any, file: Path) -> None:
     """Raise InputError if no body has regions, or if a body that is named has none, or is not there."""
     bodies, named = config.bodies, config.palpation.bodies
-    able = [name for name, body in bodies.items() if getattr(body, "regions", None)]
-    if not able:
+    possible = [name for name, body in bodies.items() if getattr(body, "regions", None)]
+    if not possible:
         raise InputError(f"{file}: palpation is there and no body has regions; give one some, or remove palpation.")
     for name in named or []:
-        if name not in able:
+        if name not in possible:
             lack = "has no regions" if name in bodies else "is not there"
-            raise InputError(f"{file}: palpation.bodies names {name}, which {lack}; {suggest(name, able, 'name')}")
+            raise InputError(f"{file}: palpation.bodies names {name}, which {lack}; {suggest(name, possible, 'name')}")

@@ -25,14 +25,14 @@ class Settings(Disc):
 
 def check(config: Any, file: Path) -> None:
     """Raise InputError for bodies that there are not, or that are not refined, and radii of bodies there are not."""
-    place, names, asked = f"{file}: press", pressed_bodies(config, "press"), config.press
+    place, names, settings = f"{file}: press", pressed_bodies(config, "press"), config.press
     check_refined(f"{place}.bodies", names, config.bodies)
-    if wrong := describe_unknown(list(asked.radius_of_body_m), list(config.bodies)):
+    if wrong := describe_unknown(list(settings.radius_of_body_m), list(config.bodies)):
         raise InputError(f"{place}.radius_of_body_m names {wrong}")
     if not names:
         raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")
-    check_instruments(f"{place}.instruments", asked.instruments, names, config.bodies)
-    for i, tool in enumerate(asked.instruments):
+    check_instruments(f"{place}.instruments", settings.instruments, names, config.bodies)
+    for i, tool in enumerate(settings.instruments):
         if tool.kind not in ("sphere", "punch") or tool.sticks:
             raise InputError(
                 f"{place}.instruments[{i}] is a {tool.kind}{' that sticks' * tool.sticks}; give a sphere or a "

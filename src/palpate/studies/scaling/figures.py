@@ -36,9 +36,9 @@ def draw_scaling(scaling) -> Figure:
 
 def _times(axis, component: str, rows) -> None:
     """Draw the stages of one component; dotted: proportional to the size, or for cores the ideal speed-up."""
-    for (stage, found), colour in zip(rows.groupby("stage", sort=False), _STAGES, strict=False):
-        label = style.with_power(stage, found["seconds_exponent"].iloc[0])
-        axis.loglog(found["size"], found["seconds"], "o-", ms=4, lw=1.2, color=colour, label=label)
+    for (stage, of_stage), colour in zip(rows.groupby("stage", sort=False), _STAGES, strict=False):
+        label = style.with_power(stage, of_stage["seconds_exponent"].iloc[0])
+        axis.loglog(of_stage["size"], of_stage["seconds"], "o-", ms=4, lw=1.2, color=colour, label=label)
     ends = np.array([rows["size"].min(), rows["size"].max()], dtype=float)
     first, last = (tables.where(rows, size=end)["seconds"].max() for end in ends)
     ideal = first / ends if component == "cores" else last * ends / ends[-1]

@@ -162,13 +162,13 @@ def cores(count: int, meter: Meter) -> Size:
     from palpate.models.springs.cube_experiment import experiment
     from palpate.models.springs.searches import Genetic
 
-    found = experiment(CUBE, 0.3)
+    cube = experiment(CUBE, 0.3)
     # a reference at rest costs as much as a moving one
-    still = np.zeros((found.settings.steps, len(found.settings.keys.corners), 3))
-    fitness = found.fitness("top", {"top": (still, still)})
+    still = np.zeros((cube.settings.steps, len(cube.settings.keys.corners), 3))
+    fitness = cube.fitness("top", {"top": (still, still)})
     before = numba.get_num_threads()
     numba.set_num_threads(count)
-    population = Genetic(fitness, len(found.model.masses), POPULATION, found.limits, 1)
+    population = Genetic(fitness, len(cube.model.masses), POPULATION, cube.limits, 1)
     meter.often("generation", population.advance)
     numba.set_num_threads(before)
     return "cores", count

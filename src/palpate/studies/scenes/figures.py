@@ -188,8 +188,8 @@ def _with_depth(part, rows: pd.DataFrame, title: str) -> None:
 def _force(axis, rows: pd.DataFrame, title: str) -> None:
     """Draw magnitude and components over time, with the legend beside the panel."""
     axis.plot(rows["time_s"], rows["force_n"], color=style.INK, lw=2, label="magnitude")
-    for way, colour in {"x": "#56b4e9", "y": "#e69f00", "z": "#009e73"}.items():
-        axis.plot(rows["time_s"], rows[f"force_{way}_n"], color=colour, label=way)
+    for component, colour in {"x": "#56b4e9", "y": "#e69f00", "z": "#009e73"}.items():
+        axis.plot(rows["time_s"], rows[f"force_{component}_n"], color=colour, label=component)
     axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axis.set(title=title, ylabel="force [N]")
     axis.margins(x=0.0)

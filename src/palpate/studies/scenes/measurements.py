@@ -182,7 +182,7 @@ def simulate_scene(input: Any, output: Any, scene: Scene, say: Callable) -> dict
 def tabulate_scenes(input: Any, integrators: dict[str, str]) -> Any:
     """Put the tables of all scenes together, for the rule of this name."""
     costs, errors = (pd.concat(map(pd.read_csv, paths)) for paths in (input.costs, input.errors))
-    energies = {found.scene: found.energy for found in (stored(Motion, path) for path in input.motions)}
+    energies = {motion.scene: motion.energy for motion in (stored(Motion, path) for path in input.motions)}
     energy = pd.concat(energies, names=["scene", "frame"]).reset_index("scene")
     touching = [stored(Motion, path) for path in input.touching]
     return (contact_tables(touching) if touching else {}) | {

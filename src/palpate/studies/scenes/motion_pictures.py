@@ -115,9 +115,9 @@ def _moments(motion: Motion, surface: np.ndarray, count: int) -> list[int]:
     moved = motion.positions[:, surface] - motion.positions[0, surface]
     peak = int(np.linalg.norm(moved, axis=2).max(axis=1).argmax())
     steps = np.linalg.norm(np.diff(moved, axis=0), axis=2).mean(axis=1)
-    way = np.concatenate([[0.0], np.cumsum(steps)])
+    distance = np.concatenate([[0.0], np.cumsum(steps)])
     time = motion.times - motion.times[0]
-    progress = time / (time[-1] or 1.0) + way / (way[-1] or 1.0)
+    progress = time / (time[-1] or 1.0) + distance / (distance[-1] or 1.0)
     frames = [int(np.argmin(np.abs(progress - target))) for target in np.linspace(0.0, progress[-1], count)]
     if count > 2 and 0 < peak < len(time) - 1:
         inner = 1 + int(np.argmin(np.abs(progress[frames[1:-1]] - progress[peak])))

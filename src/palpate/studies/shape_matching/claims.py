@@ -32,10 +32,10 @@ def experiments(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 def _integrators(stability: pd.DataFrame) -> Iterator[Claim]:
     """Judge the stability of explicit springs and of goal positions by single springs."""
-    premise, found = "one mass on one spring, no damping", limit(stability)
+    premise, limit_s = "one mass on one spring, no damping", limit(stability)
     claim, published = "explicit integration of a spring is unstable beyond a step of", "2 sqrt(m/k)"
-    ours = f"{found:.4f} sqrt(m/k)"
-    yield Claim(3, "3", claim, premise, published, ours, verdict(abs(found / 2 - 1) < _TOLERANCE))
+    ours = f"{limit_s:.4f} sqrt(m/k)"
+    yield Claim(3, "3", claim, premise, published, ours, verdict(abs(limit_s / 2 - 1) < _TOLERANCE))
     goals = where(stability, scheme="goal_position")
     calm, longest = bool(np.isinf(goals["blow_up_measured"]).all()), goals["h_over_sqrt_m_k"].max()
     ours = f"at no step up to {longest:.3g} sqrt(m/k)" if calm else "they do"
@@ -50,10 +50,13 @@ def _integrators(stability: pd.DataFrame) -> Iterator[Claim]:
 def _poke(body_springs: pd.DataFrame) -> Iterator[Claim]:
     """Judge virtual body springs by a poke, for each of their stiffnesses [N/m]; 0 is the surface without them."""
     premise, section = "a tube's surface held at both ends, poked at one node", "3, figures 3.5, 3.6"
-    found = pokes(body_springs).set_index("body_springs_n_m").sort_index()
-    dampers = found["case"] == "dampers_only"
-    left, shares = found["left_m"] / found["depth_m"], (found["moved"] / found["nodes"])[~dampers]
-    depths = found["depth_m"][~dampers]
+    by_stiffness = pokes(body_springs).set_index("body_springs_n_m").sort_index()
+    dampers = by_stiffness["case"] == "dampers_only"
+    left, shares = (
+        by_stiffness["left_m"] / by_stiffness["depth_m"],
+        (by_stiffness["moved"] / by_stiffness["nodes"])[~dampers],
+    )
+    depths = by_stiffness["depth_m"][~dampers]
     ours = ", ".join(f"{1e3 * depth:.2g} mm deep at {k:g} N/m" for k, depth in depths.items())
     claim = "with virtual body springs a surface resists like a solid"
     yield Claim(3, section, claim, premise, "it does", ours, verdict(depths.is_monotonic_decreasing))
@@ -69,11 +72,11 @@ def _poke(body_springs: pd.DataFrame) -> Iterator[Claim]:
 
 
 def _column(clusters: pd.DataFrame) -> Claim:
-    found, particles = tips(clusters), clusters["particle"].nunique()
-    ours = "its tip moves " + ", ".join(f"{100 * tip:.2g} cm in {count}" for count, tip in found.items())
+    moved, particles = tips(clusters), clusters["particle"].nunique()
+    ours = "its tip moves " + ", ".join(f"{100 * tip:.2g} cm in {count}" for count, tip in moved.items())
     premise = f"a column of {particles} particles, quadratic clusters that overlap, one load"
     claim = "a column in more clusters deforms more"
-    return Claim(3, "3, figure 3.11", claim, premise, "1, 2, 5 clusters", ours, verdict(found.is_monotonic_increasing))
+    return Claim(3, "3, figure 3.11", claim, premise, "1, 2, 5 clusters", ours, verdict(moved.is_monotonic_increasing))
 
 
 def _cost(timing: pd.DataFrame) -> Iterator[Claim]:

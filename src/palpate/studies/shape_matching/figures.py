@@ -28,11 +28,11 @@ def draw_integrator_stability(integrator_stability) -> Figure:
     for scheme, looks in _LOOKS.items():
         cases = tables.where(integrator_stability, scheme=scheme).groupby("alpha", dropna=False)
         for (alpha, rows), (colour, marker) in zip(cases, looks, strict=False):
-            x, expected, found = (rows[c] for c in ("h_over_sqrt_m_k", "spectral_radius", "growth_measured"))
+            x, expected, measured = (rows[c] for c in ("h_over_sqrt_m_k", "spectral_radius", "growth_measured"))
             growth.plot(x, expected, color=colour)
-            growth.plot(x, found, marker, color=colour, mec="white", mew=0.5, ms=5)
+            growth.plot(x, measured, marker, color=colour, mec="white", mew=0.5, ms=5)
             # an exact growth has no place on a logarithmic axis
-            error.plot(x, np.maximum(np.abs(found / expected - 1.0), 1e-16), marker, color=colour, ms=3.5)
+            error.plot(x, np.maximum(np.abs(measured / expected - 1.0), 1e-16), marker, color=colour, ms=3.5)
             label = _NAMES[scheme] + (f", α = {alpha:g}" if np.isfinite(alpha) else "")
             handles.append(Line2D([], [], color=colour, marker=marker, ms=5, mec="white", mew=0.5, label=label))
     _threshold(growth, integrator_stability)
@@ -149,10 +149,10 @@ def draw_cluster_goals(cluster_goals) -> Figure:
     for shift, (goals, (label, colour)) in zip((-0.2, 0.2), _GOALS.items(), strict=True):
         rows = tables.where(cluster_goals, goals=goals).set_index("kind").loc[kinds]
         places = np.arange(len(kinds)) + shift
-        found, stated = (np.minimum(rows[name], 1.0) for name in ("alpha_limit_measured", "alpha_limit"))
-        limits.bar(places, found, 0.36, color=colour, label=label)
+        measured, stated = (np.minimum(rows[name], 1.0) for name in ("alpha_limit_measured", "alpha_limit"))
+        limits.bar(places, measured, 0.36, color=colour, label=label)
         limits.plot(places, stated, "_", color=style.INK, ms=16, label="by the eigenvalue" if goals == "sum" else None)
-        for place, limit, bound in zip(places, rows["alpha_limit_measured"], found, strict=True):
+        for place, limit, bound in zip(places, rows["alpha_limit_measured"], measured, strict=True):
             text = f"{limit:.3f}" if np.isfinite(limit) else "none\nup to 1"
             limits.annotate(text, (place, bound), (0, 3), textcoords="offset points", ha="center", fontsize=8)
         tips.bar(places, 100.0 * rows["peak_m"], 0.36, color=colour, label=label)

@@ -12,15 +12,15 @@ from palpate.studies.shape_matching.shape_matching_timing import HEADLINE, expon
 
 def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names beside its tables."""
-    found = report.tables
-    poked = pokes(found["body_springs"])
+    by_name = report.tables
+    poked = pokes(by_name["body_springs"])
     named = {"none": "without", "dampers_only": "their dampers only"}
     return {
         "case": HEADLINE,
-        "step_s": 1e-3 * headline(found["shape_matching_timing"]),
-        "limit": limit(found["integrator_stability"]),
-        "tips": tips(found["clusters"]),
-        "slopes": exponents(found["shape_matching_timing"]),
+        "step_s": 1e-3 * headline(by_name["shape_matching_timing"]),
+        "limit": limit(by_name["integrator_stability"]),
+        "tips": tips(by_name["clusters"]),
+        "slopes": exponents(by_name["shape_matching_timing"]),
         "poked": pd.DataFrame(
             {
                 "body springs": [named.get(row.case, f"{row.body_springs_n_m:g} N/m") for row in poked.itertuples()],
@@ -30,6 +30,6 @@ def numbers(report: Report) -> dict[str, Any]:
                 "left [%]": 100 * poked["left_m"] / poked["depth_m"],
             }
         ),
-        "left": lacking(found["deformation_modes"]).T,
-        "closeness": closeness(found["maxwell_creep"]) if "maxwell_creep" in found else None,
+        "left": lacking(by_name["deformation_modes"]).T,
+        "closeness": closeness(by_name["maxwell_creep"]) if "maxwell_creep" in by_name else None,
     }

@@ -46,11 +46,11 @@ def searches(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     yield Claim(2, "1, equation 6", claim, "any", "2 sqrt(k (m₁ + m₂))/l", ours, not_testable(why))
 
 
-def _fitness(found: float, count: int, premise: str) -> Claim:
+def _fitness(reached: float, count: int, premise: str) -> Claim:
     published = f"{FITNESS_M:g} after {GENERATIONS} generations"
     why = "the paper gives neither its material nor its key points nor its steps, on which the sum depends"
     claim = "the genetic algorithm ends at a fitness of"
-    return Claim(2, "2, figure 2", claim, premise, published, f"{found:.3g} after {count}", not_testable(why))
+    return Claim(2, "2, figure 2", claim, premise, published, f"{reached:.3g} after {count}", not_testable(why))
 
 
 def _converged(history: pd.DataFrame, premise: str) -> Claim:

@@ -27,12 +27,12 @@ def draw_spring_fit(spring_history) -> Figure:
     last = 1.2 * history["seconds"].max()
     for (over_generations, over_time), force in zip(grid, FORCES, strict=True):
         rows = tables.where(history, volume_force=force)
-        for method, found in rows.groupby("method", sort=False):
-            if found["generation"].max() == 0:
-                _at_once(over_time, found, look(method), last)
+        for method, of_method in rows.groupby("method", sort=False):
+            if of_method["generation"].max() == 0:
+                _at_once(over_time, of_method, look(method), last)
                 continue
-            _band(over_generations, found, "generation", look(method), np.linspace)
-            _band(over_time, found, "seconds", look(method), np.geomspace)
+            _band(over_generations, of_method, "generation", look(method), np.linspace)
+            _band(over_time, of_method, "seconds", look(method), np.geomspace)
         over_generations.set(title=FORCES[force], ylabel="−fitness [m]")
     for axis in grid[-1]:
         axis.set(yscale="log", ylim=(0.6 * -history["fitness"].max(), None))
@@ -44,13 +44,13 @@ def draw_spring_fit(spring_history) -> Figure:
     return figure
 
 
-def best_so_far(found, column: str, places: np.ndarray) -> np.ndarray:
+def best_so_far(runs, column: str, places: np.ndarray) -> np.ndarray:
     """Compute −fitness of each seed at ``places`` of ``column``, (seeds, places); nan before its first value.
 
     A seed that has ended keeps its last value.
     """
     curves = []
-    for _, run in found.groupby("seed", sort=False):
+    for _, run in runs.groupby("seed", sort=False):
         run = run.sort_values(column)
         best = np.minimum.accumulate(-run["fitness"].to_numpy())
         known = np.searchsorted(run[column].to_numpy(), places, side="right")
@@ -58,18 +58,18 @@ def best_so_far(found, column: str, places: np.ndarray) -> np.ndarray:
     return np.array(curves)
 
 
-def _band(axis, found, column, look, spread) -> None:
+def _band(axis, runs, column, look, spread) -> None:
     """Draw the median and range of the seeds of one search, from the place where all seeds have a value."""
-    starts, ends = found.groupby("seed")[column].agg(["min", "max"]).max()
+    starts, ends = runs.groupby("seed")[column].agg(["min", "max"]).max()
     places = spread(starts, ends, _POINTS)
-    curves = best_so_far(found, column, places)
+    curves = best_so_far(runs, column, places)
     axis.fill_between(places, curves.min(axis=0), curves.max(axis=0), color=look.colour, alpha=0.25, lw=0)
     axis.plot(places, np.median(curves, axis=0), color=look.colour)
 
 
-def _at_once(axis, found, look, last: float) -> None:
+def _at_once(axis, runs, look, last: float) -> None:
     """Draw a method without a search."""
-    at, error = found["seconds"].median(), -found["fitness"].median()
+    at, error = runs["seconds"].median(), -runs["fitness"].median()
     axis.plot([at, last], [error, error], color=look.colour, lw=0.8, ls=":")
     axis.plot(at, error, look.marker, color=look.colour, mec="white", mew=0.6, ms=8)
 
@@ -78,10 +78,10 @@ def _legend(history) -> list:
     """Return the handles of all methods in the table, in table order, and of the band."""
     searched = history.groupby("method")["generation"].max() > 0
     handles = []
-    for method, way in FITS.items():
+    for method, shown in FITS.items():
         if method in searched:
-            looks: dict[str, Any] = {"ls": "-"} if searched[method] else {"ls": ":", "marker": way.marker}
-            handles.append(Line2D([], [], color=way.colour, label=way.label, **looks))
+            looks: dict[str, Any] = {"ls": "-"} if searched[method] else {"ls": ":", "marker": shown.marker}
+            handles.append(Line2D([], [], color=shown.colour, label=shown.label, **looks))
     seeds = history.groupby("method")["seed"].nunique().max()
     return [*handles, Patch(color=style.FAINT, alpha=0.4, lw=0, label=f"range of {seeds} seeds, line: median")]
 
@@ -113,9 +113,9 @@ def draw_spring_errors(spring_errors) -> Figure:
         axes[0].set_ylabel(f"error [mm]\nmoved: {moved:.2g} mm")
     for axis in grid[-1]:
         axis.set_xlabel("step")
-    ways = [Line2D([], [], color=FITS[m].colour, label=FITS[m].label) for m in SHOWN if m in set(shown["method"])]
+    lines = [Line2D([], [], color=FITS[m].colour, label=FITS[m].label) for m in SHOWN if m in set(shown["method"])]
     forces = [Line2D([], [], color=style.INK, ls=DASHES[force], label=FORCES[force]) for force in FORCES]
-    figure.legend(handles=[*ways, *forces], loc="outside upper center", ncols=3)
+    figure.legend(handles=[*lines, *forces], loc="outside upper center", ncols=3)
     return figure
 
 

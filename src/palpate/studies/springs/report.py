@@ -47,8 +47,8 @@ def _medians(fits: pd.DataFrame) -> pd.DataFrame:
         row = {"forces": FORCES[force], "method": look(method).label}
         row |= {"time": seconds(runs[runs["used_in_fit"]].groupby("seed")["seconds"].first().median())}
         row |= {"fitness [m]": runs[runs["press"] == fits["press"].iloc[0]]["fitness"].median()}
-        for press, found in runs.groupby("press", sort=False):
-            row[f"{press} press{' (fitted)' if press in fitted else ''}"] = _spread(found["rmse_of_peak"])
+        for press, of_press in runs.groupby("press", sort=False):
+            row[f"{press} press{' (fitted)' if press in fitted else ''}"] = _spread(of_press["rmse_of_peak"])
         rows.append(row)
     return pd.DataFrame(rows)
 

@@ -55,18 +55,18 @@ class Settings(Block):
 
 def check(config: Any, file: Path) -> None:
     """Raise InputError for what would else be found only when the springs are simulated."""
-    place, asked = f"{file}: springs", config.springs
-    low, high = asked.young_pa
+    place, settings = f"{file}: springs", config.springs
+    low, high = settings.young_pa
     if low >= high:
         raise InputError(f"{place}.young_pa is [{low:g}, {high:g}]; give the lower number first.")
-    if asked.duration_s < asked.step_s:
+    if settings.duration_s < settings.step_s:
         raise InputError(
-            f"{place}.duration_s is {asked.duration_s:g}, and step_s {asked.step_s:g}; give the time of one step at "
-            "least."
+            f"{place}.duration_s is {settings.duration_s:g}, and step_s {settings.step_s:g}; give the time of one step "
+            "at least."
         )
-    for number, point in enumerate(asked.key_points_m):
-        if not all(0 <= coordinate <= asked.side_m for coordinate in point):
+    for number, point in enumerate(settings.key_points_m):
+        if not all(0 <= coordinate <= settings.side_m for coordinate in point):
             raise InputError(
                 f"{place}.key_points_m[{number}] is {point}, which is outside the cube; "
-                f"give coordinates from 0 to side_m, {asked.side_m:g}."
+                f"give coordinates from 0 to side_m, {settings.side_m:g}."
             )

@@ -56,8 +56,8 @@ def measure_touch_models(
     else:
         tried = touch_settings(case, name, place, progress, **keywords)
     kind = Touches(case, touches_of(instrument, touches), truth, place)
-    found = tables(kind, *measure(kind, tried, repeats, BUDGET_S))
-    return dict(zip(("samples", "settings"), found, strict=True))
+    measured = tables(kind, *measure(kind, tried, repeats, BUDGET_S))
+    return dict(zip(("samples", "settings"), measured, strict=True))
 
 
 def tabulate_touch(
@@ -165,12 +165,12 @@ def touch_force_rows(
 
     labels, touches : as of ``touch_truth_row``; places : (k, 3) [m] of the nodes that are touched
     """
-    told = {"force_n": truth.force[:, 1], "force_before_n": truth.force[:, 0], "area_m2": truth.area}
-    told |= {name: getattr(truth, name) for name in ("order", "force_order", "rejected")}
-    told |= {"pressure_pa": truth.pressure} | dict(zip(("x_m", "y_m", "z_m"), places.T, strict=True))
+    columns = {"force_n": truth.force[:, 1], "force_before_n": truth.force[:, 0], "area_m2": truth.area}
+    columns |= {name: getattr(truth, name) for name in ("order", "force_order", "rejected")}
+    columns |= {"pressure_pa": truth.pressure} | dict(zip(("x_m", "y_m", "z_m"), places.T, strict=True))
     for name in ("force_error", "contact_area_error", "rmse_of_peak"):
-        told[_OWN[name]] = truth.own[:, TouchErrors._fields.index(name)]
-    table = touches.drop(columns="asked_m").assign(**told)
+        columns[_OWN[name]] = truth.own[:, TouchErrors._fields.index(name)]
+    table = touches.drop(columns="asked_m").assign(**columns)
     return [labels | row for row in table.to_dict("records")]
 
 

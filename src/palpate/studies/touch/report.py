@@ -56,15 +56,15 @@ def _taken(touch: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for limit in (*map(Limit, FRAMES_MS), Limit()):
         row: dict[str, Any] = {"within": f"{limit.budget_ms:g}\u00a0ms" if limit.time else "any time"}
-        found = choice(touches(touch), limit)
-        if found["model"] == NONE:
-            near = f"fastest: {seconds(found['nearest_s'])}" if found["nearest_s"] > 0 else found["why"]
+        taken = choice(touches(touch), limit)
+        if taken["model"] == NONE:
+            near = f"fastest: {seconds(taken['nearest_s'])}" if taken["nearest_s"] > 0 else taken["why"]
             row |= {"take": NONE, "setting": near}
         else:
-            took = found["preparation_s"]
-            row |= {"take": look(curve_of(found["model"], found["setting"])).label, "setting": found["setting"]}
-            row |= {name: 100 * found[column] for name, column in SHARES.items()}
-            row |= {"median": seconds(found["online_median_s"]), "slowest touch": seconds(found["online_max_s"])}
+            took = taken["preparation_s"]
+            row |= {"take": look(curve_of(taken["model"], taken["setting"])).label, "setting": taken["setting"]}
+            row |= {name: 100 * taken[column] for name, column in SHARES.items()}
+            row |= {"median": seconds(taken["online_median_s"]), "slowest touch": seconds(taken["online_max_s"])}
             row |= {"place prepared in": seconds(took) if took > 1e-4 else "–"}
         rows.append(row)
     names = dict.fromkeys(name for row in rows for name in row)
@@ -91,9 +91,9 @@ def draw_touch_precision(touch, *, scene: str) -> Figure:
     """
     rows = tables.where(touch, scene=scene)
     shown = answers(rows)
-    told = {"curve": [curve_of(*each) for each in _settings(shown)], "hollow": shown["failures"] > 0}
-    told |= {"prepared": shown["prepared"].astype(bool)}
-    drawn = [points(shown, "online_median_s", column, **told) for column in PANELS]
+    looks = {"curve": [curve_of(*each) for each in _settings(shown)], "hollow": shown["failures"] > 0}
+    looks |= {"prepared": shown["prepared"].astype(bool)}
+    drawn = [points(shown, "online_median_s", column, **looks) for column in PANELS]
     figure = Figure(figsize=(12.5, 5.9), layout="constrained")
     parts = figure.subplot_mosaic([list(PANELS), ["legend"] * len(PANELS)], height_ratios=[4.6, 0.9])
     axes = [parts[column] for column in PANELS]
@@ -121,8 +121,8 @@ def _felt(axis) -> None:
 
 def _mute(shown: pd.DataFrame) -> str:
     """Name the models that answer and tell no force."""
-    told = shown[shown["failures"] < shown["samples"]].groupby("model", sort=False)[FORCE].count()
-    mute = [look(str(model)).label for model in told.index[told == 0]]
+    forces = shown[shown["failures"] < shown["samples"]].groupby("model", sort=False)[FORCE].count()
+    mute = [look(str(model)).label for model in forces.index[forces == 0]]
     return f"; no force is told by: {', '.join(mute)}" if mute else ""
 
 

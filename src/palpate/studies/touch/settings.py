@@ -169,8 +169,8 @@ class Settings(Block):
 
 def check(config: Any, file: Path) -> None:
     """Raise InputError for models and bodies that there are not, and for instruments and depths that are none."""
-    place, asked = f"{file}: touch", config.touch
-    if wrong := describe_unknown(asked.models or [], list(MODELS)):
+    place, settings = f"{file}: touch", config.touch
+    if wrong := describe_unknown(settings.models or [], list(MODELS)):
         raise InputError(f"{place}.models names {wrong}")
     if taken := [name for name in config.own_models if name in MODELS]:
         raise InputError(
@@ -180,11 +180,11 @@ def check(config: Any, file: Path) -> None:
     check_refined(f"{place}.bodies", bodies, config.bodies)
     if not bodies:
         raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")
-    if asked.depth_of_radius[0] > asked.depth_of_radius[1]:
-        raise InputError(f"{place}.depth_of_radius is {asked.depth_of_radius}; give the lower number first.")
-    for i, given in enumerate(asked.at):
+    if settings.depth_of_radius[0] > settings.depth_of_radius[1]:
+        raise InputError(f"{place}.depth_of_radius is {settings.depth_of_radius}; give the lower number first.")
+    for i, given in enumerate(settings.at):
         if given.body not in bodies:
             raise InputError(f"{place}.at[{i}].body is {given.body}; give one of {', '.join(bodies)}.")
         if given.direction is not None and not any(given.direction):
             raise InputError(f"{place}.at[{i}].direction is [0, 0, 0]; give the way of the instrument, or null.")
-    check_instruments(f"{place}.instruments", asked.instruments, bodies, config.bodies)
+    check_instruments(f"{place}.instruments", settings.instruments, bodies, config.bodies)

@@ -17,13 +17,13 @@ def local(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     table = table[table["split"] == table["split"].min()]
     names = ["fem_local", "fem_p1", "fem_p2"]
     known = table[table["model"].isin(names)].reset_index(drop=True)
-    found = known.join(fields_of(known, "level", "depth", "order", "start", "iterations", "target"))
-    if found["depth"].isna().all():
+    settings = known.join(fields_of(known, "level", "depth", "order", "start", "iterations", "target"))
+    if settings["depth"].isna().all():
         return
     # all stop in the same way, one iteration from the frame before, and none is corrected to the limit
-    found = found[(found["start"] == "frame") & (found["iterations"] == 1) & found["target"].isna()]
-    for order, rows in found[found["model"] == "fem_local"].groupby("order"):
-        whole = found[found["model"] == f"fem_p{order:g}"].set_index(["scene", "level"])
+    settings = settings[(settings["start"] == "frame") & (settings["iterations"] == 1) & settings["target"].isna()]
+    for order, rows in settings[settings["model"] == "fem_local"].groupby("order"):
+        whole = settings[settings["model"] == f"fem_p{order:g}"].set_index(["scene", "level"])
         both = rows[rows["depth"].isin(whole.index.get_level_values("level"))]
         if len(both):
             deepest = both[both["depth"] == both["depth"].max()]

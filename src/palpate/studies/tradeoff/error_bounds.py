@@ -68,11 +68,11 @@ class _SceneErrors:
         errors = errors.assign(**{KINDS[kind]: errors[KINDS[kind]] + own})
         complete = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
         given = errors.dropna(subset=KINDS[kind]).set_index(_ASKED).groupby(_SETTING, sort=True)[KINDS[kind]]
-        self.errors: dict[tuple[str, str], pd.Series] = {key: found for key, found in given if key in complete}
-        self.estimates = {key: {CONSTANT: (np.ones(len(found)), 0.0)} for key, found in self.errors.items()}
+        self.errors: dict[tuple[str, str], pd.Series] = {key: values for key, values in given if key in complete}
+        self.estimates = {key: {CONSTANT: (np.ones(len(values)), 0.0)} for key, values in self.errors.items()}
         estimates = _estimates(scene.estimates, errors, kind)
-        for (model, setting, name), found in estimates.groupby([*_SETTING, "estimate"], sort=False):
-            value, seconds = found.set_index(_ASKED)["value"], float(found["seconds"].median())
+        for (model, setting, name), values in estimates.groupby([*_SETTING, "estimate"], sort=False):
+            value, seconds = values.set_index(_ASKED)["value"], float(values["seconds"].median())
             for key in self.errors if model == EVERY else self.errors.keys() & {(model, setting)}:
                 there = np.maximum(value.reindex(self.errors[key].index).to_numpy(), EXACT)
                 if np.isfinite(there).all():
@@ -90,16 +90,16 @@ def _estimates(measured: pd.DataFrame, errors: pd.DataFrame, kind: str) -> pd.Da
     Those that do not look at the answer come first.
     """
     second = measured["estimate"] == COARSER
-    seconds, found = (
+    seconds, estimated = (
         measured.loc[second, "seconds"].median(),
         measured[~second].assign(value=measured.loc[~second, kind]),
     )
-    every = found["model"] == EVERY
+    every = estimated["model"] == EVERY
     own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
     apart = errors.dropna(subset=APART[kind])
     apart = apart.assign(estimate=COARSER, seconds=seconds, value=apart[APART[kind]])
     columns = [*_SETTING, *_ASKED, "estimate", "value", "seconds"]
-    return pd.concat([part[columns] for part in (found[every], found[~every], own, apart)])
+    return pd.concat([part[columns] for part in (estimated[every], estimated[~every], own, apart)])
 
 
 def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:

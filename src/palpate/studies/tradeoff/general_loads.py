@@ -60,7 +60,7 @@ def questions(case: Case, judge: Judge, count: int, tolerance: float, progress: 
     samples, body = judge.samples, case.body
     operator = StaticSolver(body, len(body.levels) - 1, 2)
     alone = [Load.at(samples.contact[i], samples.force[i]) for i in chosen]
-    found = [_question(case, PREPARED, load, samples.fine[i]) for i, load in zip(chosen, alone, strict=True)]
+    collected = [_question(case, PREPARED, load, samples.fine[i]) for i, load in zip(chosen, alone, strict=True)]
     asked = [(NEW, load) for load in _between(case, judge, count)]
     asked += [(TWO, load) for load in _pairs(case, judge, chosen)] + [(DEPTH, load) for load in alone]
     for kind, load in progress(asked):
@@ -79,8 +79,8 @@ def questions(case: Case, judge: Judge, count: int, tolerance: float, progress: 
                     for press, (nodes, shares) in zip(load.presses, discs, strict=True)
                 ]
                 question = question._replace(load=Load(tuple(depths)))
-            found.append(question)
-    return found
+            collected.append(question)
+    return collected
 
 
 def _question(case: Case, kind: str, load: Load, truth: np.ndarray | None) -> Question:
@@ -138,9 +138,11 @@ class AnyLoad(Kind):
 
     errors = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak", "force_error")
 
-    def __init__(self, labels: Row, asked: Sequence[Question], place: str, places: dict[tuple[int, ...], float | None]):
-        super().__init__(labels, [{}] * len(asked), len(asked[0].patch), place)
-        self._asked, self._places = asked, places
+    def __init__(
+        self, labels: Row, questions: Sequence[Question], place: str, places: dict[tuple[int, ...], float | None]
+    ):
+        super().__init__(labels, [{}] * len(questions), len(questions[0].patch), place)
+        self._asked, self._places = questions, places
 
     def ready(self, solver: Solver, i: int) -> None:
         """Prepare the nodes of the i-th load, unless that has been done."""
@@ -155,23 +157,23 @@ class AnyLoad(Kind):
 
     def judged(self, i: int, answer: np.ndarray | Answer) -> Row:
         """Measure an answer to the i-th load; where discs are pushed to a depth, the error of their forces, too."""
-        asked, forces = self._asked[i], answer.forces if isinstance(answer, Answer) else None
-        found: Row = asked.errors(displacement_of(answer))._asdict()
-        if forces is not None and any(press.moved is not None for press in asked.load.presses):
-            found["force_error"] = float(np.linalg.norm(forces - asked.forces) / np.linalg.norm(asked.forces))
-        return found
+        question, forces = self._asked[i], answer.forces if isinstance(answer, Answer) else None
+        columns: Row = question.errors(displacement_of(answer))._asdict()
+        if forces is not None and any(press.moved is not None for press in question.load.presses):
+            columns["force_error"] = float(np.linalg.norm(forces - question.forces) / np.linalg.norm(question.forces))
+        return columns
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         """Return the largest errors, how many loads were refused, doubted and failed, and the time of preparing one."""
         reasons, errors = [row[REASON] for row in rows], pd.DataFrame(rows, columns=LARGEST_OF, dtype=float)
-        found: Row = errors.max().add_suffix("_most").to_dict()
-        found |= {"refused": reasons.count(REFUSED), "doubted": reasons.count(DOUBTED)}
-        found |= {"failures": reasons.count(FAILED)}
+        columns: Row = errors.max().add_suffix("_most").to_dict()
+        columns |= {"refused": reasons.count(REFUSED), "doubted": reasons.count(DOUBTED)}
+        columns |= {"failures": reasons.count(FAILED)}
         answered = {self._nodes(i) for i, reason in enumerate(reasons) if not reason}
         if answered:
             took = [self._places.get(nodes) for nodes in {self._nodes(i) for i in range(len(rows))}]
-            found["preparation_s"] = float(np.median([each for each in took if each is not None] or [0.0]))
-        return found | {"contacts": len(answered)}, []
+            columns["preparation_s"] = float(np.median([each for each in took if each is not None] or [0.0]))
+        return columns | {"contacts": len(answered)}, []
 
     def _nodes(self, i: int) -> tuple[int, ...]:
         return tuple(press.node for press in self._asked[i].load.presses)
@@ -190,7 +192,7 @@ def measure_any(
     name: str,
     models: Sequence[Model],
     pattern: str,
-    asked: Sequence[Question],
+    loads: Sequence[Question],
     repeats: int,
     budget_s: float,
     progress: Callable = iter,
@@ -205,8 +207,8 @@ def measure_any(
     for one in prepared_settings(case, name, models, pattern, progress):
         places: dict[tuple[int, ...], float | None] = {}
         whole = one._replace(used=dict(one.used))  # what loads prepare later is no part of the offline time
-        for kind in dict.fromkeys(question.kind for question in asked):
-            of_kind = labels_of(case) | {"kind": kind}, [question for question in asked if question.kind == kind]
+        for kind in dict.fromkeys(question.kind for question in loads):
+            of_kind = labels_of(case) | {"kind": kind}, [question for question in loads if question.kind == kind]
             rows += measure(AnyLoad(*of_kind, place, places), [whole], repeats, budget_s)[1]
     return ANY_LOAD.frame(rows)
 
@@ -242,12 +244,12 @@ def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = it
     contacts = [tests[samples.contact[tests] == node] for node in np.unique(samples.contact[tests])]
     hardest = [each[np.argmax(size[each])] for each in contacts]
     chosen = np.unique(np.linspace(0, len(hardest) - 1, count).round().astype(int))
-    operator, found = _Beyond(case), []
+    operator, asked = _Beyond(case), []
     for i in progress([hardest[k] for k in chosen]):
         node = int(samples.contact[i])
         for kind, force in _forces(samples.force[i], body.coarse.normals[node]):
-            found.append(_question(case, kind, Load.at(node, force), operator.answer(node, force)))
-    return found
+            asked.append(_question(case, kind, Load.at(node, force), operator.answer(node, force)))
+    return asked
 
 
 def measure_beyond(
@@ -258,11 +260,11 @@ def measure_beyond(
     for one in prepared_settings(case, name, models, pattern):
         if isinstance(one.solver, NotConverged):
             raise one.solver
-        told = labels_of(case) | one.about
+        labels = labels_of(case) | one.about
         for kind in dict.fromkeys(press.kind for press in asked):
             presses = [press for press in asked if press.kind == kind]
             verdicts, *errors = zip(*(_judged(one.solver, press) for press in presses), strict=True)
-            row = told | {"kind": kind, "samples": len(presses)}
+            row = labels | {"kind": kind, "samples": len(presses)}
             row |= {name: verdicts.count(name) for name in ("right", "needless", "wrong")}
             row |= {"unsound": sum(press.truth is None for press in presses)}
             row |= {"doubted": verdicts.count("doubted") + verdicts.count("needless")}

@@ -119,8 +119,8 @@ def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], spl
             scored = score_answers(Path(path), questions, questions.truth)
             for said in scored.warnings:
                 warnings.warn(said, stacklevel=1)
-            found = score_table(scored.settings, floor_of(questions.truth), rows)
-            parts.append(found[found["engine"] != OWN])
+            scores = score_table(scored.settings, floor_of(questions.truth), rows)
+            parts.append(scores[scores["engine"] != OWN])
     return {"table": pd.concat(parts)}
 
 
@@ -166,15 +166,15 @@ def tabulate_advice(input, limits: Advice):
     """Advise on models of presses and of motions."""
     from palpate.benchmark.advice import advise_motion
 
-    found = []
+    advised = []
     pressed = pd.read_csv(input.table[0]) if input.table else None
     if pressed is not None:
-        found += _advice(pressed, input.errors, limits)
+        advised += _advice(pressed, input.errors, limits)
     bounds = dict(table for path in input.bounds for table in pd.read_csv(path).groupby("scene"))
     for path in input.motions:
         for scene, rows in pd.read_csv(path).groupby("scene", sort=False):
-            found.append(advise_motion(rows, **dict(limits) | MOVING, bounds=bounds.get(scene), pressed=pressed))
-    return pd.concat(found)
+            advised.append(advise_motion(rows, **dict(limits) | MOVING, bounds=bounds.get(scene), pressed=pressed))
+    return pd.concat(advised)
 
 
 def measure_other_loads(
@@ -192,12 +192,12 @@ def measure_other_loads(
     else:
         progress = steps(say, f"{place}: answer of the fine operator")
         asked = questions(case, judge, samples, reference, progress)
-    found = []
+    tables = []
     for name, (recipe, pattern) in models.items():
         of_model = case, name, load_model(name, **recipe).tried(case, grid), pattern, asked
         rest = repeats, budget_s, steps(say, f"{place}, {name}: setting")
-        found.append(measure_beyond(*of_model) if beyond else measure_any(*of_model, *rest))
-    return pd.concat(found)
+        tables.append(measure_beyond(*of_model) if beyond else measure_any(*of_model, *rest))
+    return pd.concat(tables)
 
 
 def commit() -> str:

@@ -119,7 +119,7 @@ def _situation(settings: pd.DataFrame, scene: str) -> dict[str, Any]:
 
 def budgets(advice: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the models that are advised within each budget, in how many scenes, and the range of their errors."""
-    found = []
+    rows_of_budgets = []
     for budget, rows in advice.groupby("budget_ms"):
         models = [
             {
@@ -129,8 +129,8 @@ def budgets(advice: pd.DataFrame) -> list[dict[str, Any]]:
             }
             for model, part in rows.groupby("model", sort=False)
         ]
-        found.append({"ms": f"{budget:g}", "scenes": len(rows), "models": models})
-    return found
+        rows_of_budgets.append({"ms": f"{budget:g}", "scenes": len(rows), "models": models})
+    return rows_of_budgets
 
 
 def answer(advice: pd.DataFrame, what: dict[str, str]) -> dict[str, Any]:
@@ -190,9 +190,9 @@ def _under(rows: list[pd.Series]) -> dict[str, Any]:
 
 def snaps(limit_points: pd.DataFrame) -> dict[str, Any]:
     """Return how many contacts snap, and which of them first."""
-    found = jumps(limit_points)
-    count, every = (len(table.groupby(["body", "contact"])) for table in (found, limit_points))
-    first = found.loc[found["pressure_of_young_after"].idxmin()].to_dict() if len(found) else {}
+    snapping = jumps(limit_points)
+    count, every = (len(table.groupby(["body", "contact"])) for table in (snapping, limit_points))
+    first = snapping.loc[snapping["pressure_of_young_after"].idxmin()].to_dict() if len(snapping) else {}
     return {"count": count, "every": every, "first": first}
 
 
@@ -261,12 +261,12 @@ def facets(truth: pd.DataFrame) -> str:
 
 def _bounds(bounds: pd.DataFrame, hardest: str) -> pd.DataFrame:
     """Select the bounds of single answers in one scene: of each setting the sharpest cheap and dear ones."""
-    found = tables.where(bounds, scene=hardest, error="rms").dropna(subset="sharpness")
-    dear = found["estimate"].isin(DEAR).rename("dear")
-    found = found.loc[found.groupby(["model", "setting", dear], sort=False)["sharpness"].idxmin()]
-    least = found.groupby(["model", "setting"])["bound_of_peak"].transform("min")
-    found = found.assign(least=least).sort_values(["least", "model", "setting", "estimate_s"])
-    return _labelled(found).assign(estimate=found["estimate"].replace(SOURCES))
+    of_scene = tables.where(bounds, scene=hardest, error="rms").dropna(subset="sharpness")
+    dear = of_scene["estimate"].isin(DEAR).rename("dear")
+    of_scene = of_scene.loc[of_scene.groupby(["model", "setting", dear], sort=False)["sharpness"].idxmin()]
+    least = of_scene.groupby(["model", "setting"])["bound_of_peak"].transform("min")
+    of_scene = of_scene.assign(least=least).sort_values(["least", "model", "setting", "estimate_s"])
+    return _labelled(of_scene).assign(estimate=of_scene["estimate"].replace(SOURCES))
 
 
 def _labelled(rows: pd.DataFrame) -> pd.DataFrame:
@@ -290,9 +290,9 @@ def _any_load(table: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
     """Tabulate what to take for each kind of load."""
     rows = []
     for scene in tables.scenes(table):
-        found, own = tables.where(table, scene=scene), operator_error(tables.where(settings, scene=scene), KINDS["rms"])
-        for kind in dict.fromkeys(found["kind"]):
-            asked = other_loads(found, kind, own=own)
+        loads, own = tables.where(table, scene=scene), operator_error(tables.where(settings, scene=scene), KINDS["rms"])
+        for kind in dict.fromkeys(loads["kind"]):
+            asked = other_loads(loads, kind, own=own)
             cells = [say("taken", choice(asked, Limit(max_error=most))) for most in LIMITS]
             cells = [SAME if i and each == cells[i - 1] != NONE else each for i, each in enumerate(cells)]
             heads = [f"error of at most {percent(most)}" for most in LIMITS]
@@ -303,11 +303,11 @@ def _any_load(table: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
 def _refusals(table: pd.DataFrame) -> pd.DataFrame:
     """Tabulate what each model refuses, in its own words."""
     rows = []
-    for name, found in table[table["refused"] > 0].groupby("model", sort=False):
+    for name, refused in table[table["refused"] > 0].groupby("model", sort=False):
         answered = table[(table["model"] == name) & (table["refused"] == 0)]
-        never = [kind for kind in dict.fromkeys(found["kind"]) if kind not in set(answered["kind"])]
+        never = [kind for kind in dict.fromkeys(refused["kind"]) if kind not in set(answered["kind"])]
         if never:
-            said = found[found["kind"].isin(never)].drop_duplicates("kind")["failure"]
+            said = refused[refused["kind"].isin(never)].drop_duplicates("kind")["failure"]
             what = "; ".join(dict.fromkeys(said.str.replace(r"^contact \d+", "the place", regex=True)))
             rows.append({"model": label(str(name), "default"), "refuses": listed(never), "in its words": what})
     return pd.DataFrame(rows)
@@ -339,12 +339,12 @@ def models_table(models: pd.DataFrame, families: list[dict]) -> pd.DataFrame:
 def given_table(settings: pd.DataFrame) -> pd.DataFrame:
     """Tabulate what models are given: their names, and the least error of any of them in any time, over the scenes."""
     rows = []
-    for (sees, prepared), found in answers(settings).groupby(["sees", "prepared"], sort=False):
-        least = found[whole(found)].groupby(["scene", "split"])[["rmse_of_peak", "patch_rms_of_peak"]].min()
+    for (sees, prepared), of_group in answers(settings).groupby(["sees", "prepared"], sort=False):
+        least = of_group[whole(of_group)].groupby(["scene", "split"])[["rmse_of_peak", "patch_rms_of_peak"]].min()
         rows.append(
             {
                 "is given": _GIVEN[sees, bool(prepared)],
-                "models": ", ".join(label(name, "default") for name in curves(found)),
+                "models": ", ".join(label(name, "default") for name in curves(of_group)),
                 "least RMSE": span(least["rmse_of_peak"]),
                 "least error at the patch": span(least["patch_rms_of_peak"]),
             }

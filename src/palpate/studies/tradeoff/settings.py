@@ -280,11 +280,11 @@ def _check_answers(place: str, config: Any, file: Path) -> None:
 
 def _check_asked(file: Path, config: Any, block: str) -> None:
     """Raise InputError for models, bodies and regimes of a ``block`` that there are not, or no regular expression."""
-    asked, place = getattr(config.tradeoff, block), f"{file}: tradeoff.{block}"
-    if asked is None:
+    settings, place = getattr(config.tradeoff, block), f"{file}: tradeoff.{block}"
+    if settings is None:
         return
-    _check_models(f"{place}.models", asked.models, config.own_models)
-    if wrong := describe_unknown(asked.regimes or [], list(config.regimes)):
+    _check_models(f"{place}.models", settings.models, config.own_models)
+    if wrong := describe_unknown(settings.regimes or [], list(config.regimes)):
         raise InputError(f"{place}.regimes names {wrong}")
 
 

@@ -132,7 +132,7 @@ def other_element(
     whole = finer(body, last + 1 - len(body.levels))
     rows = truth.rows(np.asarray(samples))
     asked = _numbered(presses, truth.sample[rows])
-    found: list[list[np.ndarray]] = [[] for _ in asked]
+    limits: list[list[np.ndarray]] = [[] for _ in asked]
     starts: list[np.ndarray | None] = [None] * len(asked)
     solver: Equilibrium | None = None
     lost: set[int] = set()
@@ -150,11 +150,11 @@ def other_element(
             lost.add(i)
             continue
         starts[i] = whole.prolongations[level] @ moved if level < last else None
-        found[i].append(_on_surface(body, whole, level, moved))
+        limits[i].append(_on_surface(body, whole, level, moved))
     return pd.DataFrame(
         [
             _row(body, sample, np.array(u), truth.displacement[row])
-            for i, (sample, u, row) in enumerate(zip(asked, found, rows, strict=True))
+            for i, (sample, u, row) in enumerate(zip(asked, limits, rows, strict=True))
             if i not in lost
         ],
         columns=OTHER_ELEMENT_COLUMNS,
@@ -175,10 +175,10 @@ def widened(truth: Truth, check: pd.DataFrame) -> Truth:
     if check.empty:
         return truth
     rows = [int(np.flatnonzero(truth.sample == sample)[0]) for sample in check["sample"]]
-    found, said = check[list(OWN)].to_numpy(), truth.own[rows]
-    factors = np.fmax(1.0, found.mean(axis=0) / said.mean(axis=0))
+    distances, said = check[list(OWN)].to_numpy(), truth.own[rows]
+    factors = np.fmax(1.0, distances.mean(axis=0) / said.mean(axis=0))
     own = truth.own * factors
-    own[rows] = np.fmax(own[rows], found)
+    own[rows] = np.fmax(own[rows], distances)
     return replace(truth, own=own)
 
 
@@ -223,15 +223,15 @@ def geometry_share(
     asked = _numbered(presses, truth.sample[rows])
     other = finer(replace(body.up_to(0), smooth=surface if body.smooth is None else None), len(body.levels) - 1)
     answers, _ = ascend(other, asked, [range(level, level + 1)] * len(asked), FIRST, progress)
-    found = []
+    shares = []
     for row, answer in zip(rows, answers, strict=True):
         if answer.failure:
             continue
         own, limit = truth.levels[row, level - truth_levels(body)[0]], truth.displacement[row]
         moved = (answer.surface[0] - own) / (1.0 - 2.0 ** (-ORDER * level))
         patch = answer.sample.pressed(body)
-        found.append([truth.sample[row], *truth_errors(limit + moved, limit, patch), answer.seconds])
-    return pd.DataFrame(found, columns=GEOMETRY_COLUMNS)
+        shares.append([truth.sample[row], *truth_errors(limit + moved, limit, patch), answer.seconds])
+    return pd.DataFrame(shares, columns=GEOMETRY_COLUMNS)
 
 
 LIMIT_POINTS = Table(
@@ -267,10 +267,10 @@ def limit_points(
     inverted), and whether an equilibrium was found; if not, the first two are empty, and the contact ends there.
     """
     check_radius(body, radius_m)
-    able = contacts_of(body)
+    pressable = contacts_of(body)
     chosen = kept_contacts(body, contacts) if isinstance(contacts, int) else np.asarray(contacts)
     for contact in chosen:
-        row_of(able, int(contact), f"tradeoff.limit_points.contacts of {body.name}: ")
+        row_of(pressable, int(contact), f"tradeoff.limit_points.contacts of {body.name}: ")
     level = min(PRESSED_LEVEL, len(body.levels) - 1)
     whole = body if level + 1 < len(body.levels) else finer(body)
     problem = Equilibrium(whole, level, order=2)

@@ -259,11 +259,11 @@ class PortableModel:
         given = [_vector(press, "moved" if moves else "force") for press, moves in zip(presses, unknown, strict=True)]
         force, rests = _begun(places, start)
         force = np.where(unknown[:, None], force, np.array(given).reshape(-1, 3))
-        found = _Found(force, rests, 0.0, 0.0, True)
+        result = _Found(force, rests, 0.0, 0.0, True)
         if unknown.any():
-            found = _Search(self._compliance, self._held, places, np.array(given), unknown).forces(force, rests)
-        force = found.force
-        linear, bent, rests = self._parts_of(places, force, found.rests)
+            result = _Search(self._compliance, self._held, places, np.array(given), unknown).forces(force, rests)
+        force = result.force
+        linear, bent, rests = self._parts_of(places, force, result.rests)
         more = np.sum([each.more for each in bent], axis=0) if bent else np.zeros_like(linear)
         stored = (self._basis @ (linear + more).astype(np.float32)).reshape(-1, 3)
         moved = np.einsum("nk,nkd->nd", self._by, stored[self._from])
@@ -271,8 +271,8 @@ class PortableModel:
             nothing = np.zeros((len(self.nodes), 3)), np.zeros_like(force)
             return PortableAnswer(*nothing, 1.0, "the numbers of this answer are beyond what can be stored", [])
         peak = max(float(np.linalg.norm(moved, axis=1).max(initial=0.0)), 1e-30)
-        doubt = found.doubt()
-        error = 1.0 if doubt else self._error(bent, found.missed, peak)
+        doubt = result.doubt()
+        error = 1.0 if doubt else self._error(bent, result.missed, peak)
         for place, each, newtons in zip(places, bent, force, strict=True):
             doubt = doubt or self._doubt(place, each, newtons)
         if doubt and start is not None:
@@ -293,19 +293,19 @@ class PortableModel:
         sound = isinstance(depth_m, int | float | np.number) and math.isfinite(depth_m) and depth_m >= 0.0
         _must(sound, "a touch needs a finite depth of 0 or more")
         one = self.touches[place]
-        way = -one.axes[2] if direction is None else _vector({"direction": direction}, "direction")
-        length = float(np.linalg.norm(way))
+        heading = -one.axes[2] if direction is None else _vector({"direction": direction}, "direction")
+        length = float(np.linalg.norm(heading))
         _must(0.0 < length < math.inf, "the direction of a touch has no length")
-        way = way / length
-        local = one.axes @ way
+        heading = heading / length
+        local = one.axes @ heading
         x, y = local[:2]
         # the tip goes to first touch, a quadratic of the direction, and then the depth
         along = one.first @ np.array([1.0, x, y, x * x, x * y, y * y]) + depth_m
-        tip = self.nodes[one.node] + along * way
+        tip = self.nodes[one.node] + along * heading
         # the search begins at what prepared pushes of like depth and direction came to
         begun = touch_kernel(one.pushed, local * (depth_m / one.deepest_m)) @ one.starts
         q, force, area, left = settle_touch(one, tip, begun)
-        moved, along_n = (one.surface @ q).reshape(-1, 3), float(force @ way)
+        moved, along_n = (one.surface @ q).reshape(-1, 3), float(force @ heading)
         if not (np.isfinite(moved.astype(np.float32)).all() and math.isfinite(along_n)):
             nothing, why = np.zeros_like(moved), "the numbers of this answer are beyond what can be stored"
             return TouchAnswer(nothing, np.zeros(3), 0.0, 0.0, 1.0, 1.0, why, tip)
@@ -504,12 +504,12 @@ class _Search:
             tolerance = max(RESIDUAL_TOLERANCE, FIRST_TOLERANCE * min(1.0, size / self._scale))
             tried = force + step
             reached = settle(*_loaded(self._places, tried), rests, tolerance)
-            now, ahead, found = self._missed(tried, reached)
-            if not (found < 1.5 * size or found <= FORCE_SEARCH_TOLERANCE * self._scale):
+            now, ahead, new_size = self._missed(tried, reached)
+            if not (new_size < 1.5 * size or new_size <= FORCE_SEARCH_TOLERANCE * self._scale):
                 rests = [old._replace(inverse=new.inverse) for old, new in zip(rests, reached, strict=True)]
                 step = 0.5 * step
                 continue
-            force, rests, missed, size, step = tried, reached, now, found, ahead
+            force, rests, missed, size, step = tried, reached, now, new_size, ahead
         most = _norm(missed)
         return _Found(force, rests, most / self._way, most, size <= 1e-3 * self._scale and most < math.inf)
 
@@ -632,13 +632,13 @@ def _energies(contacts: Sequence[Contact], points: Sequence[np.ndarray]) -> list
     volumes, mu, lam = (np.concatenate(each) for each in zip(*(one[6:9] for one in contacts), strict=True))
     f[::4] += 1.0
     energies, stress, det, _, _ = _corotational(f, mu, lam)
-    pulls, found, at = volumes * stress, [], 0
+    pulls, terms, at = volumes * stress, [], 0
     for one, q in zip(contacts, points, strict=True):
         cells, rest = slice(at, at + len(one.volumes)), one.rest @ q
         at = cells.stop
         energy = float(volumes[cells] @ energies[cells]) + 0.5 * float(q @ rest)
-        found.append((energy, pulls[:, cells].ravel() @ one.slopes + rest, float(det[cells].min(initial=math.inf))))
-    return found
+        terms.append((energy, pulls[:, cells].ravel() @ one.slopes + rest, float(det[cells].min(initial=math.inf))))
+    return terms
 
 
 def _corotational(f: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -673,9 +673,9 @@ def _corotational(f: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> tuple[np.nd
     return energies, stress, det, s, rotation
 
 
-def touch_kernel(ways: np.ndarray, others: np.ndarray) -> np.ndarray:
+def touch_kernel(pushes: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Return the polynomial kernel of degrees 1 to 3 between pushes (k, 3) and (3, ...), each over the deepest."""
-    product = ways @ others
+    product = pushes @ others
     return product + product**2 + product**3
 
 
@@ -696,16 +696,16 @@ def settle_touch(one: TouchPlace, tip: np.ndarray, q: np.ndarray) -> tuple[np.nd
         step = _solved(firm + soft, -now.gradient)
         if not float(now.gradient @ step) < 0.0:
             step = _solved(firm, -now.gradient)
-        slope, length, found = float(now.gradient @ step), 1.0, None
+        slope, length, accepted = float(now.gradient @ step), 1.0, None
         while slope < 0.0 and length > 1e-4:
             tried = _Touched(one, tip, now.q + length * step)
             if tried.energy <= now.energy + 1e-4 * length * slope + 1e-12 * abs(now.energy) + one.noise:
-                found = tried
+                accepted = tried
                 break
             length *= 0.5
-        if found is None:
+        if accepted is None:
             break
-        now = found
+        now = accepted
     return now.q, now.pushes.sum(axis=0), float(one.areas @ (now.gaps < 0.0)), left
 
 
@@ -841,15 +841,15 @@ class _Reader:
         """Return ``count`` numbers; what follows begins at a multiple of four bytes."""
         size = np.dtype(kind).itemsize * count
         _must(self._at + size <= len(self._data), "an array is longer than the file")
-        found = np.frombuffer(self._data, kind, count, self._at)
+        numbers = np.frombuffer(self._data, kind, count, self._at)
         self._at += size + -size % 4
-        return found
+        return numbers
 
     def floats(self, count: int) -> np.ndarray:
         """Return ``count`` finite numbers."""
-        found = self.take("<f4", count)
-        _must(bool(np.isfinite(found).all()), "a number is not finite")
-        return found
+        numbers = self.take("<f4", count)
+        _must(bool(np.isfinite(numbers).all()), "a number is not finite")
+        return numbers
 
     def columns(self, rows: int, columns: int) -> np.ndarray:
         """Return whole numbers (rows, columns) times the scale of their column, which stands before them."""
@@ -869,19 +869,19 @@ def _must(holds: bool, otherwise: str) -> None:
 def _vector(press: Mapping[str, Any], name: str) -> np.ndarray:
     """Return the three numbers of a press that are called ``name``."""
     try:
-        found = np.array(press[name], dtype=float)
+        vector = np.array(press[name], dtype=float)
     except (KeyError, TypeError, ValueError):
-        found = np.empty(0)
-    _must(found.shape == (3,) and bool(np.isfinite(found).all()), f"a press needs three finite numbers as its {name}")
-    return found
+        vector = np.empty(0)
+    _must(vector.shape == (3,) and bool(np.isfinite(vector).all()), f"a press needs three finite numbers as its {name}")
+    return vector
 
 
 def _parts(count: int) -> np.ndarray:
     """Return the weights (count², 3) of the middles of the triangles that a triangle is split into."""
-    found = []
+    corners = []
     for i in range(count):
         for j in range(count - i):
-            found.append(((3 * i + 1) / (3 * count), (3 * j + 1) / (3 * count)))
+            corners.append(((3 * i + 1) / (3 * count), (3 * j + 1) / (3 * count)))
             if i + j < count - 1:
-                found.append(((3 * i + 2) / (3 * count), (3 * j + 2) / (3 * count)))
-    return np.array([(a, b, 1.0 - a - b) for a, b in found])
+                corners.append(((3 * i + 2) / (3 * count), (3 * j + 2) / (3 * count)))
+    return np.array([(a, b, 1.0 - a - b) for a, b in corners])

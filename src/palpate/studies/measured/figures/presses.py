@@ -55,16 +55,16 @@ def _places(figure: Figure, axis: Axes, curves: pd.DataFrame) -> None:
     """Draw the fitted force at a depth that nine tenths of the presses reach, over the places."""
     deepest = curves.groupby(["part", "press"])["depth_m"].max()
     depth = float(deepest.quantile(0.1))
-    found = []
+    forces = []
     for (part, _), rows in curves.groupby(["part", "press"], sort=False):
         if rows["depth_m"].max() >= depth and rows["x_m"].notna().all():
             force = np.interp(depth, rows["depth_m"], rows["fitted_n"])
-            found.append((part, 1e3 * rows["x_m"].iloc[0], 1e3 * rows["y_m"].iloc[0], force))
-    if not found:
+            forces.append((part, 1e3 * rows["x_m"].iloc[0], 1e3 * rows["y_m"].iloc[0], force))
+    if not forces:
         axis.set_visible(False)
         return
-    last = found[-1][0]
-    x, y, force = np.array([row[1:] for row in found if row[0] == last], dtype=float).T
+    last = forces[-1][0]
+    x, y, force = np.array([row[1:] for row in forces if row[0] == last], dtype=float).T
     force = np.maximum(force, 1e-3 * force.max())
     norm = "log" if force.max() > FAR_APART * force.min() else "linear"
     drawn = axis.scatter(x, y, c=force, cmap=style.DISPLACEMENT, norm=norm, s=30, edgecolors=style.FAINT, lw=0.5)

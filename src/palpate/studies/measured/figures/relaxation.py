@@ -77,8 +77,8 @@ def _shape(axis: Axes, presses, trends, colours: dict[str, str]) -> None:
     axis.set(
         xlabel="depth over thickness" if by_strain else "depth [mm]", ylabel=f"modulus at the end over at {EARLY_S:g} s"
     )
-    told = tables.where(trends, over=over)
-    if len(told):
-        row = told.iloc[0]
+    trend = tables.where(trends, over=over)
+    if len(trend):
+        row = trend.iloc[0]
         ends = f"{percent(row['slope_low'])} to {percent(row['slope_high'])}"
         axis.set_title(f"over its range: {ends}", fontsize="small", weight="normal")

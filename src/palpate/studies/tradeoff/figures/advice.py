@@ -38,8 +38,8 @@ def draw_advice(advice, accuracy_vs_time) -> Figure:
         column = KINDS[kind]
         for axis, budget in zip(line, budgets, strict=True):
             for place, scene in enumerate(names):
-                found = tables.where(asked, error=kind, budget_ms=budget, scene=scene)
-                for row in found.itertuples():
+                advised = tables.where(asked, error=kind, budget_ms=budget, scene=scene)
+                for row in advised.itertuples():
                     _row(axis, place, row, rows[scene], column)
             axis.set(xscale="log", title=f"within {budget:g} ms", xlabel=f"{NAMES[kind]} [% of peak]")
             axis.grid(axis="y", visible=False)
@@ -121,9 +121,9 @@ def draw_any_load(any_load) -> Figure:
     for row, scene in zip(panels, scenes, strict=True):
         for axis, column in zip(row, columns, strict=True):
             kind, error = (DEPTH, "force_error") if column == FORCE else (column, "rmse_of_peak")
-            found = tables.where(any_load, scene=scene, kind=kind)
-            curves(axis, points(found, "online_median_s", error, hollow=hollow[found.index]))
-            _refusals(axis, found)
+            rows = tables.where(any_load, scene=scene, kind=kind)
+            curves(axis, points(rows, "online_median_s", error, hollow=hollow[rows.index]))
+            _refusals(axis, rows)
             axis.set_title(column)
         row[0].set_ylabel(f"{spaced(scene)}\nerror, RMSE [% of peak]")
     for axis in panels[-1]:
@@ -184,6 +184,6 @@ def _named(row) -> str:
 def advised(settings, advice):
     """Select the settings of one scene that are advised for any limit, and the least wrong one; least wrong first."""
     means = answers(averaged(settings))
-    able = means[means["failures"] == 0].set_index(["model", "setting"], drop=False)
-    taken = {*zip(advice["model"], advice["setting"], strict=True), pick(able, BY_ERROR).name}
-    return able[able.index.isin(taken)].sort_values("rmse_of_peak")
+    usable = means[means["failures"] == 0].set_index(["model", "setting"], drop=False)
+    taken = {*zip(advice["model"], advice["setting"], strict=True), pick(usable, BY_ERROR).name}
+    return usable[usable.index.isin(taken)].sort_values("rmse_of_peak")

@@ -28,12 +28,12 @@ def settings_of(settings: pd.DataFrame, column: str = "rmse_of_peak") -> pd.Data
     """Return the points of all models of one scene; settings : rows as ``ranking.averaged`` gives them."""
     rows = answers(settings)
     target = fields_of(rows, "target")["target"] == LIMIT
-    told = {"curve": rows["model"].map(lambda model: FAMILY_OF.get(model, model))}
-    told |= {"line": rows["sees"].mask(target, LIMIT), "part": np.where(target, LIMIT, "")}
-    told |= {"hollow": rows["failures"] > 0, "prepared": rows["prepared"].astype(bool)}
+    looks = {"curve": rows["model"].map(lambda model: FAMILY_OF.get(model, model))}
+    looks |= {"line": rows["sees"].mask(target, LIMIT), "part": np.where(target, LIMIT, "")}
+    looks |= {"hollow": rows["failures"] > 0, "prepared": rows["prepared"].astype(bool)}
     if rows["splits"].max() > 1:
-        told |= {end: rows[f"{column}_{end}"] for end in ("low", "high")}
-    return diagram.points(rows, "online_median_s", column, **told)
+        looks |= {end: rows[f"{column}_{end}"] for end in ("low", "high")}
+    return diagram.points(rows, "online_median_s", column, **looks)
 
 
 def panel(axis, settings: pd.DataFrame, column: str) -> None:
@@ -118,8 +118,8 @@ def draw_work_precision(accuracy_vs_time, advice, *, scene: str) -> Figure:
 def _budgets(advice: pd.DataFrame) -> dict[float, str]:
     """Return the limits of time [ms] with the advised model for each."""
     names = [NONE if model == NONE else label(model, "default").split(",")[0] for model in advice["model"]]
-    told = zip(advice["budget_ms"], names, strict=True)
-    return {budget: f"{budget:g} ms:\n{fill(name, 9, break_long_words=False)}" for budget, name in told}
+    labels = zip(advice["budget_ms"], names, strict=True)
+    return {budget: f"{budget:g} ms:\n{fill(name, 9, break_long_words=False)}" for budget, name in labels}
 
 
 def _front_lines(settings: pd.DataFrame, column: str) -> str:

@@ -40,8 +40,8 @@ def front_rows(settings: pd.DataFrame, column: str = "rmse_of_peak") -> pd.DataF
     known = known.assign(rmse_of_peak=known[column])
     kept = known[lasting(known["online_median_s"], known["rmse_of_peak"], floor)]
     rows = [alone(same, floor) for _, same in kept.groupby("model", sort=False)]
-    found = pd.concat(rows).sort_values("online_median_s") if rows else kept
-    return settings.loc[found.index]
+    front = pd.concat(rows).sort_values("online_median_s") if rows else kept
+    return settings.loc[front.index]
 
 
 def jumps(table: pd.DataFrame) -> pd.DataFrame:

@@ -79,10 +79,10 @@ def _other_element(axis, truth, rows: np.ndarray) -> None:
     name = "distance of the limit of linear elements, from the own error of the same samples"
     for place, ending, colour in ((-0.28, "", "#0072b2"), (0.28, "_patch", "#d55e00")):
         looks = {"color": colour, "label": "" if ending else name}
-        found = _known(axis, truth, f"other_element{ending}", rows + place, marker="o", mfc="none", ms=5, **looks)
-        if found is not None and f"other_element_own{ending}" in truth:
+        distance = _known(axis, truth, f"other_element{ending}", rows + place, marker="o", mfc="none", ms=5, **looks)
+        if distance is not None and f"other_element_own{ending}" in truth:
             own = 100 * truth[f"other_element_own{ending}"]
-            axis.hlines(rows + place, own, found, color=colour, lw=0.8, zorder=2)
+            axis.hlines(rows + place, own, distance, color=colour, lw=0.8, zorder=2)
             axis.plot(own, rows + place, "|", color=colour, ms=6, zorder=3)
 
 
@@ -125,11 +125,11 @@ def draw_error_bounds(error_bounds) -> Figure:
 
     Errors are those over the surface; a point a setting and scene.
     """
-    found = tables.where(error_bounds, error="rms")
+    bounds = tables.where(error_bounds, error="rms")
     figure, ((left, right),) = style.panels(1, 2, (9.5, 4.4), width_ratios=[3, 2.4])
-    names = [name for name in SOURCES if name in set(found["estimate"])]
+    names = [name for name in SOURCES if name in set(bounds["estimate"])]
     for place, name in enumerate(names):
-        rows, colour = tables.where(found, estimate=name).dropna(subset="sharpness"), _COLOURS[name]
+        rows, colour = tables.where(bounds, estimate=name).dropna(subset="sharpness"), _COLOURS[name]
         points = {"ms": 4, "mec": colour, "alpha": 0.6, "ls": "", "marker": "o"}
         ranks = rows["rank_correlation"].fillna(0.0)
         left.plot(ranks, rows["sharpness"], mfc=colour, **points)
@@ -182,14 +182,16 @@ def draw_limit_points(limit_points) -> Figure:
 
 def _contact(axis, rows, norm, cmap) -> None:
     """Draw one contact: a line, its snaps, its points, and crosses where there is no equilibrium."""
-    found = rows[rows["converged"].astype(bool)]
-    pressure, peak = found["pressure_of_young"].to_numpy(), 100 * found["peak_of_size"].to_numpy()
+    converged = rows[rows["converged"].astype(bool)]
+    pressure, peak = converged["pressure_of_young"].to_numpy(), 100 * converged["peak_of_size"].to_numpy()
     axis.plot(pressure, peak, color="#bbbbbb", lw=1, zorder=1)
-    for snap in jumps(found).itertuples():
+    for snap in jumps(converged).itertuples():
         ends = [snap.pressure_of_young_before, snap.pressure_of_young_after]
         peaks = [100 * snap.peak_of_size_before, 100 * snap.peak_of_size_after]
         axis.plot(ends, peaks, color="#aa0000", lw=2.5, zorder=2)
-    axis.scatter(pressure, peak, c=found["least_det"], norm=norm, cmap=cmap, s=22, edgecolors="white", lw=0.4, zorder=3)
+    axis.scatter(
+        pressure, peak, c=converged["least_det"], norm=norm, cmap=cmap, s=22, edgecolors="white", lw=0.4, zorder=3
+    )
     lost = rows[~rows["converged"].astype(bool)]
     top = peak[-1] if len(peak) else 0.0
     axis.plot(lost["pressure_of_young"], [top] * len(lost), "x", color="#aa0000", ms=6, zorder=4)

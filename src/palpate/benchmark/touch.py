@@ -284,7 +284,7 @@ def choose_touches(
     depth_of_radius : least and largest depth over the radius
     has_equilibrium : tells this of the body under a touch; where it has none, the touch is made less deep, and after
         FALLS tries another place is taken
-    Warns of touches that were made less deep and places that were left; InputError where there is an equilibrium at no place.
+    Warns of touches that were made less deep and places that were left; InputError where no place can be touched.
     """
     rng, allowed = np.random.default_rng(seed), places_to_touch(body)
     order = allowed[np.argsort(rng.exponential(size=len(allowed)) / body.fine.areas[allowed])]

@@ -29,7 +29,7 @@ RUNS = [{"order": 1, "level": 0}, {"order": 1, "level": 1}, {"order": 2, "level"
 def touch_truth(pad, touches) -> TouchTruth:
     """A truth of few elements: here it only has to be the same inside and outside."""
     return truth_of_touches(
-        pad, touches, asked=TouchTruthSettings(along_radius=1.0, finest=1, most_force_error=0.5, most_error=0.2)
+        pad, touches, settings=TouchTruthSettings(along_radius=1.0, finest=1, most_force_error=0.5, most_error=0.2)
     )
 
 

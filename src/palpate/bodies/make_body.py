@@ -142,23 +142,25 @@ def own_mesh(entry: File) -> tuple[TetMesh | None, float, int]:
             )
         return mesh, scale_m, count
     if count <= (nodes or KEPT_NODES):
-        return _filled_as_given(path, points, triangles, entry, asked=nodes == count), scale_m, count
+        return _filled_as_given(path, points, triangles, entry, required=nodes == count), scale_m, count
     return None, scale_m, count
 
 
-def _filled_as_given(path: Path, points: np.ndarray, triangles: np.ndarray, entry: File, must: bool) -> TetMesh | None:
+def _filled_as_given(
+    path: Path, points: np.ndarray, triangles: np.ndarray, entry: File, required: bool
+) -> TetMesh | None:
     """Fill a file's surface with tetrahedra, mended but not remeshed; None if that fails or makes bad elements."""
     mended = mend(str(path), points, triangles)
     try:
         closed = check_closed(str(path), mended.points, mended.triangles)
         mesh = tetrahedralize(mended.points, closed, source=str(path), balls=balls_of(entry))
     except InputError as error:
-        if must:
+        if required:
             _warn(f"{error} It is remeshed instead of kept.".replace(". It is", ", or it is"))
         return None
     _report_mended(path, mended.notes)
     # where its nodes are asked for, a surface is kept, and its bad elements are reported with those of the levels
-    return mesh if must or dihedral_angles(mesh).min() >= LEAST_DEG else None
+    return mesh if required or dihedral_angles(mesh).min() >= LEAST_DEG else None
 
 
 def solid_of(path: Path, scale_m: float) -> tuple[Mended, Solid]:

@@ -214,7 +214,7 @@ class RelaxedGrasp(TouchSolver):
     def __init__(self, case: TouchCase, method: str, level: int, options: Any):
         self._shape, self._mesh, self._up = case.body, case.body.levels[level], to_surface(case.body, level)
         self._anchored = held_on(case.body, level)
-        self._holding = partial(relaxed, method, case.body, level, asked=options)
+        self._holding = partial(relaxed, method, case.body, level, options=options)
         self._places: dict[int, tuple[np.ndarray, RelaxedElements]] = {}
 
     def prepare(self, touch: Touch) -> None:

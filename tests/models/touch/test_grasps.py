@@ -50,7 +50,7 @@ def test_methods_of_games_end_at_the_equilibrium_of_elements(case, pull, method)
 @pytest.mark.slow
 def test_the_truth_of_a_grasp_judges_linear_elements(case, pull):
     truth = truth_of_touches(
-        case.body, [pull], asked=TouchTruthSettings(along_radius=0.8, finest=2, most_force_error=0.05)
+        case.body, [pull], settings=TouchTruthSettings(along_radius=0.8, finest=2, most_force_error=0.05)
     )
     assert truth.believed.all() and truth.own[0, 0] < 0.01
     assert truth.force_order[0] == pytest.approx(1.0, abs=0.3)  # of the singular rim

@@ -8,7 +8,7 @@ import numpy as np
 from palpate.effects.corotational import FOLD, first
 from palpate.effects.effect import Relaxation
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
-from palpate.linalg.polar import signed_svd
+from palpate.linalg.polar import compose, multiply, signed_svd
 
 
 class FemPlasticity(Relaxation):
@@ -92,19 +92,3 @@ def _bound(candidate, max_strain, inverse, u, s, v, logs):
     for k in range(3):
         s[k] = 1.0 / s[k]
     compose(v, s, u, inverse)
-
-
-@numba.njit(cache=True)
-def compose(u, s, v, product):
-    """Write U diag(s) Vᵀ into ``product``."""
-    for i in range(3):
-        for j in range(3):
-            product[i, j] = u[i, 0] * s[0] * v[j, 0] + u[i, 1] * s[1] * v[j, 1] + u[i, 2] * s[2] * v[j, 2]
-
-
-@numba.njit(cache=True)
-def multiply(left, right, product):
-    """Write the first three columns of ``left`` times ``right`` into ``product``."""
-    for i in range(3):
-        for j in range(3):
-            product[i, j] = left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]

@@ -6,11 +6,10 @@ import numba
 import numpy as np
 
 from palpate.effects.effect import Relaxation
-from palpate.effects.fem_plasticity import compose, multiply
 from palpate.effects.settings import Plasticity
 from palpate.effects.shape_matching import ShapeMatching, determinant, fit
 from palpate.errors import InputError
-from palpate.linalg.polar import signed_svd
+from palpate.linalg.polar import compose, multiply, signed_svd
 
 
 class ShapePlasticity(Relaxation):

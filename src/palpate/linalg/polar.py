@@ -242,3 +242,19 @@ def _quaternion(r, turn):
     norm = 1.0 / math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 + turn[3] ** 2)
     for n in range(4):
         turn[n] *= norm
+
+
+@numba.njit(cache=True)
+def compose(u, s, v, product):
+    """Write U diag(s) Vᵀ into ``product``."""
+    for i in range(3):
+        for j in range(3):
+            product[i, j] = u[i, 0] * s[0] * v[j, 0] + u[i, 1] * s[1] * v[j, 1] + u[i, 2] * s[2] * v[j, 2]
+
+
+@numba.njit(cache=True)
+def multiply(left, right, product):
+    """Write the first three columns of ``left`` times ``right`` into ``product``."""
+    for i in range(3):
+        for j in range(3):
+            product[i, j] = left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]

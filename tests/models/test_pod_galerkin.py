@@ -37,6 +37,7 @@ def load_of(case, row=0):
     return Load.at(int(case.database.contact[row]), case.database.force[row])
 
 
+@pytest.mark.slow
 def test_all_points_are_full_galerkin(case):
     """The elements' own energy, minimised over the same modes by another search, has the same minimum."""
     solver = PODGalerkin(modes=5, thinned=0.0, nodes=1).prepare(case)

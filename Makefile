@@ -87,8 +87,8 @@ check: $(TOOLS)  ## check style, the workflow's lint, and that the workflow can 
 	@$(BIN)/python -m pytest tests/workflow/test_lint.py
 	@$(SNAKEMAKE) --dry-run > /dev/null
 
-bench: $(STAMP)  ## press a ball as Hertz says; a million pairs of triangles exactly
-	@set -e; for name in hertz exact_pairs; do \
+bench: $(STAMP)  ## time scenes against loops by hand; press a ball as Hertz says; a million pairs of triangles exactly
+	@set -e; for name in composed_loop hertz exact_pairs; do \
 	$(BIN)/python tests/benchmarks/$$name.py; done
 
 snapshot: $(STAMP)  ## write docs/results.md from the results of make full

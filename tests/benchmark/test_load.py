@@ -117,6 +117,17 @@ def test_a_capped_search_comes_to_the_converged_force(case, places):
     assert errors[0] > 0.01 > 1e-6 > errors[-1] and errors[2] < errors[0]
 
 
+@pytest.mark.parametrize("start", ["linear", "frame"])
+def test_every_start_leads_to_the_same_depth(case, places, start):
+    one, other, _, force = places
+    load = Load((Press(one, moved=np.array([0.0, 0.002, -0.01])), Press(other, 0.3 * force)))
+    cold, warm = (FEM(order=1, level=0, start=each, tolerance=TOLERANCE).prepare(case) for each in ("rest", start))
+    warm.precede(load)
+    expected, found = cold.respond(load), warm.respond(load)
+    assert np.abs(found.displacement - expected.displacement).max() < 1e-6 * np.abs(expected.displacement).max()
+    assert np.abs(found.forces - expected.forces).max() < 1e-6 * np.abs(expected.forces).max()
+
+
 def test_without_a_disc_a_point_between_nodes_is_pushed(slab_case, places):
     """A force on a fine node does the work on the coarse mesh that its interpolated displacement says."""
     case, force = slab_case[0], places[3]

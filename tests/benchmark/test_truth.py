@@ -48,6 +48,21 @@ def corner(block):
     return pd.DataFrame([(0, contact, 0.0, 0.0, -0.4, 0.06)], columns=LOAD_COLUMNS)
 
 
+@pytest.mark.slow
+def test_levels_are_solved_to_less_than_can_be_seen(slab, loads, slab_truth):
+    """Started from the level before, or from rest to a far smaller residual, answers agree to 0.002 % of the peak."""
+    whole = finer(slab, 2)
+    assert slab_truth.levels.shape == (2, 3, len(slab.fine.surface), 3) and slab_truth.level == 2
+    assert slab_truth.elements == 64 * 96 and slab_truth.nodes == len(whole.fine.nodes)
+    for row, sample in enumerate(samples_in(loads)):
+        for level in (1, 2):
+            solver = Equilibrium(whole, level, order=2)
+            forces = sample.nodal(whole, level, order=2)
+            cold = (solver.solve(forces, 1e-10).x - solver.mesh.nodes)[slab.fine.surface]
+            peak = np.linalg.norm(cold, axis=1).max()
+            assert np.abs(slab_truth.levels[row, level] - cold).max() < 2e-5 * peak
+
+
 def test_its_own_error_is_that_which_finer_levels_find(block, corner):
     """In the models' denominators and on their nodes: all of it, or down to a fifth, as a change of limits is."""
     found, once = truth_of(block, samples_in(corner), {0}), finer(block)

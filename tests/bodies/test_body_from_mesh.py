@@ -121,6 +121,18 @@ def check(body, points, triangles):
 
 
 @pytest.mark.slow
+def test_a_hollow_organ_keeps_its_hollow(tmp_path):
+    truth = organ("hollow", 3000)
+    (tmp_path / "hollow.ply").write_bytes(SURFACES["little.ply"](*truth, ""))
+    body, _ = made(tmp_path / "hollow.ply", scale_m=1, surface_nodes=140, refinements=1)
+    assert body.fine.volumes.sum() == pytest.approx(volume(*truth), rel=0.02)
+    # nodes on the outer surface and on that of the hollow
+    radius = np.linalg.norm(body.coarse.nodes[body.coarse.surface] / [0.1, 0.08, 0.07], axis=1)
+    assert (radius > 0.9).sum() > 60
+    assert (radius < 0.7).sum() >= 40
+
+
+@pytest.mark.slow
 def test_a_torn_organ_in_millimetres(tmp_path):
     truth = organ("femur", 8000)
     points, triangles = torn(*truth)

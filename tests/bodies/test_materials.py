@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from fixtures.bodies import made
 from fixtures.mesh_encodings import SOLIDS, halves, lopsided
+from scipy.integrate import quad
 
 from palpate.bodies.ct.synthetic_abdomen import LESION
 from palpate.bodies.material import Material, Series, prony_fault
@@ -23,6 +24,15 @@ def test_the_modulus_falls_from_its_first_value_to_its_last():
     t = np.linspace(0.0, 3.0, 50)
     of_first = 1.0 - 0.3 * (1 - np.exp(-t / 0.1)) - 0.2 * (1 - np.exp(-t / 2.0))
     assert SERIES.modulus(t) == pytest.approx(of_first / 0.5, rel=1e-13)
+
+
+@pytest.mark.parametrize("h", [1e-4, 0.05, 1.0, 30.0])
+def test_a_step_is_the_integral_over_an_even_change_of_strain(h):
+    a, b = SERIES.factors(h)
+    for tau, kept, gained in zip(SERIES.times_s, a, b, strict=True):
+        memory, _ = quad(lambda t, tau=tau: np.exp(-(h - t) / tau) / h, 0.0, h, points=[max(0.0, h - 20 * tau)])
+        assert gained == pytest.approx(memory, rel=1e-9)
+        assert kept == pytest.approx(np.exp(-h / tau), rel=1e-14)
 
 
 @pytest.mark.parametrize(

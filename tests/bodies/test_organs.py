@@ -108,6 +108,15 @@ def pair():
     return bar(False, 2), bar(True, 2)
 
 
+def test_volume_and_area_of_a_round_bar_converge_with_order_2_and_those_of_facets_do_not(pair):
+    exact = np.pi * RADIUS**2 * LENGTH, 2 * np.pi * RADIUS * (LENGTH + RADIUS)
+    for true, of in zip(exact, (lambda mesh: mesh.volumes.sum(), lambda mesh: mesh.areas.sum()), strict=True):
+        facets, smooth = (np.array([1 - of(mesh) / true for mesh in body.levels]) for body in pair)
+        assert np.ptp(facets) < 1e-12 and facets[0] > 0.01
+        assert np.allclose(np.log2(smooth[:-1] / smooth[1:]), 2.0, atol=0.02)
+        assert smooth[0] == pytest.approx(facets[0]) and 0 < smooth[2] < 4e-3
+
+
 def test_a_bar_of_facets_says_how_much_smaller_its_section_is():
     """A polygon of twelve sides has 3 r² of the circle's π r²."""
     with pytest.warns(UserWarning, match=r"is 27 cm², 4\.5 % less than the circle's, .*; divide forces by that"):

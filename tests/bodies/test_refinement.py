@@ -1,5 +1,8 @@
 """Uniform and local refinement, and quadratic elements, against polynomials."""
 
+from itertools import product
+from math import factorial
+
 import numpy as np
 import pytest
 
@@ -8,9 +11,12 @@ from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import FACES
 from palpate.bodies.refinement import (
+    QUADRATURE_POINTS,
     finer,
+    quadratic_gradients,
     quadratic_prolongation,
     refine,
+    shape_functions,
 )
 from palpate.bodies.simple_shapes import box
 
@@ -39,6 +45,21 @@ def levels(box):
 def quadratic(x):
     """Three polynomials of degree 2 at points (n, 3)."""
     return np.stack([x[:, 0] ** 2 - 3 * x[:, 1] * x[:, 2], x[:, 2] ** 2 + x[:, 0], x[:, 0] * x[:, 1] - 2.0], axis=1)
+
+
+def test_slopes_are_derivatives():
+    inside = np.random.default_rng(1).dirichlet(np.ones(4), 20)
+    for corner, delta in enumerate(1e-6 * np.eye(4)):
+        slope = (shape_functions(inside + delta) - shape_functions(inside - delta)) / 2e-6
+        assert np.abs(slope - quadratic_gradients(inside)[:, :, corner]).max() < 1e-9
+
+
+def test_points_integrate_degree_two_exactly():
+    """Σ over the points of a monomial of barycentric coordinates, against a! b! c! d! 3! / (a + b + c + d + 3)!"""
+    for powers in product(range(3), repeat=4):
+        found = np.prod(QUADRATURE_POINTS**powers, axis=1).mean()
+        exact = 6 * np.prod([factorial(p) for p in powers]) / factorial(sum(powers) + 3)
+        assert (found == pytest.approx(exact, rel=1e-14)) == (sum(powers) <= 2)
 
 
 def test_prolongation_is_exact_for_quadratic_polynomials(levels):

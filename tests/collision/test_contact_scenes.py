@@ -87,6 +87,24 @@ def test_forces_on_obstacles_are_the_sums_of_the_contacts(play, cube):
         assert forces == pytest.approx(total, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.slow
+def test_a_pile_comes_to_rest_and_bears_its_weight(play, cube, trespass):
+    parts, shifts = [cube(1)] * 3, [[0.0, 0.0, 0.02], [0.006, 0.008, 0.15], [-0.003, 0.004, 0.28]]
+    contact = blocks.Contact(instruments=[FLOOR], friction=0.5)
+    damping = blocks.Rayleigh(mass_1_s=3.0, stiffness_s=0.03)
+    ran = play(parts, shifts, steps=700, gravity=WEIGHT, contact=contact, rayleigh=damping)
+    energy, weight = ran.motion.energy, 9.81 * 3.0
+    drop = energy["gravity_j"].iloc[0] - energy["gravity_j"].iloc[-1]
+    quiet = energy[energy["time_s"] > 5.0]
+    assert drop > 0.5 and quiet["kinetic_j"].max() < 1e-8 * drop
+    force = ran.motion.observed.set_index("time_s").loc[5.0:, "ground_force_z_n"]
+    assert np.abs(force + weight).max() < 1e-3 * weight
+    assert np.diff(energy["total_j"]).max() < 1e-9 * drop
+    late = replace(ran.motion, positions=ran.motion.positions[::10])
+    room, faults = trespass(late)
+    assert room > 0.0 and not faults
+
+
 @pytest.mark.parametrize("degrees", [15.0, 26.0, 35.0])
 def test_coulombs_cone(play, cube, degrees):
     """On a tilted plane a block of friction 0.5, whose angle is 26.57°, sticks below that angle and slides above."""

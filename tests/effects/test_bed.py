@@ -78,6 +78,21 @@ def test_a_stiff_block_sinks_by_force_over_stiffness(block, order, force):
     assert solution.x - problem.mesh.nodes == pytest.approx(np.tile(force, (len(load), 1)) / WHOLE, rel=1e-4, abs=1e-7)
 
 
+def test_a_force_beside_the_middle_tilts_the_block(block):
+    """By moment over ∫ k x², which over the unit disc is π/24."""
+    nodes, height = block.coarse.nodes, 0.08
+    second = np.pi * BED.radius_m**4 / 24 * BED.stiffness_n_m3
+    problem = Equilibrium(block, 0)
+    above = np.flatnonzero(np.isclose(nodes[:, 2], height))
+    node = above[np.argmin(np.linalg.norm(nodes[above, :2] - [0.15, 0.1], axis=1))]
+    load = np.zeros_like(nodes)
+    load[node, 2] = -1e-4  # small, as a tilt is linear to first order only
+    moved = problem.solve(load, 1e-10).x - nodes
+    tilt = 1e-4 * (nodes[node, :2] - BELOW[:2]) / second
+    expected = -1e-4 / WHOLE - (nodes[:, :2] - BELOW[:2]) @ tilt
+    assert moved[:, 2] == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize("surface", [False, True])
 def test_force_and_stiffness_are_derivatives_of_the_energy(slab, force_of, stiffness_of, check_derivatives, surface):
     body = replace(slab, bed=Bed(np.array([0.1, 0.05, 0.0]), 0.07, 3e4))

@@ -55,6 +55,17 @@ def test_tension_of_what_keeps_its_volume_is_demirays(stretch):
         assert found[0] - found[2] == pytest.approx(expected, rel=1e-12, abs=1e-9 * MU)
 
 
+@pytest.mark.parametrize("shear", [0.1, 0.5, 1.0])
+def test_shear_and_normal_stresses_in_simple_shear_are_demirays(shear):
+    """τ = μ γ exp(b γ²), and τ₁₁ − τ₂₂ = γ τ, which holds of every isotropic law (Rivlin)."""
+    u, s, vt = np.linalg.svd(np.array([[1.0, shear, 0], [0, 1, 0], [0, 0, 1]]))
+    cauchy = u @ np.diag(principal(s)) @ u.T
+    tau = MU * shear * np.exp(B * shear**2)
+    assert cauchy[0, 1] == pytest.approx(tau, rel=1e-11)
+    assert cauchy[0, 0] - cauchy[1, 1] == pytest.approx(shear * tau, rel=1e-11)
+    assert np.linalg.det(vt) * np.linalg.det(u) == pytest.approx(1.0)
+
+
 def test_without_stiffening_it_is_neo_hookean():
     """Exactly for b = 0, and to first order of b Q beside it."""
     for s in ([1.3, 1.1, 0.7], [1.1, 1.1, 0.6], [0.5, 0.3, 0.2]):
@@ -82,6 +93,32 @@ def test_no_strain_is_nan_and_none_costs_less_than_a_smaller_one():
     for part in evaluate(law_of(exponential(8.0)), [largest, 1.0, 1.0], 1e9, 1e9):
         assert np.isfinite(part).all()
     assert evaluate(law_of(exponential(8.0)), [1.01 * largest, 1.0, 1.0], 1e9, 1e9)[0] == np.inf
+
+
+def test_waves_run_in_every_direction_at_any_strain(rotation):
+    """Legendre and Hadamard: W, as a convex function of F and det F, curves upwards along every a ⊗ n."""
+    law, rng, h = law_of(exponential(4.0)), np.random.default_rng(1), 1e-3
+
+    def energy(f):
+        return evaluate(law, np.linalg.svd(f)[1], 1.0, 0.0)[0]
+
+    for _ in range(300):
+        f = np.eye(3) + rng.uniform(0.0, 0.4) * rng.normal(size=(3, 3))
+        if np.linalg.det(f) < 0.05:
+            continue
+        a, n = rng.normal(size=(2, 3))
+        step = h * np.outer(a, n) / np.linalg.norm(a) / np.linalg.norm(n)
+        assert energy(f + step) - 2.0 * energy(f) + energy(f - step) > 0.0
+
+
+def test_a_bar_that_hardly_changes_its_volume_bears_demirays_stress():
+    law, mu, lam = law_of(exponential(B)), 1.0, 1e9
+    for stretch in (0.6, 1.7):
+        across = lambda t, s=stretch: evaluate(law, [s, t, t], mu, lam)[1][1]  # noqa: E731
+        side = brentq(across, 0.99 * stretch**-0.5, 1.01 * stretch**-0.5, xtol=1e-15)
+        nominal = evaluate(law, [stretch, side, side], mu, lam)[1][0]
+        expected = np.exp(B * (stretch**2 + 2 / stretch - 3)) * (stretch - stretch**-2.0)
+        assert nominal == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize("order", [1, 2])

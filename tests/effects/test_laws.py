@@ -238,6 +238,18 @@ def test_a_law_of_ones_own_is_one_file(box, rotation, differences):
     assert elasticity.energy(rest.nodes * s) == pytest.approx(1e-3 * np.linalg.det(SKEW) * expected, rel=1e-11)
 
 
+@pytest.mark.slow
+def test_a_law_of_ones_own_works_in_a_second_process(tmp_path):
+    path = Path(__file__).parents[2] / "examples/hencky.py"
+    run = f"from palpate.effects.law import law_of; law_of({str(path)!r})"
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", run],
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.linalg import sqrtm
 
 from palpate.bodies.body import nest
@@ -180,6 +181,31 @@ def test_a_standard_linear_solid_creeps_as_the_closed_solution(share, tau, block
     assert np.abs(found - exact).max() < 1e-4 * exact[-1]
 
 
+def test_two_branches_creep_as_the_ordinary_differential_equation(block):
+    """That of the shear strain under half of the stress, found by another solver."""
+    mu, bulk = LIGHT.shear_pa, LIGHT.lame_pa + 2 / 3 * LIGHT.shear_pa
+    ratios, stress, ramp = np.array([0.6, 0.4]), 0.6, 0.1
+
+    def deviator(t, q):
+        return (stress * min(1.0, t / ramp) / 3 / mu + ratios @ q) / (1 + ratios.sum())
+
+    def rates(t, q):
+        return (deviator(t, q) - q) / np.array(TIMES)
+
+    first = solve_ivp(rates, (0, ramp), [0, 0], rtol=1e-10, atol=1e-16)
+    then = solve_ivp(rates, (ramp, 0.8), first.y[:, -1], rtol=1e-10, atol=1e-16)
+    exact = deviator(0.8, then.y[:, -1]) + stress / (9 * bulk)
+    assert crept(block, SHARES, TIMES, 0.01, 80)[-1] == pytest.approx(exact, rel=1e-5)
+
+
+def test_creep_is_of_second_order_in_the_step(block):
+    exact = standard_linear_solid(0.8, 0.5, 0.2, ramp=0.4)
+    found = [crept(block, [0.5], [0.2], 0.8 / steps, steps, ramp=0.4)[-1] for steps in (16, 32, 64)]
+    errors = np.abs(np.array(found) - exact) / exact
+    assert errors[0] < 2e-4
+    assert (np.log2(errors[:-1] / errors[1:]) > 1.85).all()
+
+
 @pytest.mark.parametrize("h", [1e-9, 0.01, 0.3, 1e9])
 def test_branches_take_energy_from_every_step(h, heavy):
     """What is stored is at least the step's energy at its beginning, and at most that at its end."""
@@ -241,6 +267,13 @@ def pressed(heavy, shares=SHARES, times_s=TIMES, **more):
     given = {"step_s": 0.02, "duration_s": 0.2, "push": blocks.Push(loads=[load]), "prony": branches} | more
     body = nest("pressed", TetMesh(heavy.nodes, heavy.tetrahedra), 0, held, heavy.material)
     return run(Scene(body="pressed", **given), particles_of(body, 0, False)).motion
+
+
+def test_runs_of_a_scene_know_nothing_of_each_other(heavy):
+    first, second = pressed(heavy), pressed(heavy)
+    assert np.array_equal(first.positions, second.positions)
+    assert first.energy["prony_j"].iloc[0] < 1e-20 < 1e-6 < first.energy["prony_j"].iloc[-1]
+    assert first.energy["gain_j"].iloc[-1] <= 1e-6 * first.energy["outer_work_j"].iloc[-1]
 
 
 def moved(motion):

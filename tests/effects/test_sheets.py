@@ -10,6 +10,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.simple_shapes import sheet
+from palpate.effects.bending import hinges
 from palpate.effects.bending import make as make_bending
 from palpate.effects.triangles import FOLD, make
 from palpate.errors import InputError
@@ -121,6 +122,23 @@ def test_patch(cloth, rotation, force_of):
     assert np.abs(force[inner]).max() < 1e-13 * np.abs(force).max()
 
 
+@pytest.mark.parametrize(("poisson", "tolerance"), [(0.0, 1e-4), (0.3, 0.01)])
+def test_a_hanging_strip_stretches_by_its_weight(poisson, tolerance, force_of, stiffness_of):
+    """ρ g L² / (2 E): the law is linear in the stretch, so at any strain; the held end does not narrow."""
+    strip = particles([1.0, 0.05], [40, 2], poisson)
+    effect = make(strip, None)
+    free = np.zeros(strip.nodes.shape, dtype=bool)
+    free[strip.nodes[:, 0] > 0, :2] = True
+    free = free.ravel()
+    weight = np.outer(strip.masses, [9.81, 0, 0])
+    x = strip.nodes.copy()
+    for _ in range(2):
+        residual = (force_of(effect, x) + weight).ravel()[free]
+        x.ravel()[free] += np.linalg.solve(stiffness_of(effect, x)[np.ix_(free, free)], residual)
+    end = strip.nodes[:, 0] == 1.0
+    assert (x - strip.nodes)[end, 0].mean() == pytest.approx(1000 * 9.81 / (2 * 1e4), rel=tolerance)
+
+
 LENGTH, WIDTH, THICKNESS, CURVATURE = 0.3, 0.2, 0.002, 4.0
 STIFFNESS = 1e5 * THICKNESS**3 / (12 * (1 - 0.3**2))
 PLATE = 0.5 * STIFFNESS * CURVATURE**2 * LENGTH * WIDTH
@@ -149,6 +167,15 @@ def test_sheets_that_are_flat_each_by_itself():
     assert effect.energy(x) == pytest.approx(make_bending(plate(), None).energy(x[:n]), rel=1e-9)
 
 
+@pytest.mark.parametrize(("angle", "along", "across"), [(0.0, 24, 16), (np.pi / 2, 16, 24)])
+def test_a_plate_rolled_along_a_side(angle, along, across):
+    """½ D κ² A, less the two rims of half a cell that have no hinge, and (κ h)²/12 for the chords."""
+    effect, x = make_bending(plate((24, 16)), None), rolled(plate((24, 16)).nodes, angle)
+    step = CURVATURE * LENGTH / 24
+    chords = 2 * (1 - np.cos(step)) / step**2
+    assert effect.energy(x) == pytest.approx(PLATE * (1 - 1 / along) * chords**2, rel=1e-10)
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 4, 1.2, np.pi / 2])
 def test_energy_converges_to_the_plates_in_every_direction(angle):
     """The error, of the rims, is of first order; without it, by Richardson's extrapolation, of second."""
@@ -171,6 +198,12 @@ def test_twist_costs_what_a_plate_pays():
     assert make_bending(particles, None).energy(x) == pytest.approx(expected, rel=1e-10)
 
 
+def test_momentum_is_kept(rotation, check_frame):
+    particles = plate()
+    x = rolled(particles.nodes, 0.4) @ rotation(1.0).T + 0.01 * np.random.default_rng(0).normal(size=(35, 3))
+    check_frame(make_bending(particles, None), x, particles.size, error=1e-10)
+
+
 def test_force_and_stiffness_are_derivatives_of_bending(force_of, stiffness_of):
     """Exactly: the energy is ½ xᵀ Q x, and Q is positive semidefinite."""
     particles = plate((3, 2))
@@ -185,6 +218,17 @@ def test_force_and_stiffness_are_derivatives_of_bending(force_of, stiffness_of):
     assert values[0] > -1e-13 * values[-1]
     # affine deformations, and nothing else, are free: 3 functions for each of 3 coordinates
     assert (values < 1e-9 * values[-1]).sum() == 9
+
+
+def test_every_inner_edge_is_a_hinge():
+    particles = plate()
+    found = hinges(particles.triangles)
+    rims = 2 * (6 + 4)
+    edges = (3 * len(particles.triangles) + rims) // 2
+    assert found.shape == (edges - rims, 4)
+    triangles = {tuple(t) for t in np.sort(particles.triangles, axis=1).tolist()}
+    for a, b, c, d in found.tolist():
+        assert {tuple(sorted((a, b, c))), tuple(sorted((a, b, d)))} <= triangles
 
 
 def test_what_is_not_flat_is_refused():

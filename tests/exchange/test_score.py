@@ -1,5 +1,6 @@
 """Answers from elsewhere are scored to the digits of the same model inside, with floor, ties, failures and costs."""
 
+import ast
 import shutil
 import subprocess
 import sys
@@ -30,6 +31,13 @@ SCRIPT = Path(__file__).with_name("independent_p1.py")
 def saved(answers, path):
     np.savez_compressed(path, **answers)
     return path
+
+
+def test_the_script_imports_nothing_of_palpate():
+    tree = ast.parse(SCRIPT.read_text(encoding="utf-8"))
+    names = {each.names[0].name for each in ast.walk(tree) if isinstance(each, ast.Import)}
+    names |= {each.module for each in ast.walk(tree) if isinstance(each, ast.ImportFrom)}
+    assert {name.split(".")[0] for name in names} == {"json", "sys", "time", "pathlib", "numpy", "scipy"}
 
 
 @pytest.mark.slow

@@ -9,15 +9,18 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, displacement_of
 from palpate.benchmark.model import LIMIT
 from palpate.benchmark.static_responses import assemble, press
+from palpate.bodies.contacts import contacts_of
 from palpate.effects.bed import BedSprings
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.models.coarse_answers import Enriched, coarse_solver
 from palpate.models.enrichment.features import FEATURES
 from palpate.models.enrichment.paper_enrichment import WEIGHTS
-from palpate.models.fem_statics import Simulation
+from palpate.models.fem_statics import ContactShares, Simulation
 from palpate.models.kinds import (
     FEM,
+    DetailCorrection,
+    LinearFEM,
 )
 from palpate.models.model_registry import MODELS
 from palpate.models.shape_matching import Shapes, Softness
@@ -153,6 +156,27 @@ def test_one_iteration_goes_along_the_linear_response(slab_case):
     moved = Simulation(case, 0, 1e-8, iterations=1).displacement(Load.at(contact, small))
     linear = np.tensordot(small, case.response.coarse[case.response.row(contact)], 1)
     assert np.abs(moved - linear).max() < 1e-5 * np.abs(linear).max()
+
+
+def test_a_disc_presses_all_levels_and_elements_alike(patched):
+    """Spread forces add up to the whole one on every level, and are those that samples are simulated with."""
+    body, force = patched.body, np.array([1.0, -2.0, 3.0])
+    for level, order in ((0, 1), (1, 1), (0, 2), (1, 2)):
+        found = ContactShares(patched, level, order)
+        for contact in contacts_of(body)[:5]:
+            nodes, shares = found.of(int(contact))
+            load = nodal_load(body, level, contact, force, RADIUS_M, order)
+            assert np.allclose(np.outer(shares, force), load[nodes], rtol=1e-12, atol=0.0)
+            assert load.sum(axis=0) == pytest.approx(force, rel=1e-12) and len(nodes) > 1
+
+
+def test_a_linear_detail_on_a_linear_coarse_answer_is_linear_fem(slab_case):
+    case, test, _ = slab_case
+    unturned = DetailCorrection(coarse="linear", turned=False).prepare(case)
+    linear = LinearFEM().prepare(case)
+    for contact, force in zip(test.contact, test.force, strict=True):
+        expected = linear.respond(Load.at(contact, force))
+        assert np.abs(unturned.respond(Load.at(contact, force)) - expected).max() < 1e-9 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("name", ["kernel_ridge_detail", "pod_rbf", "unordered_nonnegative_b", "detail_correction"])

@@ -8,10 +8,23 @@ import pytest
 from palpate.errors import InputError
 from palpate.models import model_registry
 
+MEASURE = """
+import palpate.benchmark.press_measure
+from palpate.studies.tradeoff.jobs import load_model
+load_model('fem_p1', 'palpate.models.kinds:FEM', {'order': 1})
+"""
 
-def test_names_alone_import_no_solver():
-    code = "import sys, palpate.models.model_registry; print({'numba', 'scipy'} & set(sys.modules))"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "set()\n"
+
+@pytest.mark.parametrize(
+    ("code", "absent"),
+    [
+        ("import palpate.models.model_registry", ("numba", "scipy")),
+        (MEASURE, ("palpate.models.fast_fem", "palpate.models.enrichment.methods")),
+    ],
+)
+def test_names_alone_import_no_solver_and_a_model_that_is_measured_no_other_one(code, absent):
+    code += f"\nimport sys; print([name for name in {absent} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
 
 
 def test_an_unknown_name_is_told():

@@ -5,10 +5,12 @@ from time import perf_counter
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused, loads_of
 from palpate.errors import InputError, NotConverged
+from palpate.models.contact_modes.offline import Offline
 from palpate.models.kinds import FEM, PODGalerkin
 from palpate.studies.tradeoff.settings import Families
 
@@ -33,6 +35,25 @@ def solver(case):
 
 def load_of(case, row=0):
     return Load.at(int(case.database.contact[row]), case.database.force[row])
+
+
+@pytest.mark.slow
+def test_all_points_are_full_galerkin(case):
+    """The elements' own energy, minimised over the same modes by another search, has the same minimum."""
+    solver = PODGalerkin(modes=5, thinned=0.0, nodes=1).prepare(case)
+    elements, load = Offline(case.body, RADIUS_M, 0).elements(0), load_of(case, 3)
+    modes, pull = solver._modes, load.presses[0].force @ solver._pull(load.presses[0].node)
+    assert modes.shape[2] == 5
+
+    def slope(q):
+        return -np.tensordot(modes, elements.force(modes @ q), ((0, 1), (0, 1))) - pull
+
+    def energy(q):
+        return elements._equilibrium.energy(elements.rest + modes @ q) - float(pull @ q)
+
+    found = minimize(energy, pull, jac=slope, method="BFGS", options={"gtol": 1e-7 * np.linalg.norm(pull)})
+    expected = (solver._surface @ found.x).reshape(-1, 3)
+    assert errors(solver.respond(load), expected).rmse_of_peak < 2e-3
 
 
 def test_few_cells_answer_as_all_do_with_weights_that_are_not_negative(case, solver):

@@ -82,6 +82,19 @@ def test_the_force_turns_back_with_its_contact(slab_case):
     assert np.abs(found - LinearFem(case.response).answer(contact, np.array([0.0, -1.0, 0.0]))[0]).max() < 1e-12
 
 
+def test_under_small_loads_each_node_is_turned_by_half_its_rotation(slab_case):
+    """A displacement grows with the load, and so does its rotation: on the way there it was half as large."""
+    case, test, _ = slab_case
+    contact, force = int(test.contact[0]), 1e-3 * FORCE
+    answer, turns = WarpedResponse(case.meshes, case.response).answer(contact, force)
+    row = case.response.row(contact)
+    there = NodalSpins(TetMesh(case.meshes.coarse_nodes, case.meshes.coarse_tetrahedra))
+    back = -there.of(np.tensordot(force, case.response.restricted[row], 1))[contact]
+    local = LinearFem(case.response).answer(contact, force + np.cross(back, force))[0]
+    beyond = answer - local
+    assert np.abs(beyond - 0.5 * np.cross(turns, local)).max() < 0.05 * np.abs(beyond).max()
+
+
 def test_the_linear_rival_is_the_compliance_times_the_force(slab_compliance):
     method, row = LinearFem(slab_compliance), 11
     contact, force = int(slab_compliance.contacts[row]), np.array([0.3, -0.2, 0.5])

@@ -99,6 +99,25 @@ def test_a_cut_at_once_at_the_start_is_a_body_that_was_severed_before(bar, integ
     assert np.abs(found.positions[-1] - found.positions[-1][particles.ties.leaders()]).max() > 1e-3
 
 
+def test_letting_go_changes_no_energy_and_no_momentum_at_all(bar):
+    scene = sagging(cut=SLOWLY)
+    particles = particles_in(scene, [bar])
+    system, random = compose(scene, particles), np.random.default_rng(3)
+    tied, free = particles.ties.leaders(), particles.ties.leaders(np.inf)
+    system.tie(tied)
+    x, v = (system.followed(random.normal(size=particles.nodes.shape)) for _ in range(2))
+    found = []
+    for leaders in (tied, particles.ties.leaders(0.08), free):
+        system.tie(leaders)
+        momentum = (system.masses[:, None] * v).sum(axis=0)
+        found.append((system.energies(x), 0.5 * float(np.vdot(system.masses[:, None] * v, v)), momentum))
+    for energies, kinetic, momentum in found[1:]:
+        assert energies == found[0][0]
+        assert kinetic == pytest.approx(found[0][1], rel=1e-14)
+        assert momentum == pytest.approx(found[0][2], rel=1e-13)
+    assert len({len(np.unique(leaders)) for leaders in (tied, particles.ties.leaders(0.08), free)}) == 3
+
+
 @pytest.mark.parametrize("way", ["split_faces", "virtual_nodes"])
 def test_the_books_of_a_cut_close(bar, way):
     """Newton's second law for all nodes by themselves, with the forces of a body that was severed before.

@@ -84,6 +84,25 @@ def test_energy_of_a_pair_does_not_drift_over_1e5_steps():
     assert 1e-9 < worst < 1e-3  # it does swing
 
 
+@pytest.mark.parametrize("held", [False, True])
+def test_period_of_a_pair(held):
+    """2π sqrt(m/k) with the reduced mass, or that of the one that moves; crossings of rest found by interpolation."""
+    system = pair(held)
+    integrator = symplectic_euler.make(system)
+    expected = 2 * math.pi * math.sqrt((M2 if held else REDUCED) / K)
+    x, v = system.particles.nodes.copy(), np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]])
+    h, crossings, last = expected / 500, [], 0.0
+    for step in range(1, 5300):
+        x, v = integrator.step(x, v, h)
+        stretch = x[1, 0] - x[0, 0] - REST
+        if last < 0.0 <= stretch:
+            crossings.append((step - stretch / (stretch - last)) * h)
+        last = stretch
+    periods = np.diff(crossings)
+    assert len(periods) >= 8
+    assert periods.mean() == pytest.approx(expected, rel=1e-4)
+
+
 def springy(particles, ratio) -> System:
     """Springs with Kelvin's damping."""
     elastic = springs.make(particles, None)

@@ -11,7 +11,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import with_midpoints
 from palpate.bodies.simple_shapes import box
 from palpate.effects.instrument import Instrument, first_touch, upright
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.solvers import indentation
 from palpate.solvers.equilibrium import Equilibrium
 
@@ -113,6 +113,29 @@ def test_a_turned_press_has_the_turned_answer(rotation, sticks):
     assert np.abs(turned.force - turn @ plain.force).max() < 1e-6 * np.linalg.norm(plain.force)
     assert np.abs(turned.x - plain.x @ turn.T).max() < 1e-6 * 0.004
     assert turned.area_m2 == pytest.approx(plain.area_m2, rel=1e-6)
+
+
+def test_a_press_pulled_back_without_friction_is_as_if_it_had_not_been_deeper():
+    there = {found.depth_m: found for found in small().push(DOWN, [0.002], 1e-8)}
+    back = list(small().push(DOWN, [0.002, 0.004, 0.002, 0.0], 1e-8))
+    assert back[2].force[2] == pytest.approx(there[0.002].force[2], rel=2e-3)
+    assert np.abs(back[2].x - there[0.002].x).max() < 2e-3 * 0.002
+    assert not back[3].force.any() and np.array_equal(back[3].x, small().mesh.nodes)
+
+
+@pytest.mark.slow
+def test_what_sticks_lets_go_and_never_pulls():
+    """Pulled back aside, too: the force along the outward normal is a push until there is none."""
+    found = list(small(OBLIQUE, None, True).push(OBLIQUE, [0.004, 0.003, 0.002, 0.001, 0.0], 1e-6))
+    assert all(each.force @ -DOWN <= 0.0 for each in found)
+    assert np.linalg.norm(found[3].force) < 0.2 * np.linalg.norm(found[0].force)
+    assert not found[4].force.any() and found[4].area_m2 == 0.0
+
+
+@pytest.mark.parametrize("depth", [-1e-3, 0.06, np.nan, np.inf])
+def test_a_depth_that_is_none_is_refused(depth):
+    with pytest.raises(InputError, match=r"^a depth is .* m; give 0 to 0.05 m, the body along the direction.$"):
+        list(small().push(DOWN, [0.001, depth], 1e-6))
 
 
 def test_no_sphere_passes_through_the_surface_in_one_step():

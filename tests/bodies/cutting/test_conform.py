@@ -77,6 +77,17 @@ def test_a_blade_leaves_half_an_ellipse_of_faces(name):
 
 
 @pytest.mark.slow
+def test_a_bent_path_has_faces_on_both_planes_and_edges_at_its_kink():
+    body = slab()
+    cut = blade(body.coarse, np.array([[0.03, 0.05, 0.04], [0.05, 0.047, 0.04], [0.067, 0.0616, 0.04]]), DOWN, 0.012)
+    found = cut_body(body, cut, 0.008, 0.004)
+    check_whole(found, body)
+    on = np.stack([np.abs(p.across(found.coarse.nodes[found.lips[:, 0]].reshape(-1, 3))) for p in cut.pieces])
+    assert (on.reshape(2, -1, 3).max(axis=2) < 1e-9).any(axis=0).all()
+    assert area_of(found) == pytest.approx(np.pi / 4.0 * 0.012 * cut.length_m, rel=0.01)
+
+
+@pytest.mark.slow
 def test_a_blade_that_leaves_the_body_and_one_that_stops_midway():
     body = slab()
     cut = blade(body.coarse, np.array([[0.0, 0.0523, 0.04], [0.1, 0.047, 0.04]]), DOWN, 0.012)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from fixtures.bodies import LIVER
-from fixtures.cut_cases import TISSUE, plane, random_cuts, slab
+from fixtures.cut_cases import TISSUE, plane, random_cuts, slab, smallest_pivot
 from scipy import sparse
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.cut import blade
-from palpate.bodies.cutting.ways import REMOVAL, SPLIT_FACES, VIRTUAL_NODES, WAYS, part
+from palpate.bodies.cutting.ways import LEAST_SHARE, REMOVAL, SPLIT_FACES, VIRTUAL_NODES, WAYS, part
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import components, unit
 from palpate.bodies.simple_shapes import box
@@ -104,6 +104,18 @@ def test_lips_of_a_blade_are_apart_and_its_front_is_not(way):
         assert 0.04 - low[2] == pytest.approx(0.0125, abs=0.006)
         # one edge of 6.25 mm more on either side is the front's
         assert 0.035 < high[0] - low[0] < 0.0576
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_slices_of_elements_keep_a_stiffness(way):
+    """A copy has LEAST_SHARE of its element at least, and so has the smallest pivot of the one before, within a ten."""
+    body = slab()
+    before, softest = smallest_pivot(body), []
+    for share in (0.5, 1.01, 2.0, 10.0, 100.0):  # thirds of it are the distance from a layer of faces, over a cell
+        cut = plane([0.05 + share * LEAST_SHARE / 3.0 * 0.0125, 0.0, 0.0], [1.0, 0.0, 0.0])
+        softest.append(smallest_pivot(part(body, 0, [cut], way).body) / before)
+    assert min(softest) > (0.1 * LEAST_SHARE if way == VIRTUAL_NODES else 0.1)
+    assert softest[0] > 0.1
 
 
 @pytest.mark.parametrize("near", [0.0, 1e-9])

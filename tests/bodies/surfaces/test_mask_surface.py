@@ -99,5 +99,15 @@ def test_points_lie_where_lines_between_voxels_cross_the_level(hill):
     assert triangles.max() < len(points) and none.shape == (0, 3)
 
 
+def test_normals_are_central_differences_of_the_grey_values(hill):
+    points, _, normals = isosurface(hill, 0.5, ORIGIN, SPACING, normals=True)
+    slopes = np.gradient(hill.astype(float), *SPACING[::-1])[::-1]
+    index = ((points - ORIGIN) / SPACING)[:, ::-1]
+    downhill = -np.column_stack([map_coordinates(slope, index.T, order=1) for slope in slopes])
+    downhill /= np.linalg.norm(downhill, axis=1, keepdims=True)
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1)
+    assert (normals * downhill).sum(axis=1).min() > np.cos(np.radians(2))
+
+
 def test_nothing_above_the_level_is_no_surface(hill):
     assert [len(part) for part in isosurface(hill, 5.0, ORIGIN, SPACING, normals=True)] == [0, 0, 0]

@@ -88,6 +88,14 @@ def test_new_surface_nodes_reach_the_surface_and_the_volume_converges(material):
         assert np.array_equal(mesh.surface, old.surface)
 
 
+def test_coarse_nodes_prolongations_and_anchors_stay(material):
+    plain, snapped = nested(material)
+    for mesh in snapped.levels:
+        assert np.array_equal(mesh.nodes[: len(snapped.coarse.nodes)], snapped.coarse.nodes)
+    assert (snapped.prolongation != plain.prolongation).nnz == 0
+    assert all(np.array_equal(*pair) for pair in zip(snapped.anchors, plain.anchors, strict=True))
+
+
 def test_no_element_is_inverted_for_a_surface_out_of_reach(material):
     _, snapped = nested(material, radius=0.4)
     for mesh in snapped.levels:

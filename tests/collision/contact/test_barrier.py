@@ -98,6 +98,17 @@ def test_definite_blocks_lack_only_what_is_negative(kind, mollified):
         assert mollified or np.linalg.eigvalsh(definite - exact).min() > -1e-12 * size
 
 
+@pytest.mark.parametrize("kind", [POINT_TRIANGLE, EDGE_EDGE])
+def test_forces_neither_push_nor_turn_as_a_whole_and_energy_is_frame_free(kind, rotation):
+    for x, offset in configurations(kind, 20):
+        arguments = stencil(kind, x, offset, rest=6.0 * x)
+        found, turn = force(arguments, x), rotation(1.0)
+        size = np.abs(found).max() + 1e-3
+        assert np.abs(found.sum(axis=0)).max() < 1e-13 * size
+        assert np.abs(np.cross(x, found).sum(axis=0)).max() < 1e-12 * size
+        assert np.abs(force(arguments, x @ turn.T) - found @ turn.T).max() < 1e-9 * size
+
+
 def test_force_is_continuous_through_parallel_edges_only_with_the_mollifier():
     x = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.0, 0.5], [1.2, 0.0, 0.5]])
     turned = [x + np.array([[0.0] * 3] * 3 + [[0.0, angle, 0.0]]) for angle in (-1e-12, 1e-12)]
@@ -276,8 +287,20 @@ def test_two_points_pair_once_and_two_segments_with_ends_and_edges():
     assert nodes.tolist() == [[0, 2, 3, 3], [1, 2, 3, 3], [2, 0, 1, 1], [3, 0, 1, 1], [0, 1, 2, 3]]
 
 
+@pytest.mark.parametrize("triangle", [(0, 1, 1), (1, 0, 1), (1, 1, 0)])
+def test_a_segment_has_one_edge_wherever_it_repeats_a_node(triangle):
+    surface = Surface(np.array([triangle]))
+    assert surface.vertices.sum() == 2 and surface.edges.sum() == 1
+
+
 def test_adjacent_pairs_are_all_that_share_a_node():
     triangles = np.vstack([sheet(5), [[30, 31, 31], [31, 31, 31], [40, 40, 40]]])
     shared = (triangles[:, None, :, None] == triangles[None, :, None, :]).any(axis=(2, 3))
     assert np.array_equal(adjacent_pairs(triangles), np.argwhere(np.triu(shared, 1)))
     assert adjacent_pairs(np.empty((0, 3), int)).shape == (0, 2)
+
+
+def test_empty_surfaces():
+    empty = Surface(np.empty((0, 3), int))
+    kinds, nodes = stencils(empty, empty, np.empty((0, 2), int))
+    assert kinds.shape == (0,) and nodes.shape == (0, 4)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import merge_particles
+from palpate.collision.contact import push_apart
 from palpate.collision.contact.barrier import barrier
 from palpate.collision.contact.barrier_contact import make
 from palpate.effects.settings import Ball, Contact, Floor
@@ -137,6 +138,22 @@ def test_contacts_carry_the_relative_velocity_of_the_step(cube):
     assert [face[column] for column in columns] == pytest.approx(expected, abs=1e-9)
 
 
+def test_a_ball_beside_a_face_in_closed_form(cube):
+    body = cube(2)
+    ball = BALL.but(center_m=[0.07, 0.06, 0.126])
+    contact = make(body, Contact(instruments=[ball], gap_m=0.008), None)
+    contact.begin(body.nodes, 0.1)
+    contact.relax(body.nodes, 0.1)
+    table = contact.contacts(body.nodes)
+    face = table[(table.gap_m - 0.006).abs() < 1e-9]
+    assert len(face) == 1 and (table.gap_m >= 0.006 - 1e-12).all()
+    assert face[["x_m", "y_m", "z_m"]].to_numpy()[0] == pytest.approx([0.07, 0.06, 0.103], abs=1e-12)
+    normals, seen = table[["normal_x", "normal_y", "normal_z"]].to_numpy(), contact.observe(body.nodes)
+    assert (table["first"] == "cube").all() and (table["second"] == "ball").all()
+    total = -table["force_n"].to_numpy() @ normals  # a normal points to the first
+    assert [seen[f"ball_force_{axis}_n"] for axis in "xyz"] == pytest.approx(total, abs=1e-12)
+
+
 def test_which_pieces_can_touch(cube, pair):
     contact = make(pair, Contact(instruments=[BALL, FLOOR]), None)
     assert contact.names == ["cube_0", "cube_1", "ball", "ground"]
@@ -192,6 +209,15 @@ def placed(play, parts, shifts, push_out=True, **contact):
     return motion, motion.positions[0], motion.positions[-1]
 
 
+def test_two_boxes_part_along_their_least_overlap(play, cube, trespass):
+    motion, first, _ = placed(play, [cube(2)] * 2, [[0, 0, 0], [0.01, 0.02, 0.06]])
+    lower, upper = first[:27], first[27:]
+    # equal masses: each goes half of the 4 cm and the gap, and neither is deformed
+    assert upper[:, 2].min() - lower[:, 2].max() == pytest.approx(1e-4, rel=0.3)
+    np.testing.assert_allclose(lower - cube(2).nodes, np.broadcast_to([0, 0, -0.02005], (27, 3)), atol=2e-5)
+    assert trespass(motion)[1] == 0
+
+
 def test_the_lighter_one_goes_and_a_held_one_stays(play, cube):
     heavy = replace(cube(1), masses=99.0 * cube(1).masses)
     _, first, _ = placed(play, [cube(1), heavy], [[0, 0, 0], [0, 0, 0.09]])
@@ -200,6 +226,15 @@ def test_the_lighter_one_goes_and_a_held_one_stays(play, cube):
     held = cube(1, held=np.array([0]))
     _, first, _ = placed(play, [cube(1), held], [[0, 0, 0], [0, 0, 0.09]])
     np.testing.assert_array_equal(first[8:], held.nodes + np.array([0, 0, 0.09]))
+
+
+def test_a_body_rises_from_a_floor_and_leaves_a_ball(play, cube, trespass):
+    motion, first, _ = placed(play, [cube(1)], [[0, 0, 0]], instruments=[FLOOR.but(height_m=0.02)])
+    assert first[:, 2].min() == pytest.approx(0.0201, rel=1e-2)
+    np.testing.assert_array_equal(first[:, :2], cube(1).nodes[:, :2])
+    motion, first, _ = placed(play, [cube(2)], [[0, 0, 0]], instruments=[PUSH_APART_BALL])
+    assert first[:, 2].max() == pytest.approx(0.09, abs=3e-4)
+    assert trespass(motion)[0] > 0.0
 
 
 @pytest.mark.parametrize(
@@ -219,3 +254,11 @@ def test_nothing_changes_where_nothing_overlaps_and_nothing_is_pushed_unless_ask
     np.testing.assert_array_equal(first, np.vstack([cube(1).nodes, cube(1).nodes + np.array([0, 0, 0.2])]))
     with pytest.raises(InputError, match="move them apart"):
         placed(play, [cube(1)] * 2, [[0, 0, 0], [0, 0, 0.05]], push_out=False)
+
+
+def test_the_way_is_the_shortest_between_the_hulls(cube):
+    nodes, faces = cube(1).nodes, cube(1).triangles
+    none, surfaces = np.zeros(0), [faces, faces + len(nodes)]
+    movable = push_apart.Movable([], [], surfaces, np.zeros(2), np.zeros(2, dtype=bool), none, none, 0.001)
+    points = np.vstack([nodes, nodes + np.array([0.07, 0.02, 0.01])])
+    np.testing.assert_allclose(push_apart.shortest_separation(points, movable, (0, 1)), [-0.031, 0, 0], atol=1e-12)

@@ -68,6 +68,20 @@ def balls():
     return bumpy(1), bumpy(2, 1.3)
 
 
+@pytest.mark.parametrize("layer", LAYERS)
+def test_each_triangle_is_in_one_leaf_of_at_most_as_many_as_the_layer_allows(balls, layer):
+    points, triangles = balls[0]
+    tree, whole = StoppedTree(points, triangles, layer, "aabb"), Tree(points, triangles, "aabb")
+    leaves = tree.leaf_of()
+    assert len(np.unique(leaves)) <= 2**layer
+    assert tree.height == min(layer, whole.height)
+    for leaf in np.unique(leaves):
+        corners = points[triangles[leaves == leaf]].reshape(-1, 3)
+        assert np.array_equal(tree.boxes[leaf], [*corners.min(axis=0), *corners.max(axis=0)])
+    if layer > whole.height:
+        assert np.array_equal(tree.nodes, whole.nodes)
+
+
 @pytest.mark.parametrize(("structure", "depths"), KINDS)
 def test_no_crossing_pair_is_outside_the_pairs_of_leaves(balls, structure, depths):
     whole = [Tree(*ball, structure, depths) for ball in balls]

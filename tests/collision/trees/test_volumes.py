@@ -21,12 +21,55 @@ def overlap(a, b):
     return len(volume_pairs(a, b)[0]) > 0
 
 
+def contains(kind, row, points):
+    """Test whether all points are inside, to within rounding of this check."""
+    slack = 1e-12 * (1e-300 + np.abs(points).max())
+    if kind == "sphere":
+        return (np.linalg.norm(points - row[:3], axis=1) <= row[3] + slack).all()
+    if kind == "obb":
+        return (np.abs((points - row[:3]) @ row[3:12].reshape(3, 3).T) <= row[12:] + slack).all()
+    along = points @ DIRECTIONS[kind].T
+    low, high = np.split(row, 2)
+    return (along >= low - slack).all() and (along <= high + slack).all()
+
+
+def clouds(rng):
+    """Make points in general, in a plane, on a line, alone, far away, tiny, and of no extent in one direction."""
+    cloud = rng.normal(size=(20, 3)) * [1.0, 0.3, 0.1]
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    yield from (cloud, cloud @ turn, cloud * [1, 1, 0] @ turn, cloud * [1, 0, 0] @ turn, cloud[:1], cloud[:3])
+    yield from (cloud + 1e6, 1e-200 * cloud, 1e-310 * cloud, 1e150 * cloud, np.tile(cloud[:1], (4, 1)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_volumes_contain_their_points_when_fitted_and_refitted(kind):
+    rng = np.random.default_rng(0)
+    for points in clouds(rng):
+        tree = fit(kind, points)
+        assert np.isfinite(row_of(kind, tree)).all() and contains(kind, row_of(kind, tree), points)
+        moved = points[::-1] * rng.normal(size=3)
+        tree.refit(moved)
+        assert np.isfinite(row_of(kind, tree)).all() and contains(kind, row_of(kind, tree), moved)
+
+
 def hulls_meet(a, b):
     """Test whether two convex hulls have a common point, by linear programming."""
     n, m = len(a), len(b)
     equal = np.zeros((5, n + m))
     equal[:3], equal[3, :n], equal[4, n:] = np.vstack([a, -b]).T, 1.0, 1.0
     return linprog(np.zeros(n + m), A_eq=equal, b_eq=[0, 0, 0, 1, 1]).success
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_volumes_overlap_wherever_their_points_hulls_do(kind):
+    rng = np.random.default_rng(1)
+    answers = []
+    for _ in range(150):
+        a, b = (rng.normal(size=(3, 3)) + 1.5 * rng.normal(size=3) for _ in range(2))
+        answers.append((hulls_meet(a, b), overlap(fit(kind, a), fit(kind, b))))
+        assert answers[-1][1] == overlap(fit(kind, b), fit(kind, a))
+    must, does = np.array(answers).T
+    assert must.any() and not does.all() and does[must].all()
 
 
 @pytest.mark.parametrize("kind", KINDS)

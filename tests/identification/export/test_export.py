@@ -18,7 +18,7 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.identification.export.numbers import FREQUENCY_HZ, Numbers
 from palpate.identification.export.palpate_config import snippet
 from palpate.identification.export.pressed_mesh import filling_points, mesh_force, pressed
-from palpate.identification.export.write import export
+from palpate.identification.export.write import engine_level, export
 from palpate.identification.on_body import touch_of
 from palpate.identification.presses import Press
 from palpate.scenes.settings import Prony
@@ -64,6 +64,16 @@ def folder(body, presses, tmp_path_factory):
     place = tmp_path_factory.mktemp("exported")
     export(NUMBERS, body, 0, BALL, presses, Slab(), {}, place)
     return place
+
+
+def test_the_mesh_for_engines_is_the_finest_that_is_not_too_large():
+    entry = Box(
+        sizes_m=[0.1, 0.1, 0.1], divisions=[3, 3, 3], refinements=3, young_pa=1.0, poisson=0.3, density_kg_m3=1.0,
+        anchors={"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
+    )  # fmt: skip
+    block = make_body("block", entry)
+    nodes = [len(mesh.nodes) for mesh in block.levels]
+    assert nodes[engine_level(block)] == 13**3 and nodes[-1] == 25**3
 
 
 def test_the_mean_over_places_is_made_good(folder):

@@ -52,6 +52,15 @@ def test_the_motion_itself_is_fittest_and_one_that_diverges_least(cube, populati
 
 LIMITS = Range(300.0, 5000.0)
 REGULAR = 0.02 / np.sqrt(8.0) * np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+
+
+def test_uniform_finds_the_modulus_that_made_the_motion(cube):
+    fit = fitness.uniform(cube.fitness, 120, LIMITS)
+    assert fit.young == pytest.approx(np.full(120, 1500.0), rel=1e-3)
+    assert fit.history[-1, 0] < 50
+    assert (np.diff(fit.history[:, 2]) >= 0.0).all()
+
+
 """The nodes of a tetrahedron with edges of 20 mm."""
 
 

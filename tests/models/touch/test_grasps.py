@@ -48,6 +48,16 @@ def test_methods_of_games_end_at_the_equilibrium_of_elements(case, pull, method)
 
 
 @pytest.mark.slow
+def test_linear_responses_are_those_of_small_motions(case, pull):
+    small = replace(pull, depth_m=1e-5)
+    solver = linear.online(case, **LINEAR)
+    solver.prepare(small)
+    found, right = solver.respond(small), fem.online(case, **LINEAR).respond(small)
+    assert rmse_of_peak(found.displacement, right.displacement) < 1e-3
+    assert found.force_n == pytest.approx(right.force_n, rel=1e-3)
+
+
+@pytest.mark.slow
 def test_the_truth_of_a_grasp_judges_linear_elements(case, pull):
     truth = truth_of_touches(
         case.body, [pull], settings=TouchTruthSettings(along_radius=0.8, finest=2, most_force_error=0.05)

@@ -143,6 +143,17 @@ def reached(model, presses, answer):
 
 
 @pytest.mark.slow
+def test_two_discs_at_one_place_share_the_force_of_one(exported, top):
+    press = press_near(exported, *top)
+    one, two = exported.respond([press]), exported.respond([press, press])
+    assert is_answer(one) and is_answer(two)
+    assert two.forces[0] == pytest.approx(two.forces[1], rel=1e-6)
+    total = two.forces.sum(axis=0)
+    assert np.linalg.norm(total - one.forces[0]) < 0.05 * np.linalg.norm(one.forces)
+    assert reached(exported, [press, press], two) == pytest.approx(np.array([press["moved"]] * 2), abs=1e-5 * top[1])
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("radii", [0.25, 0.5, 1.0, 2.0])
 def test_discs_that_are_near_are_moved_as_far_as_they_are_pushed(exported, top, radii):
     point, depth = top

@@ -110,6 +110,14 @@ def test_errors_of_one_iteration_fall_with_the_step_in_first_order(bar, method):
     assert all(0.7 < np.log2(a / b) < 1.6 for a, b in pairwise(off)) and off[-1] < 1e-3
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["projective_dynamics", "vertex_block_descent"])
+def test_a_step_that_has_converged_gains_no_energy(bar, method):
+    for steps in (10, 80):  # of 40 and 5 ms
+        moved = run(scene(method, steps, duration_s=0.4), bar).motion
+        assert moved.energy["gain_j"].iloc[-1] < 1e-9 and moved.energy["kinetic_j"].max() > 1e-3
+
+
 @methods
 def test_energy_that_steps_of_one_iteration_gain_vanishes_with_the_step(bar, method):
     """A weight is not borne at once: elements stretch before their neighbours know. XPBD's do so most."""

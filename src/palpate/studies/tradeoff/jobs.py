@@ -18,7 +18,6 @@ from palpate.benchmark.settings import FitOptions
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.bodies.settings import Smooth
-from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
 from palpate.stores import store, stored
 from palpate.studies.tradeoff.settings import Advice, Families
@@ -215,6 +214,8 @@ def accuracy_vs_time(settings: pd.DataFrame, commit: str) -> pd.DataFrame:
 
     That is offline_s over the time that a query saves against fine FEM in the same split; inf where it saves nothing.
     """
+    from palpate.models.model_registry import SAVED_AGAINST  # whoever measures one model needs no names of the others
+
     whose = ["scene", "split"]
     fine = settings[settings["model"] == SAVED_AGAINST].groupby(whose)["online_median_s"].last()
     against = settings[whose].merge(fine.rename("fine"), left_on=whose, right_index=True, how="left")["fine"]

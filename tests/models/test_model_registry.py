@@ -19,10 +19,10 @@ load_model('fem_p1', 'palpate.models.kinds:FEM', {'order': 1})
     ("code", "absent"),
     [
         ("import palpate.models.model_registry", ("numba", "scipy")),
-        (MEASURE, ("palpate.models.model_registry", "palpate.models.enrichment.methods")),
+        (MEASURE, ("palpate.models.fast_fem", "palpate.models.enrichment.methods")),
     ],
 )
-def test_names_alone_import_no_solver_and_measuring_a_model_reads_no_registry(code, absent):
+def test_names_alone_import_no_solver_and_a_model_that_is_measured_no_other_one(code, absent):
     code += f"\nimport sys; print([name for name in {absent} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
 

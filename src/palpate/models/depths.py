@@ -36,28 +36,28 @@ def forces_for(
         return (wanted - moved(force))[unknown]
 
     force, inverse = force.copy(), np.linalg.inv(compliance)
-    left = missing(force)
-    # a disc that is held where other presses would move it has a way to go, too
-    scale = float(max(np.abs(wanted[unknown]).max(), np.abs(left).max()))
-    step = inverse @ left
+    error = missing(force)
+    # the largest way that is asked for or, of a disc held against other presses, undone
+    scale = float(max(np.abs(wanted[unknown]).max(), np.abs(error).max()))
+    step = inverse @ error
     for _ in range(FORCE_EVALUATIONS):
-        if np.abs(left).max() <= FORCE_TOLERANCE * scale:
+        if np.abs(error).max() <= FORCE_TOLERANCE * scale:
             return force
         tried = force.copy()
         tried[unknown] += step
         try:
-            remaining = missing(tried)
+            tried_error = missing(tried)
         except NotConverged:
             step = 0.5 * step
             continue
-        if not np.linalg.norm(remaining) < 1.5 * np.linalg.norm(left):
+        if not np.linalg.norm(tried_error) < 1.5 * np.linalg.norm(error):
             step = 0.5 * step
             continue
-        change = inverse @ (left - remaining)
+        change = inverse @ (error - tried_error)
         inverse += np.outer(step - change, step @ inverse) / (step @ change)
-        force, left = tried, remaining
-        step = inverse @ left
-    raise NotConverged("no force was found that moves the disc as far as it is pushed", [float(np.abs(left).max())])
+        force, error = tried, tried_error
+        step = inverse @ error
+    raise NotConverged("no force was found that moves the disc as far as it is pushed", [float(np.abs(error).max())])
 
 
 def _apart(compliance: np.ndarray) -> np.ndarray:
@@ -119,8 +119,8 @@ class Discs:
         def reached(tried: np.ndarray) -> np.ndarray:
             presses = list(zip(nodes, load.with_found(tried), strict=True))
             moved = respond(presses)
-            parts = [self._mean(disc, moved) for _, disc in pushed]
-            return parts + np.array([sum(f @ inexact[disc, c] for c, f in presses) for _, disc in pushed])
+            disc_means = [self._mean(disc, moved) for _, disc in pushed]
+            return disc_means + np.array([sum(f @ inexact[disc, c] for c, f in presses) for _, disc in pushed])
 
         displacements = np.array([displacement for _, displacement in load.parted()[1]])
         forces = load.with_found(find_forces(reached, displacements, self._between_discs(load)))
@@ -151,7 +151,7 @@ def find_forces(
     Raises NotConverged after DEPTH_ITERATIONS.
     """
     inverse, wanted = np.linalg.inv(compliance), displacements.ravel()
-    # a disc that is held where other presses would move it has a way to go, too
+    # the way that is asked for or, of discs held against other presses, undone
     size = float(max(np.linalg.norm(wanted), np.linalg.norm(wanted - means(np.zeros_like(displacements)).ravel())))
     if not 0.0 < size < np.inf:
         return np.zeros_like(displacements)

@@ -61,12 +61,12 @@ class Simulation:
         start : displacements (n_nodes, 3) [m] that Newton's method begins at, in place of rest
         Raises NotConverged, or InputError for a node that cannot be pressed.
         """
-        given, pushed = load.parted()
-        nodal, x = self.shares.spread(given, len(self._rest)), None if start is None else self._rest + start
+        by_force, to_depth = load.parted()
+        nodal, x = self.shares.spread(by_force, len(self._rest)), None if start is None else self._rest + start
         tolerance, iterations = self._tolerance, self._iterations
-        if pushed:
-            displacements = np.array([displacement for _, displacement in pushed])
-            weights = self._weights([node for node, _ in pushed])
+        if to_depth:
+            displacements = np.array([displacement for _, displacement in to_depth])
+            weights = self._weights([node for node, _ in to_depth])
             solution, forces = push(self._equilibrium, nodal, weights, displacements, tolerance, iterations, x)
             return solution.x - self._rest, load.with_found(forces)
         if iterations is None:

@@ -88,8 +88,8 @@ def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, di
     """
     groups: dict[str, dict[str, dict[str, Any]]] = {}
     for name in names:
-        near = BESIDE[name] if BESIDE.get(name) in names else name
-        family = name if name in own else family_of(near)
+        leader = BESIDE[name] if BESIDE.get(name) in names else name
+        family = name if name in own else family_of(leader)
         groups.setdefault(family, {})[name] = _recipe(name, own)
     return groups
 

@@ -34,7 +34,7 @@ Folds = Sequence[tuple[np.ndarray, np.ndarray]]
 def gaussian_process(
     places: np.ndarray, forces: np.ndarray, targets: np.ndarray, folds: Folds, seed: int
 ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Fit the mean of a Gaussian process; cross-validation chooses reach ℓ, share q of the square, and noise.
+    """Return a Gaussian process's mean by place and force; cross-validation chooses reach ℓ, share q, and noise.
 
     Its covariance is exp(−‖p − p'‖²/2ℓ²) (f·f' + q (f·f')²) of places p and forces f: near contacts answer alike, and
     nearly in proportion to the force.
@@ -47,9 +47,9 @@ def gaussian_process(
     best: tuple[float, tuple[float, float, float]] = (np.inf, (1.0, 0.0, 1.0))
     for reach in REACHES:
         for square in SQUARES:
-            wrong = _held_out(covariance(away, products, reach, square), targets, folds)
-            at = int(wrong.argmin())
-            best = min(best, (float(wrong[at]), (reach, square, float(LAMBDAS[at]))))
+            errors = _held_out(covariance(away, products, reach, square), targets, folds)
+            best_noise = int(errors.argmin())
+            best = min(best, (float(errors[best_noise]), (reach, square, float(LAMBDAS[best_noise]))))
     reach, square, noise = best[1]
     kernel = covariance(away, products, reach, square)
     dual = dual_weights(kernel, np.eye(len(kernel)), np.array([noise]))[0] @ targets
@@ -198,9 +198,9 @@ class Learnt(Solver):
         contact, force = load.single()
         row_of(self._contacts, contact)
         moved = (self._learnt(self._places[contact], force / self._strength) @ self._modes).reshape(-1, 3)
-        far = float(np.linalg.norm(moved)) / self._reach
-        if not far <= LARGEST_NORM:
-            raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])
+        ratio = float(np.linalg.norm(moved)) / self._reach
+        if not ratio <= LARGEST_NORM:
+            raise NotConverged(f"this goes {ratio:.1f} times as far as any sample, beyond what is learnt", [ratio])
         return self._buckling.checked(load, moved)
 
 

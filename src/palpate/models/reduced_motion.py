@@ -132,9 +132,9 @@ def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> M
         reached.append(each)
         seconds.append(perf_counter() - begin)
         begin = perf_counter()
-    work, lost = (sum(getattr(each, name) for each in reached) for name in ("work_j", "lost_j"))
-    passed = sum(abs(each.work_j) for each in reached)
-    balance = abs(motion.total_energy(reached[-1].x, reached[-1].v) + lost - work) / max(passed, np.finfo(float).tiny)
+    work, damped = (sum(getattr(each, name) for each in reached) for name in ("work_j", "lost_j"))
+    total = sum(abs(each.work_j) for each in reached)
+    balance = abs(motion.total_energy(reached[-1].x, reached[-1].v) + damped - work) / max(total, np.finfo(float).tiny)
     if not balance <= BALANCE:
         raise NotConverged(
             f"{balance:.1%} of the work of the loads is neither kept nor damped; take shorter steps", [balance]
@@ -175,12 +175,12 @@ def misses(motion: ReducedMotion, simulated: MotionInModes) -> float:
         states = [each.x for each in motion.steps(h, count, TOLERANCE)]
     finally:
         motion.extra = None
-    every = count // len(simulated.moved)
-    built_up = body.on_surface(modes.limit, states[every - 1 :: every]) - simulated.moved
-    ends = [each.x for each in simulated.reached[every - 1 :: every]]
+    per_frame = count // len(simulated.moved)
+    built_up = body.on_surface(modes.limit, states[per_frame - 1 :: per_frame]) - simulated.moved
+    ends = [each.x for each in simulated.reached[per_frame - 1 :: per_frame]]
     of_levels = RATIO_DOUBT * body.at_rest.gain * body.on_surface(modes.limit - modes.own, ends)
-    mean = [float(np.mean(np.sum(each**2, axis=2))) for each in (built_up, of_levels)]
-    return float(np.sqrt(outside + sum(mean)))
+    mean_squares = [float(np.mean(np.sum(each**2, axis=2))) for each in (built_up, of_levels)]
+    return float(np.sqrt(outside + sum(mean_squares)))
 
 
 def _nodal(rest: BodyAtRest, loads: Loads) -> list[tuple[np.ndarray, Load | None]]:
@@ -208,20 +208,20 @@ def prepare(rest: BodyAtRest, loads: Loads, rayleigh: Rayleigh, bent: int, toler
     """
     begin = perf_counter()
     discs = [rest.spread(disc(push)) for push in loads.pushes]
-    weights = [rest.weigh()] if loads.gravity else []
-    modes, elements = limit_modes(rest, [*discs, *weights], bent), rest.elements
+    weight_loads = [rest.weigh()] if loads.gravity else []
+    modes, elements = limit_modes(rest, [*discs, *weight_loads], bent), rest.elements
     pressed = np.any([np.zeros_like(rest.weigh()), *discs], axis=(0, 2, 3))
     means = points_and_means(elements, modes.slopes, np.zeros(len(elements.couples), dtype=bool), 8)
-    none = np.zeros((len(modes.masses), 1))
-    trial = ReducedBody(rest, modes, ReducedEnergy(means, none, elements.law), 0.0, 0.0)
+    no_loads = np.zeros((len(modes.masses), 1))
+    trial = ReducedBody(rest, modes, ReducedEnergy(means, no_loads, elements.law), 0.0, 0.0)
     shown: dict[bool, list[np.ndarray]] = {True: [], False: []}
     for number in range(len(directions(np.ones(3)))):
         motion = ReducedMotion(trial, _elsewhere(loads, rest.period_s, number), rayleigh)
         steps = motion.steps(rest.period_s / STEPS_OF_PERIOD, STEPS_OF_PERIOD, TOLERANCE)
         shown[number in FITTED] += [each.middle[:, 0] for each in steps][1::2]
     energy, near = CubatureEnergy(trial.model), pressed[elements.couples].any(axis=1)
-    states, like = (np.array(shown[True]), np.array(shown[False])), (elements, modes.slopes, modes.masses, near)
-    model, missed = energy_for_motions(*like, lambda q: energy.clamped(q[:, None]), *states, tolerance)
+    states, reduced_in = (np.array(shown[True]), np.array(shown[False])), (elements, modes.slopes, modes.masses, near)
+    model, missed = energy_for_motions(*reduced_in, lambda q: energy.clamped(q[:, None]), *states, tolerance)
     return ReducedBody(rest, modes, model, missed, perf_counter() - begin)
 
 

@@ -72,26 +72,26 @@ def roaming(particles: Particles, contact: Contact, half_width_m: float, count: 
     moving = next(k for k, tool in enumerate(contact.instruments) if tool.shifts_m)
     tool, rng = contact.instruments[moving], np.random.default_rng(seed)
     points, radius = np.array(_places(tool), dtype=float), getattr(tool, "radius_m", 0.0)
-    shape = points - points.mean(axis=0)
-    middle = (points.mean(axis=0) + np.array(tool.shifts_m, dtype=float).mean(axis=0)) @ frame.T
-    size = max(WITHIN_M, float(np.linalg.norm(shape, axis=1).max()) + radius)
+    offsets = points - points.mean(axis=0)
+    region_middle = (points.mean(axis=0) + np.array(tool.shifts_m, dtype=float).mean(axis=0)) @ frame.T
+    reach = max(WITHIN_M, float(np.linalg.norm(offsets, axis=1).max()) + radius)
     surface = particles.nodes[np.unique(particles.triangles)] @ frame.T
     strokes: list[Contact] = []
     for _ in range(100 * count):
-        x, y = middle[:2] + rng.uniform(-half_width_m, half_width_m, 2)
+        x, y = region_middle[:2] + rng.uniform(-half_width_m, half_width_m, 2)
         heading, turn, depth = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, np.pi), rng.uniform(*DEPTHS_M)
         ends = np.array([[x, y], [x + LENGTH_M * np.cos(heading), y + LENGTH_M * np.sin(heading)]])
         heights = [_height(surface, end, WITHIN_M) for end in ends]
-        if np.abs(ends - middle[:2]).max() > half_width_m or min(heights) == -np.inf:
+        if np.abs(ends - region_middle[:2]).max() > half_width_m or min(heights) == -np.inf:
             continue
-        above, go = max(_height(surface, end, size) for end in ends) + radius + CLEAR_M, ends[1] - ends[0]
-        low, last = (height + radius - depth - above for height in heights)
-        shifts = np.array([[0, 0, 0], [0, 0, low], [0, 0, low], [*go, last], [*go, 0]], dtype=float) @ frame
-        start = np.array([x, y, above]) @ frame
-        turned = start + Rotation.from_rotvec(-turn * frame[2]).apply(shape)
-        placed = dict(zip(["center_m"] if isinstance(tool, Ball) else ["from_m", "to_m"], turned.tolist(), strict=True))
+        top, slide = max(_height(surface, end, reach) for end in ends) + radius + CLEAR_M, ends[1] - ends[0]
+        down, down_end = (height + radius - depth - top for height in heights)
+        shifts = np.array([[0, 0, 0], [0, 0, down], [0, 0, down], [*slide, down_end], [*slide, 0]], dtype=float) @ frame
+        start = np.array([x, y, top]) @ frame
+        turned = start + Rotation.from_rotvec(-turn * frame[2]).apply(offsets)
+        places = dict(zip(["center_m"] if isinstance(tool, Ball) else ["from_m", "to_m"], turned.tolist(), strict=True))
         stroke = list(contact.instruments)
-        stroke[moving] = tool.but(**placed, times_s=list(TIMES_S), shifts_m=shifts.tolist())
+        stroke[moving] = tool.but(**places, times_s=list(TIMES_S), shifts_m=shifts.tolist())
         strokes.append(contact.but(instruments=stroke))
         if len(strokes) == count:
             return strokes
@@ -150,7 +150,7 @@ def elements_under(body: Body, contact: Contact, rayleigh: Rayleigh, points: Con
 def shown(
     body: Body, contacts: Sequence[Contact], rayleigh: Rayleigh, duration_s: float, progress: Callable = iter
 ) -> np.ndarray:
-    """Return displacements (s, n, 3) [m] of quadratic elements at the ends of all steps of strokes.
+    """Return displacements (s, n, 3) [m] of quadratic elements at the ends of all steps of strokes by ``contacts``.
 
     A stroke whose motion is not found is left out; NotConverged if fewer than LEAST_SHARE are found.
     """
@@ -162,7 +162,7 @@ def shown(
             reached = motion.touched_steps(duration_s / steps, steps, TOLERANCE, passes=1)
             states.append(np.array([each.x - motion.rest for each in reached]))
         except NotConverged as failure:
-            last = failure
+            failed = failure
     if len(states) < LEAST_SHARE * len(contacts):
-        raise NotConverged(f"{len(contacts) - len(states)} of {len(contacts)} strokes are not found: {last}", [])
+        raise NotConverged(f"{len(contacts) - len(states)} of {len(contacts)} strokes are not found: {failed}", [])
     return np.concatenate(states)

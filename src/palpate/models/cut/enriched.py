@@ -120,13 +120,13 @@ class Enriched:
             raise Refused("one cut is followed at a time")
         cut = cuts[0]
         # parts of the elements that the cut divides, and the elements beside them
-        corners, at = self._mesh.tetrahedra, self._mesh.nodes
-        above = (cut.across(at) >= 0.0)[corners]
-        mixed = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
+        corners, nodes = self._mesh.tetrahedra, self._mesh.nodes
+        corner_above = (cut.across(nodes) >= 0.0)[corners]
+        mixed = np.flatnonzero(corner_above.any(axis=1) & ~corner_above.all(axis=1))
         parts, owner, crossed = self._divided(cut, mixed)
         beside = np.asarray(np.isin(corners, corners[crossed]).any(axis=1))
         beside[mixed] = False
-        parts, owner = np.concatenate([at[corners[beside]], parts]), np.append(np.flatnonzero(beside), owner)
+        parts, owner = np.concatenate([nodes[corners[beside]], parts]), np.append(np.flatnonzero(beside), owner)
         slopes, volumes = shape_gradients(TetMesh(parts.reshape(-1, 3), np.arange(4 * len(parts)).reshape(-1, 4)))
         volumes, sign = np.abs(volumes), np.where(cut.across(parts.mean(axis=1)) >= 0.0, 1.0, -1.0)
         # corners where the lips open, and integrals of the enrichment over the parts around them
@@ -141,13 +141,13 @@ class Enriched:
         number[near] = np.arange(len(near))
         moments, products = integrals(
             parts[kept], number[owner[kept]], values, np.swapaxes(values, 1, 2) @ slopes[kept], volumes[kept],
-            sign[kept], at[corners[near, 0]], self._gradients[near], QUADRATURE_POINTS,
+            sign[kept], nodes[corners[near, 0]], self._gradients[near], QUADRATURE_POINTS,
         )  # fmt: skip
         # stiffness between nodes and jumps, and among jumps, and its Schur complement
-        own = self._nodes[near]
-        self._around = np.unique(own)
+        near_nodes = self._nodes[near]
+        self._around = np.unique(near_nodes)
         moduli = np.ascontiguousarray(self._moduli[:, near])
-        places = np.searchsorted(self._around, own), self._number[corners[near]]
+        places = np.searchsorted(self._around, near_nodes), self._number[corners[near]]
         coupling, opening = assembled(
             moments, products, self._slopes, self._gradients[near], moduli, *places, len(self._around), self._count
         )
@@ -180,13 +180,13 @@ class Enriched:
     def _jumping(self, cut: Cut) -> sparse.csr_array:
         """Return the values (points, jumps) of the enrichment N_i ψ at the places where answers are read."""
         rows = self._linear
-        at, columns = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), self._number[rows.indices]
+        point, columns = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), self._number[rows.indices]
         kept = np.flatnonzero(columns >= 0)
-        near, place = np.unique(at[kept], return_inverse=True)
+        near, row = np.unique(point[kept], return_inverse=True)
         across, within = cut.across(self.case.seen[near]), cut.within(self.case.seen[near])
-        opened = np.sqrt(0.5 * np.maximum(np.hypot(across, within) + within, 0.0)) * self.case.sides([cut])[near, 0]
+        psi = np.sqrt(0.5 * np.maximum(np.hypot(across, within) + within, 0.0)) * self.case.sides([cut])[near, 0]
         return sparse.csr_array(
-            (opened[place] * rows.data[kept], (at[kept], columns[kept])), shape=(rows.shape[0], self._count)
+            (psi[row] * rows.data[kept], (point[kept], columns[kept])), shape=(rows.shape[0], self._count)
         )
 
     def _opened(self, crossed: np.ndarray, owner: np.ndarray, volumes: np.ndarray, sign: np.ndarray) -> np.ndarray:
@@ -201,27 +201,27 @@ class Enriched:
         return opened & np.isin(np.arange(count), corners[crossed])
 
     def _divided(self, cut: Cut, mixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Divide the elements ``mixed`` by the cut's surface.
+        """Divide the elements ``mixed``, which have corners on both sides, by the cut's surface.
 
-        Returns the parts (n, 4, 3) [m], the elements that they are of (n,), and the elements in which some of the patch
-        lies.
+        Returns the parts, tetrahedra (n, 4, 3) [m], the element that each is of (n,), and the elements that the cut's
+        patch crosses.
         """
         mesh = self._mesh
         parts, owner, crossed = mesh.nodes[mesh.tetrahedra[mixed]], mixed, [mixed[:0]]
         for piece in cut.pieces:
-            parts, owner, sections, of = divide(parts, owner, piece.across(parts.reshape(-1, 3)))
+            parts, owner, sections, section_owner = divide(parts, owner, piece.across(parts.reshape(-1, 3)))
             middle = sections.mean(axis=1, keepdims=True)
             probed = np.concatenate([middle, sections, middle + INSIDE * (sections - middle)], axis=1)
             inside = (cut.within(probed.reshape(-1, 3)) > 0.0).reshape(probed.shape[:2]).any(axis=1)
-            on = np.abs(cut.across(middle[:, 0])) <= NEAR_PLANE * mesh.size
-            crossed.append(of[on & inside])
+            on_cut = np.abs(cut.across(middle[:, 0])) <= NEAR_PLANE * mesh.size
+            crossed.append(section_owner[on_cut & inside])
         solid = np.abs(np.linalg.det(parts[:, 1:] - parts[:, :1])) > 6.0 * FLAT * mesh.volumes[owner]
         return parts[solid], owner[solid], np.unique(np.concatenate(crossed))
 
 
 @numba.njit(cache=True, error_model="numpy")
 def integrals(parts, owner, values, slopes, volumes, sign, firsts, gradients, points):
-    """Integrate the gradients of N_a ψ over elements, by parts (n, 4, 3) [m] of them.
+    """Integrate the gradients of N_a ψ, shape functions times opening, over elements, by parts (n, 4, 3) [m] of them.
 
     owner, volumes, sign : (n,) whose parts they are, their volumes [m³], and on which side of the cut
     values, slopes : (n, 4, 2), (n, 2, 3) |across| and within [m] at the parts' corners, and their gradients
@@ -230,59 +230,59 @@ def integrals(parts, owner, values, slopes, volumes, sign, firsts, gradients, po
     Returns moments (m, 4, 4, 3), ∫ N_c ∇(N_a ψ), and products (m, 4, 4, 3, 3), ∫ ∇(N_a ψ) ∇(N_b ψ)ᵀ.
     """
     moments, products = np.zeros((len(firsts), 4, 4, 3)), np.zeros((len(firsts), 4, 4, 3, 3))
-    at, own, jump = np.empty(3), np.empty(4), np.empty((4, 3))
+    place, shape_values, jump_gradients = np.empty(3), np.empty(4), np.empty((4, 3))
     for p in range(len(parts)):
         e, weight = owner[p], volumes[p] / len(points)
         for q in range(len(points)):
             across = within = 0.0
-            at[:] = 0.0
+            place[:] = 0.0
             for k in range(4):
                 across += points[q, k] * values[p, k, 0]
                 within += points[q, k] * values[p, k, 1]
                 for j in range(3):
-                    at[j] += points[q, k] * parts[p, k, j]
+                    place[j] += points[q, k] * parts[p, k, j]
             for a in range(4):
-                own[a] = 1.0 if a == 0 else 0.0
+                shape_values[a] = 1.0 if a == 0 else 0.0
                 for j in range(3):
-                    own[a] += gradients[e, a, j] * (at[j] - firsts[e, j])
+                    shape_values[a] += gradients[e, a, j] * (place[j] - firsts[e, j])
             r = np.hypot(across, within)
             if within >= 0.0:
                 psi = np.sqrt(0.5 * (r + within))
-                other = 0.5 * across / psi
+                conjugate = 0.5 * across / psi
             else:
-                other = np.sqrt(0.5 * (r - within))
-                psi = 0.5 * across / other
+                conjugate = np.sqrt(0.5 * (r - within))
+                psi = 0.5 * across / conjugate
             for a in range(4):
                 for j in range(3):
-                    steep = (other * slopes[p, 0, j] + psi * slopes[p, 1, j]) / (2.0 * r)
-                    jump[a, j] = sign[p] * (psi * gradients[e, a, j] + own[a] * steep)
+                    psi_slope = (conjugate * slopes[p, 0, j] + psi * slopes[p, 1, j]) / (2.0 * r)
+                    jump_gradients[a, j] = sign[p] * (psi * gradients[e, a, j] + shape_values[a] * psi_slope)
             for a in range(4):
                 for j in range(3):
                     for c in range(4):
-                        moments[e, c, a, j] += weight * own[c] * jump[a, j]
+                        moments[e, c, a, j] += weight * shape_values[c] * jump_gradients[a, j]
                     for b in range(4):
                         for i in range(3):
-                            products[e, a, b, j, i] += weight * jump[a, j] * jump[b, i]
+                            products[e, a, b, j, i] += weight * jump_gradients[a, j] * jump_gradients[b, i]
     return moments, products
 
 
 @numba.njit(cache=True, error_model="numpy")
 def assembled(moments, products, slopes, gradients, moduli, nodes, numbers, count, jumps):
-    """Sum the stiffness [N/m] between nodes and jumps, (3 count, 3 jumps), and among jumps, over elements.
+    """Sum over elements the stiffness [N/m] between nodes and jumps, (3 count, 3 jumps), and among the jumps.
 
     slopes : (4, k, 4) of the elements' k functions at their corners, by barycentric coordinates; moduli : (2, m) μ, λ
     nodes : (m, k) in which rows they are; numbers : (m, 4) of the jumps of corners, -1 for none
     """
     coupling, opening = np.zeros((3 * count, 3 * jumps)), np.zeros((3 * jumps, 3 * jumps))
-    steep, outer = np.empty((4, 3)), np.empty((3, 3))
+    node_gradients, outer = np.empty((4, 3)), np.empty((3, 3))
     for e in range(len(nodes)):
         mu, lam = moduli[0, e], moduli[1, e]
         for n in range(nodes.shape[1]):
             for c in range(4):
                 for i in range(3):
-                    steep[c, i] = 0.0
+                    node_gradients[c, i] = 0.0
                     for k in range(4):
-                        steep[c, i] += slopes[c, n, k] * gradients[e, k, i]
+                        node_gradients[c, i] += slopes[c, n, k] * gradients[e, k, i]
             for a in range(4):
                 if numbers[e, a] < 0:
                     continue
@@ -290,7 +290,7 @@ def assembled(moments, products, slopes, gradients, moduli, nodes, numbers, coun
                 for c in range(4):
                     for i in range(3):
                         for j in range(3):
-                            outer[i, j] += steep[c, i] * moments[e, c, a, j]
+                            outer[i, j] += node_gradients[c, i] * moments[e, c, a, j]
                 _add(outer, mu, lam, coupling, 3 * nodes[e, n], 3 * numbers[e, a])
         for a in range(4):
             for b in range(4):

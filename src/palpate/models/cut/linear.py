@@ -84,21 +84,21 @@ class Updated(LevelModel):
         changed = np.flatnonzero(changed | (np.bincount(parted.parents)[parted.parents] > 1))
         parents = np.unique(parted.parents[changed])
         near = np.unique(np.append(parted.whole.tetrahedra[parents], parted.mesh.tetrahedra[changed]))
-        old = _stiffness(parted.whole, self.case.body.tissue(self._level), parents, near)
-        new = _stiffness(parted.mesh, parted.body.tissue(0), changed, near)
-        # old nodes, new free nodes, which are eliminated, and new nodes that are held or moved
+        stiffness_before = _stiffness(parted.whole, self.case.body.tissue(self._level), parents, near)
+        stiffness_after = _stiffness(parted.mesh, parted.body.tissue(0), changed, near)
+        # old nodes (o), new free nodes (f), which are eliminated, and new nodes that are held or moved (p)
         self._outer = near[near < count]
         self._outer = self._outer[~self._held[self._outer]]
         self._inner = near[(near >= count) & ~given[near]]
         self._kept = near[(near >= count) & given[near]]
-        at = [coordinates_of(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
-        (oo, of, op), (fo, ff, fp), _ = self._new = [[new[np.ix_(a, b)] for b in at] for a in at]
+        dofs = [coordinates_of(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
+        (oo, of, op), (fo, ff, fp), _ = self._new = [[stiffness_after[np.ix_(a, b)] for b in dofs] for a in dofs]
         self._outward = (
-            np.linalg.solve(ff, np.hstack([fo, fp])) if len(at[1]) else np.zeros((0, len(at[0]) + len(at[2])))
+            np.linalg.solve(ff, np.hstack([fo, fp])) if len(dofs[1]) else np.zeros((0, len(dofs[0]) + len(dofs[2])))
         )
-        change = np.hstack([oo - old[np.ix_(at[0], at[0])], op]) - of @ self._outward
-        self._change, self._pull_of_kept = change[:, : len(at[0])], change[:, len(at[0]) :]
-        # forces of the change and on held or moved old nodes
+        change = np.hstack([oo - stiffness_before[np.ix_(dofs[0], dofs[0])], op]) - of @ self._outward
+        self._change, self._pull_of_kept = change[:, : len(dofs[0])], change[:, len(dofs[0]) :]
+        # one system for the forces of the change on old nodes (o), and those on held or moved old nodes (h)
         self._driven = np.flatnonzero(given[:count] & ~self._held)
         o, h = coordinates_of(self._outer), coordinates_of(self._driven)
         compliance = self._compliance[np.ix_(np.append(o, h), np.append(o, h))]

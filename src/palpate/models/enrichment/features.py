@@ -45,17 +45,17 @@ def nearest_first(points: np.ndarray, contact: np.ndarray, size: float, frame: n
 
 
 def body_axis(points: np.ndarray) -> np.ndarray:
-    """Return the principal axis (3,) whose spread of ``points`` (n, 3) differs most from the others; z if none does.
+    """Return the principal axis (3,) along which ``points`` (n, 3) spread most unlike along the others; z if none.
 
     On a body of revolution it is the axis of revolution. Its largest component is positive. The other two axes are not
     used: on such a body rounding alone decides where they point.
     """
     centred = points - points.mean(axis=0)
     spread, axes = np.linalg.eigh(centred.T @ centred)
-    low, high = np.diff(spread)
-    if max(low, high) < 1e-6 * spread[2]:
+    low_gap, high_gap = np.diff(spread)
+    if max(low_gap, high_gap) < 1e-6 * spread[2]:
         return np.array([0.0, 0.0, 1.0])
-    axis = axes[:, 2] if high >= low else axes[:, 0]
+    axis = axes[:, 2] if high_gap >= low_gap else axes[:, 0]
     return axis * np.sign(axis[np.abs(axis).argmax()])
 
 

@@ -22,9 +22,9 @@ def point_stresses(q, slopes, volumes, mu, lam, shape, measure, volume, f, p, en
     count = len(volumes)
     moved = np.dot(slopes, q)
     for i in range(9):
-        one = 1.0 if i % 4 == 0 else 0.0
+        diagonal = 1.0 if i % 4 == 0 else 0.0
         for k in range(count):
-            f[i, k] = moved[i * count + k] + one
+            f[i, k] = moved[i * count + k] + diagonal
     if shape is None:
         stresses(f, p, count, mu, lam, energies, accepted)
     else:
@@ -124,10 +124,10 @@ def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
 
 @numba.njit(cache=True, error_model="numpy")
 def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, definite):
-    """Return the Hessian (r, r) of the points ``begin`` to ``end`` by any law; ``definite``: each point's clamped."""
+    """Return the energy's Hessian (r, r) of points ``begin`` to ``end`` by any law; ``definite``: each's is clamped."""
     r, size = len(q), end - begin
     f, axes, blocks = np.empty((9, BLOCK)), np.zeros((9, BLOCK)), np.empty((54, BLOCK))
-    pulls, stiffnesses, bent = np.empty((15, BLOCK)), np.empty(BLOCK), np.zeros((9, size, r))
+    pulls, stiffnesses, stiff_slopes = np.empty((15, BLOCK)), np.empty(BLOCK), np.zeros((9, size, r))
     for i in range(9):
         f[i, :size] = np.dot(slopes[i, begin:end], q)
     f[::4] += 1.0
@@ -137,7 +137,7 @@ def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume
         hessians(f, axes, volumes[begin:end], size, *moduli, definite, pulls, blocks)
     else:
         principal.hessians(f, axes, volumes[begin:end], size, 1, *moduli, *law, definite, blocks, pulls, stiffnesses)
-    near = slopes[:, begin:end].copy()
+    own_slopes = slopes[:, begin:end].copy()
     for pair in range(6):
         c, d = principal.PAIRS[pair]
         for n in range(9):
@@ -145,11 +145,11 @@ def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume
             for k in range(size):
                 block = blocks[9 * pair + n, k]
                 for m in range(r):
-                    bent[3 * i + c, k, m] += block * near[3 * j + d, k, m]
+                    stiff_slopes[3 * i + c, k, m] += block * own_slopes[3 * j + d, k, m]
                 if c != d:
                     for m in range(r):
-                        bent[3 * j + d, k, m] += block * near[3 * i + c, k, m]
-    return np.dot(near.reshape(9 * size, r).T, bent.reshape(9 * size, r))
+                        stiff_slopes[3 * j + d, k, m] += block * own_slopes[3 * i + c, k, m]
+    return np.dot(own_slopes.reshape(9 * size, r).T, stiff_slopes.reshape(9 * size, r))
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -126,9 +126,9 @@ def paper_cube(side_m: float) -> TetMesh:
 def middle(mesh: TetMesh, face: str) -> tuple[int, np.ndarray]:
     """Find the node nearest to the middle of a face of a cube, one of ``FACES``, and its inward normal (3,)."""
     axis, upper = FACES[face]
-    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
-    point, inward = 0.5 * (low + high), np.zeros(3)
-    point[axis] = high[axis] if upper else low[axis]
+    lowest, highest = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    point, inward = 0.5 * (lowest + highest), np.zeros(3)
+    point[axis] = highest[axis] if upper else lowest[axis]
     inward[axis] = -1.0 if upper else 1.0
     return int(np.argmin(np.linalg.norm(mesh.nodes - point, axis=1))), inward
 
@@ -148,11 +148,11 @@ def _points(seed: int) -> np.ndarray:
 
 
 def _remove_edge(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
-    """Return ``tetrahedra`` with the three around an edge replaced by two, where the worst angle gains most."""
-    worst = dihedral_angles(TetMesh(points, tetrahedra)).min(axis=1)
+    """Return ``tetrahedra`` with three around an edge replaced by two, where the least dihedral angle grows most."""
+    least_angles = dihedral_angles(TetMesh(points, tetrahedra)).min(axis=1)
     ends = np.sort(tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     edges, number, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
-    best, chosen = -np.inf, (np.empty(0, dtype=np.int64), np.empty((0, 4), dtype=np.int64))
+    best_gain, chosen = -np.inf, (np.empty(0, dtype=np.int64), np.empty((0, 4), dtype=np.int64))
     for edge in np.flatnonzero(count == 3):
         old = np.flatnonzero(number.ravel() == edge) // len(EDGES)
         ring = np.setdiff1d(tetrahedra[old], edges[edge])
@@ -164,8 +164,8 @@ def _remove_edge(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
             new, volumes = new[:, [1, 0, 2, 3]], -volumes
         if volumes.min() <= 0.0:
             continue
-        gain = dihedral_angles(TetMesh(points, new)).min() - worst[old].min()
-        if gain > best:
-            best, chosen = gain, (old, new)
+        gain = dihedral_angles(TetMesh(points, new)).min() - least_angles[old].min()
+        if gain > best_gain:
+            best_gain, chosen = gain, (old, new)
     old, new = chosen
     return np.concatenate([np.delete(tetrahedra, old, axis=0), new])

@@ -123,17 +123,17 @@ def _evaluate(
     for block in numba.prange(len(stiffness)):
         x = nodes.repeat(k).reshape((len(nodes), 3 * k))
         v, force, work = np.zeros_like(x), np.empty_like(x), np.empty(12 * k)
-        total, part = np.zeros(k), np.empty(k)
+        total, distances = np.zeros(k), np.empty(k)
         for s in range(len(factors)):
             advance(
                 x, v, force, work, stiffness[block], damping[block], pairs, rest, tetrahedra, volume_rest, volume,
                 mobility, load, factors[s], h, LANES,
             )  # fmt: skip
             if (s + 1) % every == 0:
-                _sum_distances(x, corners, shares, positions[s // every], work, part)
-                total += part
-                _sum_distances(v, corners, shares, velocities[s // every], work, part)
-                total += ALPHA_S * part
+                _sum_distances(x, corners, shares, positions[s // every], work, distances)
+                total += distances
+                _sum_distances(v, corners, shares, velocities[s // every], work, distances)
+                total += ALPHA_S * distances
         fitness[block * k : (block + 1) * k] = -total
 
 
@@ -186,15 +186,15 @@ CLOSED = {"van_gelder": van_gelder, "lloyd": lloyd}
 def uniform(fitness: Callable[[np.ndarray], np.ndarray], nodes: int, limits: Range) -> Fit:
     """Return the fittest modulus common to all ``nodes``: by even steps of log E, then Brent's method at the best."""
     track = Track(fitness)
-    low, high = np.log(limits)
-    logs = np.linspace(low, high, STARTS)
-    best = int(np.argmax(track(np.exp(np.repeat(logs[:, None], nodes, axis=1)))))
-    around = (logs[max(best - 1, 0)], logs[min(best + 1, STARTS - 1)])
+    log_low, log_high = np.log(limits)
+    logs = np.linspace(log_low, log_high, STARTS)
+    best_row = int(np.argmax(track(np.exp(np.repeat(logs[:, None], nodes, axis=1)))))
+    bracket = (logs[max(best_row - 1, 0)], logs[min(best_row + 1, STARTS - 1)])
 
     def unfitness(log: float) -> float:
         return -float(track(np.full((1, nodes), np.exp(log)))[0])
 
-    minimize_scalar(unfitness, bounds=around, method="bounded", options={"xatol": 1e-4})
+    minimize_scalar(unfitness, bounds=bracket, method="bounded", options={"xatol": 1e-4})
     return track.fit()
 
 

@@ -43,19 +43,19 @@ def forces_for(
     for _ in range(FORCE_EVALUATIONS):
         if np.abs(error).max() <= FORCE_TOLERANCE * scale:
             return force
-        tried = force.copy()
-        tried[unknown] += step
+        trial = force.copy()
+        trial[unknown] += step
         try:
-            tried_error = missing(tried)
+            trial_error = missing(trial)
         except NotConverged:
             step = 0.5 * step
             continue
-        if not np.linalg.norm(tried_error) < 1.5 * np.linalg.norm(error):
+        if not np.linalg.norm(trial_error) < 1.5 * np.linalg.norm(error):
             step = 0.5 * step
             continue
-        change = inverse @ (error - tried_error)
+        change = inverse @ (error - trial_error)
         inverse += np.outer(step - change, step @ inverse) / (step @ change)
-        force, error = tried, tried_error
+        force, error = trial, trial_error
         step = inverse @ error
     raise NotConverged("no force was found that moves the disc as far as it is pushed", [float(np.abs(error).max())])
 
@@ -99,10 +99,10 @@ class Discs:
 
         Refused for two discs that are pushed at the same place.
         """
-        given, pushed = load.parted()
+        by_force, to_depth = load.parted()
         missing = [
-            displacement - sum(force @ self.means(disc, contact) for contact, force in given)
-            for disc, displacement in pushed
+            displacement - sum(force @ self.means(disc, contact) for contact, force in by_force)
+            for disc, displacement in to_depth
         ]
         return load.with_found(np.linalg.solve(self._between_discs(load), np.concatenate(missing)).reshape(-1, 3))
 

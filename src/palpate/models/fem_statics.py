@@ -205,8 +205,8 @@ def to_fine(body: Body, level: int, order: int = 1) -> sparse.csr_array:
 
     Quadratic elements have to be below the finest level, where they have more nodes than the fine mesh.
     """
-    up = sparse.eye_array(len(body.fine.nodes), format="csr")
+    to_finer = sparse.eye_array(len(body.fine.nodes), format="csr")
     for start in range(len(body.levels) - order - 1, level - 1, -1):
         step = body.prolongations[start] if order == 1 else quadratic_prolongation(*body.levels[start : start + 2])
-        up = up @ step
-    return up.tocsr()
+        to_finer = to_finer @ step
+    return to_finer.tocsr()

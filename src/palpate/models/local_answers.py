@@ -107,8 +107,8 @@ def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPo
     free = np.setdiff1d(interpolation.indices, elements.held)
     dof, flat_modes = coordinates_of(free), modes.reshape(3 * count, -1)
     c_free, c_corners = np.empty((len(dof), len(dof)), np.float32), np.empty((len(dof), 3 * corners), np.float32)
-    for begin in range(0, len(dof), TOGETHER):
-        batch = slice(begin, begin + TOGETHER)
+    for start in range(0, len(dof), TOGETHER):
+        batch = slice(start, start + TOGETHER)
         loads = np.zeros((3 * count, len(dof[batch])))
         loads[dof[batch], np.arange(loads.shape[1])] = SOFTER
         responses = elements.solve(loads.reshape(count, 3, -1), RESIDUAL).reshape(loads.shape)
@@ -117,10 +117,10 @@ def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPo
     numbers = np.full(count, -1)
     numbers[free] = np.arange(len(free))
     weights, places = np.zeros((len(points.areas), NODES)), np.zeros((len(points.areas), NODES), dtype=np.int64)
-    for q, (begin, end) in enumerate(pairwise(interpolation.indptr)):
-        at_point = numbers[interpolation.indices[begin:end]]
-        weights[q, : end - begin] = np.where(at_point < 0, 0.0, interpolation.data[begin:end])
-        places[q, : end - begin] = np.maximum(at_point, 0)
+    for q, (start, end) in enumerate(pairwise(interpolation.indptr)):
+        at_point = numbers[interpolation.indices[start:end]]
+        weights[q, : end - start] = np.where(at_point < 0, 0.0, interpolation.data[start:end])
+        places[q, : end - start] = np.maximum(at_point, 0)
     by_node = np.ascontiguousarray((0.5 * (c_free + c_free.T)).reshape(len(free), 3, -1, 3).transpose(0, 2, 1, 3))
     return LocalAnswers(free, elements.rest[free], flat_modes[dof], by_node, c_corners, weights, places)
 

@@ -58,10 +58,10 @@ class BodyAtRest:
         level = body.shape_level  # before it the elements are another shape's, and answers are not nested
         whole = with_midpoints(replace(body, smooth=None), level + 2)
         self.body, self.surface = body, _to_surface(body, whole, level + 1)
-        self.coarse, self.elements = (ElementsAtRest(whole, level + more) for more in (0, 1))
+        self.coarse, self.elements = (ElementsAtRest(whole, level + finer) for finer in (0, 1))
         self.up, up_to_finest = (quadratic_prolongation(*whole.levels[k : k + 2]) for k in (level, level + 1))
         self.mesh = whole.levels[level + 1]
-        coarse, self.motion, finest = (QuadraticMotion(whole, level + more, Loads(), UNDAMPED) for more in (0, 1, 2))
+        coarse, self.motion, finest = (QuadraticMotion(whole, level + finer, Loads(), UNDAMPED) for finer in (0, 1, 2))
         # the vibrations of linear elements on the same nodes, as their loads alone are wanted
         solve, free = Factor(coarse.linear_stiffness(coarse.rest)).solve, ~coarse.held
         shapes, frequencies = vibrations(lambda f: solve(f * free[:, None]), coarse.lumped, free, max(count, 1))

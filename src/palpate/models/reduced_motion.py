@@ -158,9 +158,9 @@ def misses(motion: ReducedMotion, simulated: MotionInModes) -> float:
     # residuals of the elements at some instants, within the modes and outside
     shares, outside = [np.zeros_like(motion.rest)], 0.0
     for number in numbers:
-        before = simulated.reached[number - 1].v if number else np.zeros_like(motion.rest)
-        after, q = simulated.reached[number].v, simulated.reached[number].middle
-        x, v, a = (modes.own @ each[:, 0] for each in (q, (before + after) / 2.0, (after - before) / h))
+        v_begin = simulated.reached[number - 1].v if number else np.zeros_like(motion.rest)
+        v_end, q = simulated.reached[number].v, simulated.reached[number].middle
+        x, v, a = (modes.own @ each[:, 0] for each in (q, (v_begin + v_end) / 2.0, (v_end - v_begin) / h))
         load = _sum(motion.nodal, (number + 0.5) * h)
         lacking = elements.unbalanced_response(x, v, a, load, motion.rayleigh, MISSED_RESIDUAL)
         stiff = body.at_rest.elements.multiply(np.ascontiguousarray(lacking[:, :, None]))[:, :, 0]

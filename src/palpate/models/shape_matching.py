@@ -169,12 +169,12 @@ def fit(shapes: Shapes, samples: Database, steps: int, count: int, evaluations: 
         start = np.array([min(starts, key=lambda scale: misfit(scale, 0.5, alpha)), 0.5])
         simplex = start + np.array([[0.0, 0.0], [-0.7, 0.0], [0.0, 0.3]])
         fits.append((alpha, _descend(partial(misfit, alpha=alpha), simplex, evaluations // 4)))
-    alpha, best = min(fits, key=lambda each: each[1].fun)
-    simplex = best.x + np.array([[0.0, 0.0], [-0.3, 0.0], [0.0, -0.1 if best.x[1] > 0.5 else 0.1]])
-    best = _descend(partial(misfit, alpha=alpha), simplex, evaluations // 2)
-    if not best.fun < 1.0:
+    alpha, fitted = min(fits, key=lambda each: each[1].fun)
+    simplex = fitted.x + np.array([[0.0, 0.0], [-0.3, 0.0], [0.0, -0.1 if fitted.x[1] > 0.5 else 0.1]])
+    fitted = _descend(partial(misfit, alpha=alpha), simplex, evaluations // 2)
+    if not fitted.fun < 1.0:
         raise NotConverged(f"{shapes.particles.name}: no softness of shapes fits the samples; lower the loads", [])
-    return Softness(float(np.exp(best.x[0])), float(best.x[1]), alpha)
+    return Softness(float(np.exp(fitted.x[0])), float(fitted.x[1]), alpha)
 
 
 def _descend(misfit: Callable[[float, float], float], simplex: np.ndarray, evaluations: int) -> OptimizeResult:
@@ -242,15 +242,15 @@ class ShapesTouch(NodeTouch):
         self._steps, self._masses, self._step_s = steps, particles.masses, 1.0
         grouped = cubes(self.mesh).but(kind=clusters)
         touches, references = zip(*calibration(case), strict=True)
-        tried = []
+        trials = []
         for alpha in ALPHAS:
             for beta in BETAS:
                 options = effects.ShapeMatching(mode=mode, alpha=alpha, beta=beta, clusters=grouped)
                 self._matching = shape_matching.make(particles, options)
                 answers = [self.respond(touch) for touch in touches]
                 errors = [_rmse(answer, reference) for answer, reference in zip(answers, references, strict=True)]
-                tried.append((float(np.mean(errors)), self._matching, answers))
-        least_error, self._matching, answers = min(tried, key=lambda each: each[0])
+                trials.append((float(np.mean(errors)), self._matching, answers))
+        least_error, self._matching, answers = min(trials, key=lambda each: each[0])
         if not np.isfinite(least_error):
             raise NotConverged(f"{case.body.name}: shapes do not come to rest under any touch", [float("nan")])
         # a force is a momentum over a step's time, so that it grows with the inverse of the step's square
@@ -294,19 +294,19 @@ class CutShapes(LevelModel):
 
     def __init__(self, case: CutCase, level: int, mode: str, clusters: str, steps: int, way: str = VIRTUAL_NODES):
         super().__init__(case, level, way)
-        self._steps, self._mode, before = steps, mode, whole(case.body, level, 0)
+        self._steps, self._mode, uncut_body = steps, mode, whole(case.body, level, 0)
         refuse_regions(case, "shapes")
         self._clusters = shape_matching.make_clusters(
-            particles_of(before.body, 0, surface=False), cubes(before.mesh).but(kind=clusters)
+            particles_of(uncut_body.body, 0, surface=False), cubes(uncut_body.mesh).but(kind=clusters)
         )
         reference, reference_forces = before_cut(case, level)
-        uncut, tried = self._looked_at(before), []
+        uncut, trials = self._looked_at(uncut_body), []
         for beta in BETAS:
             self._beta = beta
             self._ready(uncut, self._clusters)
             x, force = self._settled()
-            tried.append((float(np.linalg.norm(x - uncut.rest - reference)), beta, uncut.answer(x, force).force))
-        _, self._beta, own_forces = min(tried, key=lambda each: each[0])
+            trials.append((float(np.linalg.norm(x - uncut.rest - reference)), beta, uncut.answer(x, force).force))
+        _, self._beta, own_forces = min(trials, key=lambda each: each[0])
         self._factor = float(own_forces @ reference_forces / (own_forces @ own_forces))
 
     def cut(self, cuts: Sequence[Cut]) -> None:

@@ -116,13 +116,13 @@ def strongest_of(square: np.ndarray, count: int) -> np.ndarray:
         nothing moves.
     """
     energies = np.diag(square)
-    kept = energies > FAINT * energies.max(initial=0.0)
-    if not kept.any():
+    strong = energies > FAINT * energies.max(initial=0.0)
+    if not strong.any():
         raise InputError(
             "nothing moves in the strokes that modes are learnt from, as the instrument meets none of the points of "
             "the surface that feel contact; lead it deeper, or take a larger one or a finer level."
         )
-    sizes = np.where(kept, np.maximum(energies, 0.0), 0.0) ** FLATTER
+    sizes = np.where(strong, np.maximum(energies, 0.0), 0.0) ** FLATTER
     return independent(square, sizes, DEPENDENT)[:, -count:]
 
 

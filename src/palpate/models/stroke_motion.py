@@ -200,14 +200,14 @@ class TouchingMotion:
 
     def _compile(self) -> None:
         """Call all that a step calls without making one, as first calls take seconds to compile."""
-        one = np.ones(self.body.count)
-        touch = self._touch(self._tools, 0.0 * one)
-        none = np.zeros(len(one) + len(self._local))
-        self._places = placed(none, touch)
+        ones = np.ones(self.body.count)
+        touch = self._touch(self._tools, 0.0 * ones)
+        zeros = np.zeros(len(ones) + len(self._local))
+        self._places = placed(zeros, touch)
         self._speeds = np.zeros_like(self._places)
-        rubbing = self._rubbing(touch, none, self._tools, none, self._tools, 1.0)
-        least = self._local, np.diag(one), self._body, touch, rubbing, self._forces, (1.0, 1.0, 0), NOTHING
-        minimise(none, one, 0.0 * one, 1.0, none, *least)
+        rubbing = self._rubbing(touch, zeros, self._tools, zeros, self._tools, 1.0)
+        least = self._local, np.diag(ones), self._body, touch, rubbing, self._forces, (1.0, 1.0, 0), NOTHING
+        minimise(zeros, ones, 0.0 * ones, 1.0, zeros, *least)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; errors as ``advance``."""
@@ -375,9 +375,9 @@ class TouchingMotion:
 
     def _whole(self) -> np.ndarray:
         """Return displacements (3, n, 3) [m] of all nodes after the last stage and at the two states before it."""
-        body, last = self.body, self._last
-        assert last is not None  # it has stepped
-        moved = np.array([body.modes @ q for q in (self._now.q, *last[:2])])
+        body, earlier = self.body, self._last
+        assert earlier is not None  # it has stepped
+        moved = np.array([body.modes @ q for q in (self._now.q, *earlier[:2])])
         if body.local is None:
             return moved
         loads = np.zeros((*body.elements.rest.shape, 3))

@@ -130,8 +130,8 @@ def points_of(body: Body, contacts: Sequence[Contact]) -> ContactPoints:
             tools = instruments_of(body, contact)
             stops = [float(tool.times_s[-1]) for tool in contact.instruments if tool.times_s]
             for t in np.linspace(0.0, max(stops, default=0.0), PLACES):
-                at = tools.at(t)
-                close |= (gaps_of(places, at)[0] < MARGIN * at.radii[:, None]).any(axis=0)
+                posed = tools.at(t)
+                close |= (gaps_of(places, posed)[0] < MARGIN * posed.radii[:, None]).any(axis=0)
         return close
 
     try:
@@ -159,8 +159,8 @@ def shown(
     for contact in progress(list(contacts)):
         motion = elements_under(body, contact, rayleigh, points)
         try:
-            reached = motion.touched_steps(duration_s / steps, steps, TOLERANCE, passes=1)
-            states.append(np.array([each.x - motion.rest for each in reached]))
+            stroke_states = motion.touched_steps(duration_s / steps, steps, TOLERANCE, passes=1)
+            states.append(np.array([each.x - motion.rest for each in stroke_states]))
         except NotConverged as failure:
             failed = failure
     if len(states) < LEAST_SHARE * len(contacts):

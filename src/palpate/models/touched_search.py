@@ -164,17 +164,17 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
         # the length of the step, shortened by quadratic interpolation
         length, accepted = 1.0, False
         while length > 1e-5:
-            reached = z + length * direction
-            reached_energy, reached_gradient = elastic(reached[:r].copy(), body, scratch)
-            reached_value, from_centre, points, dent_forces = valued(reached, reached_energy, *problem)
-            if reached_value <= value + 1e-4 * length * slope + ROUNDING * abs(value):
+            trial = z + length * direction
+            trial_energy, trial_gradient = elastic(trial[:r].copy(), body, scratch)
+            trial_value, from_centre, points, dent_forces = valued(trial, trial_energy, *problem)
+            if trial_value <= value + 1e-4 * length * slope + ROUNDING * abs(value):
                 accepted = True
                 break
-            length *= min(0.5, max(0.1, -0.5 * slope * length / (reached_value - value - slope * length)))
+            length *= min(0.5, max(0.1, -0.5 * slope * length / (trial_value - value - slope * length)))
         if not accepted:
             break
-        step = reached[:r] - z[:r]
-        improve(hessian, step, inertia * step + share * (reached_gradient - elastic_gradient))
+        step = trial[:r] - z[:r]
+        improve(hessian, step, inertia * step + share * (trial_gradient - elastic_gradient))
         last_z[:], last_gradient[:] = z, gradient
-        z[:], elastic_gradient, value, energy = reached, reached_gradient, reached_value, reached_energy
+        z[:], elastic_gradient, value, energy = trial, trial_gradient, trial_value, trial_energy
     return elastic_gradient, energy, residual, lower_factor

@@ -66,9 +66,9 @@ def penalised_fit(seen: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """
     norms = np.linalg.norm(seen, axis=0)
     weights = np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)
-    left, sizes, right = np.linalg.svd(seen * weights, full_matrices=False)
-    damped = sizes / (sizes**2 + (SMOOTH * sizes[0]) ** 2)
-    return (((wanted * weights) @ right.T) * damped) @ left.T
+    u, singular, v_t = np.linalg.svd(seen * weights, full_matrices=False)
+    damped = singular / (singular**2 + (SMOOTH * singular[0]) ** 2)
+    return (((wanted * weights) @ v_t.T) * damped) @ u.T
 
 
 RATIO_RESIDUAL = 1e-5

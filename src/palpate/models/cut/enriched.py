@@ -56,22 +56,22 @@ class Enriched:
         if largest_poisson(case.body.tissue(level)) > PLAIN_POISSON:
             raise Refused(f"plain elements lock above a Poisson's ratio of {PLAIN_POISSON}")
         body = with_patches(case.body, case.hooks, level)
-        last = len(body.levels) - 1
+        finest = len(body.levels) - 1
         mesh = body.fine
         assert isinstance(mesh, TetMesh)
         self._mesh = mesh
-        body = with_midpoints(body, last) if order == 2 else body
-        whole, tissue = body.levels[last + order - 1], body.tissue(last)
-        if (count := len(whole.nodes)) > LARGEST:
+        body = with_midpoints(body, finest) if order == 2 else body
+        elements_mesh, tissue = body.levels[finest + order - 1], body.tissue(finest)
+        if (count := len(elements_mesh.nodes)) > LARGEST:
             raise Refused(f"the compliance of {count} nodes takes {36e-9 * count**2:.1f} GB")
         elements = (QuadraticElements if order == 2 else LinearElements)(mesh, tissue)
         self._gradients, self._moduli = elements.gradients, np.stack(elements.moduli)
         # the gradients of all shape functions, which are linear in an element, at its corners (4, nodes, 4 corners)
         self._slopes = quadratic_gradients(np.eye(4)) if order == 2 else np.tile(np.eye(4), (4, 1, 1))
-        hooked = [hook.patch.nodes_of(whole) for hook in case.hooks]
-        held = np.isin(np.arange(count), np.concatenate([body.anchors[last + order - 1], *hooked]))
+        hooked = [hook.patch.nodes_of(elements_mesh) for hook in case.hooks]
+        held = np.isin(np.arange(count), np.concatenate([body.anchors[finest + order - 1], *hooked]))
         self._held = held[: len(mesh.nodes)]
-        matrix = elements.stiffness(whole.nodes)
+        matrix = elements.stiffness(elements_mesh.nodes)
         full = sparse.csr_array(matrix)
         hold(matrix.indptr, matrix.indices, matrix.data, held)
         factor = Factor(matrix)
@@ -86,7 +86,7 @@ class Enriched:
         self._before = np.tensordot(lengths, self._pulls, axes=1)
         self._forces = np.tensordot(self._pulls, (full @ self._before.ravel()).reshape(-1, 3))
         # neighbours are neighbours in memory, too
-        ordered = cKDTree(whole.nodes).indices
+        ordered = cKDTree(elements_mesh.nodes).indices
         rank = np.argsort(ordered)
         self._nodes = rank[ten_nodes(mesh) if order == 2 else mesh.tetrahedra]
         self._pulls, self._before = self._pulls[:, ordered], self._before[ordered]
@@ -133,23 +133,23 @@ class Enriched:
         opened = self._opened(crossed, owner, volumes, sign)
         self._number = np.where(opened, np.cumsum(opened) - 1, -1)
         self._count = int(opened.sum())
-        near = np.flatnonzero(opened[corners].any(axis=1))
-        kept = opened[corners[owner]].any(axis=1)
-        flat = parts[kept].reshape(-1, 3)
-        values = np.stack([np.abs(cut.across(flat)), cut.within(flat)], axis=1).reshape(-1, 4, 2)
+        opens = np.flatnonzero(opened[corners].any(axis=1))
+        used = opened[corners[owner]].any(axis=1)
+        corners_m = parts[used].reshape(-1, 3)
+        values = np.stack([np.abs(cut.across(corners_m)), cut.within(corners_m)], axis=1).reshape(-1, 4, 2)
         number = np.zeros(len(corners), dtype=np.int64)
-        number[near] = np.arange(len(near))
+        number[opens] = np.arange(len(opens))
         moments, products = integrals(
-            parts[kept], number[owner[kept]], values, np.swapaxes(values, 1, 2) @ slopes[kept], volumes[kept],
-            sign[kept], nodes[corners[near, 0]], self._gradients[near], QUADRATURE_POINTS,
+            parts[used], number[owner[used]], values, np.swapaxes(values, 1, 2) @ slopes[used], volumes[used],
+            sign[used], nodes[corners[opens, 0]], self._gradients[opens], QUADRATURE_POINTS,
         )  # fmt: skip
         # stiffness between nodes and jumps, and among jumps, and its Schur complement
-        near_nodes = self._nodes[near]
+        near_nodes = self._nodes[opens]
         self._around = np.unique(near_nodes)
-        moduli = np.ascontiguousarray(self._moduli[:, near])
-        places = np.searchsorted(self._around, near_nodes), self._number[corners[near]]
+        moduli = np.ascontiguousarray(self._moduli[:, opens])
+        places = np.searchsorted(self._around, near_nodes), self._number[corners[opens]]
         coupling, opening = assembled(
-            moments, products, self._slopes, self._gradients[near], moduli, *places, len(self._around), self._count
+            moments, products, self._slopes, self._gradients[opens], moduli, *places, len(self._around), self._count
         )
         self._coupling = coupling.astype(np.float32)
         self.opening_stiffness = opening
@@ -170,23 +170,23 @@ class Enriched:
         enrichment times d, and the hooks' forces change by their answers to the load B d.
         """
         pulls = self._pulls[:, self._around].reshape(len(self._pulls), -1)
-        before = self._before[self._around].ravel()
-        jumps = -self._scale * cho_solve(self._factor, self._scale * (before @ self._coupling))
+        uncut = self._before[self._around].ravel()
+        jumps = -self._scale * cho_solve(self._factor, self._scale * (uncut @ self._coupling))
         load = self._coupling @ jumps  # B d [N]
-        seen = self._before[self._seen] - combined(self._shown, self._around, load.astype(np.float32))
-        seen = self._rows @ seen + self._jumps @ jumps.reshape(-1, 3)
-        return Pulled(*self.case.parted(seen), self._forces + pulls @ load)
+        moved = self._before[self._seen] - combined(self._shown, self._around, load.astype(np.float32))
+        moved = self._rows @ moved + self._jumps @ jumps.reshape(-1, 3)
+        return Pulled(*self.case.parted(moved), self._forces + pulls @ load)
 
     def _jumping(self, cut: Cut) -> sparse.csr_array:
         """Return the values (points, jumps) of the enrichment N_i ψ at the places where answers are read."""
         rows = self._linear
         point, columns = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), self._number[rows.indices]
-        kept = np.flatnonzero(columns >= 0)
-        near, row = np.unique(point[kept], return_inverse=True)
-        across, within = cut.across(self.case.seen[near]), cut.within(self.case.seen[near])
-        psi = np.sqrt(0.5 * np.maximum(np.hypot(across, within) + within, 0.0)) * self.case.sides([cut])[near, 0]
+        used = np.flatnonzero(columns >= 0)
+        open_places, row = np.unique(point[used], return_inverse=True)
+        across, within = cut.across(self.case.seen[open_places]), cut.within(self.case.seen[open_places])
+        psi = np.sqrt(0.5 * np.maximum(np.hypot(across, within) + within, 0.0)) * self.case.sides([cut])[open_places, 0]
         return sparse.csr_array(
-            (psi[row] * rows.data[kept], (point[kept], columns[kept])), shape=(rows.shape[0], self._count)
+            (psi[row] * rows.data[used], (point[used], columns[used])), shape=(rows.shape[0], self._count)
         )
 
     def _opened(self, crossed: np.ndarray, owner: np.ndarray, volumes: np.ndarray, sign: np.ndarray) -> np.ndarray:
@@ -195,8 +195,8 @@ class Enriched:
         owner, volumes, sign : of the parts of divided elements, their elements, volumes [m³], and sides of the cut
         """
         corners, opened = self._mesh.tetrahedra, ~self._held
-        around, each, count = corners[owner].ravel(), np.repeat(volumes, 4), len(opened)
-        sides = [np.bincount(around, each * np.repeat(sign == side, 4), minlength=count) for side in (1.0, -1.0)]
+        around, shares, count = corners[owner].ravel(), np.repeat(volumes, 4), len(opened)
+        sides = [np.bincount(around, shares * np.repeat(sign == side, 4), minlength=count) for side in (1.0, -1.0)]
         opened &= np.minimum(*sides) > LEAST_SHARE * np.add(*sides)
         return opened & np.isin(np.arange(count), corners[crossed])
 

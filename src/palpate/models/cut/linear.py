@@ -113,17 +113,17 @@ class Updated(LevelModel):
         """Solve for the forces of the change and the hooks, and sum the whole body's responses to them."""
         cut, count = self._opened, len(self._held)
         o, h = coordinates_of(self._outer), coordinates_of(self._driven)
-        kept = cut.shifts[self._kept].ravel()
-        right = np.append(-self._pull_of_kept @ kept, self._scale * cut.shifts[self._driven].ravel())
-        forces = lu_solve(self._capacitance, right)
+        kept_shifts = cut.shifts[self._kept].ravel()
+        right_side = np.append(-self._pull_of_kept @ kept_shifts, self._scale * cut.shifts[self._driven].ravel())
+        forces = lu_solve(self._capacitance, right_side)
         moved, force = np.zeros_like(cut.rest), np.zeros_like(cut.rest)
         moved[:count] = (forces @ self._compliance[np.append(o, h)]).reshape(-1, 3)  # symmetric
         outer = moved[self._outer].ravel()
-        inner = -self._outward @ np.append(outer, kept)
+        inner = -self._outward @ np.append(outer, kept_shifts)
         moved[self._inner], moved[self._kept] = inner.reshape(-1, 3), cut.shifts[self._kept]
         force[self._driven] = -forces[len(o) :].reshape(-1, 3)
         po, pf, pp = self._new[2]
-        force[self._kept] -= (po @ outer + pf @ inner + pp @ kept).reshape(-1, 3)
+        force[self._kept] -= (po @ outer + pf @ inner + pp @ kept_shifts).reshape(-1, 3)
         return cut.answer(cut.rest + moved, force)
 
 

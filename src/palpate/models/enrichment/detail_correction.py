@@ -104,7 +104,7 @@ def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, train
         return float(np.sqrt(np.maximum(squared, 0.0)).sum())
 
     candidates = [(penalty, bounded) for bounded in (True, False) for penalty in PENALTIES]
-    scores = [sum(error(part, solve(rest, *each)) for rest, part in training.folds) for each in candidates]
+    scores = [sum(error(held_out, solve(learnt, *each)) for learnt, held_out in training.folds) for each in candidates]
     everything = np.arange(len(ratios))
     if min(scores) >= error(everything, Scale(np.zeros(2))):
         return Scale(np.zeros(2))

@@ -62,13 +62,13 @@ class RidgeUpsampling(Method):
     def __init__(self, training: Training):
         self._surface, self._described = training.db.coarse_surface, _described(training)
         kernel = self._described @ self._described.T
-        whole, detail = training.db.fine.reshape(len(kernel), -1), _detail(training)
+        fine, detail = training.db.fine.reshape(len(kernel), -1), _detail(training)
         (to_zero, zero_lambda), (to_linear, linear_lambda) = (
-            _choose(training, kernel, targets @ targets.T) for targets in (whole, detail)
+            _choose(training, kernel, targets @ targets.T) for targets in (fine, detail)
         )
         linear = to_linear.mean() <= to_zero.mean()
         self._prolongation = training.db.prolongation if linear else None
-        self._dual = _solve(kernel, detail, linear_lambda) if linear else _solve(kernel, whole, zero_lambda)
+        self._dual = _solve(kernel, detail, linear_lambda) if linear else _solve(kernel, fine, zero_lambda)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         blend = ((self._described @ coarse[self._surface].ravel()) @ self._dual).reshape(-1, 3)

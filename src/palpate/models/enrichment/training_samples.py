@@ -59,7 +59,7 @@ class Training:
         gram : (k, k) inner products of the blended vectors [m²]
         blends(known, asked) : weights (candidates, known, asked) found from the known samples only
         """
-        parts, order = [], []
+        of_folds, order = [], []
         for train, validation in self.folds:
             squared = blend_errors(
                 blends(train, validation),
@@ -67,9 +67,9 @@ class Training:
                 gram[np.ix_(train, validation)],
                 gram.diagonal()[validation],
             )
-            parts.append(np.sqrt(squared / self.db.fine.shape[1]) / self.db.peaks[validation])
+            of_folds.append(np.sqrt(squared / self.db.fine.shape[1]) / self.db.peaks[validation])
             order.append(validation)
-        return np.concatenate(parts, axis=-1)[..., np.argsort(np.concatenate(order))]
+        return np.concatenate(of_folds, axis=-1)[..., np.argsort(np.concatenate(order))]
 
 
 def gather(db: Database, protocol: str, options: FitOptions, responses: Compliance | None = None) -> Training:

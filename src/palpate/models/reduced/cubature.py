@@ -22,11 +22,11 @@ def rings_around(elements: ElementsAtRest, nodes: np.ndarray, rings: int) -> np.
     """Return which elements (m,) bool touch ``nodes`` (k,) or lie in so many ``rings`` of elements around them."""
     marked = np.zeros(len(elements.rest), dtype=bool)
     marked[nodes] = True
-    near = marked[elements.couples].any(axis=1)
+    in_rings = marked[elements.couples].any(axis=1)
     for _ in range(rings):
-        marked[elements.couples[near]] = True
-        near = marked[elements.couples].any(axis=1)
-    return near
+        marked[elements.couples[in_rings]] = True
+        in_rings = marked[elements.couples].any(axis=1)
+    return in_rings
 
 
 def points_and_means(
@@ -44,8 +44,8 @@ def points_and_means(
         if len(chosen):
             means = _with_gradients(elements, modes, chosen, elements.mean_gradients(chosen), elements.volumes[chosen])
             parts.append(_averaged(means, size))
-    slopes, *others = zip(*parts, strict=True)
-    return CubaturePoints(np.concatenate(slopes, axis=1), *(np.concatenate(each) for each in others))
+    slopes, *fields = zip(*parts, strict=True)
+    return CubaturePoints(np.concatenate(slopes, axis=1), *(np.concatenate(each) for each in fields))
 
 
 def _averaged(points: CubaturePoints, together: int) -> CubaturePoints:
@@ -229,18 +229,18 @@ def energy_for_motions(
     to_displacements = [root[:, None] * np.linalg.inv(hessian(q)) / np.linalg.norm(root * q) for q in all_states]
 
     nonlinear_forces = [-np.tensordot(elements.force(modes @ q), modes, 2) - stiffness @ q for q in all_states]
-    wanted = np.array([move @ pull for move, pull in zip(to_displacements, nonlinear_forces, strict=True)])
+    needed = np.array([move @ pull for move, pull in zip(to_displacements, nonlinear_forces, strict=True)])
     pulls = nonlinear_pulls(points, elements.law, all_states)
     displacements = np.einsum("sij,ksj->ski", np.array(to_displacements), pulls).transpose(0, 2, 1)
     share, upper = np.sqrt(count / r), np.triu_indices(r)
     entry_weights = share * np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
     stiffness_rows = points.stiffnesses()[:, *upper] * entry_weights
     fitted = np.vstack([displacements[:count].reshape(-1, len(pulls)), stiffness_rows.T]).T
-    target = np.append(wanted[:count].ravel(), np.eye(r)[upper] * entry_weights)
+    target = np.append(needed[:count].ravel(), np.eye(r)[upper] * entry_weights)
     fit_tolerance = tolerance * np.sqrt(count) / np.linalg.norm(target)
     for _ in range(TIGHTENINGS):
         chosen, weights = sparse_weights(fitted, target, fit_tolerance)
-        missed = np.linalg.norm(displacements[count:, :, chosen] @ weights - wanted[count:], axis=1).max()
+        missed = np.linalg.norm(displacements[count:, :, chosen] @ weights - needed[count:], axis=1).max()
         if missed <= tolerance:
             return ReducedEnergy(points.take(chosen, weights), np.zeros((r, 1)), elements.law), float(missed)
         fit_tolerance *= TIGHTER

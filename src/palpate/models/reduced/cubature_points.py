@@ -99,7 +99,7 @@ def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
     axes[::4] = 1.0
     rotations(f, rotated, size, sure)
     turned(f, axes, volumes[begin:end], size, mu[begin:end], lam[begin:end], rotated)
-    rows, bent = np.empty((4 * size, r)), np.empty((4 * size, r))
+    rows, stiff_rows = np.empty((4 * size, r)), np.empty((4 * size, r))
     for k in range(size):
         if not sure[k]:
             return np.full((r, r), np.nan)
@@ -117,9 +117,9 @@ def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
             v = g02 * x0 - g00 * z0 + g12 * x1 - g10 * z1 + g22 * x2 - g20 * z2
             w = g00 * y0 - g01 * x0 + g10 * y1 - g11 * x1 + g20 * y2 - g21 * x2
             rows[4 * k, m], rows[4 * k + 1, m], rows[4 * k + 2, m], rows[4 * k + 3, m] = s, u, v, w
-            bent[4 * k, m], bent[4 * k + 1, m] = share * s, a * u + b * v + c * w
-            bent[4 * k + 2, m], bent[4 * k + 3, m] = b * u + d * v + e * w, c * u + e * v + g * w
-    return np.dot(rows.T, bent)
+            stiff_rows[4 * k, m], stiff_rows[4 * k + 1, m] = share * s, a * u + b * v + c * w
+            stiff_rows[4 * k + 2, m], stiff_rows[4 * k + 3, m] = b * u + d * v + e * w, c * u + e * v + g * w
+    return np.dot(rows.T, stiff_rows)
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -38,16 +38,16 @@ def settle(q, load, body, touch, tolerance, iterations):
             direction = newton(q, -gradient, body, touch)
         slope, length, accepted = np.dot(gradient, direction), 1.0, False
         while slope < 0.0 and length > 1e-4:
-            reached = q + length * direction
-            reached_energy, reached_gradient, pull = valued(reached, load, body, scratch, touch)
-            if reached_energy <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
+            trial = q + length * direction
+            trial_energy, trial_gradient, pull = valued(trial, load, body, scratch, touch)
+            if trial_energy <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
                 accepted = True
                 break
             length *= 0.5
         if accepted:
             if touch is None:
-                stored = remember(reached - q, reached_gradient - gradient, steps, turns, scale, stored)
-            q[:], gradient, energy = reached, reached_gradient, reached_energy
+                stored = remember(trial - q, trial_gradient - gradient, steps, turns, scale, stored)
+            q[:], gradient, energy = trial, trial_gradient, trial_energy
             scale_n = pull if pull > 0.0 else scale_n
         elif stored > 0:
             stored = 0
@@ -109,12 +109,12 @@ def touched(q, touch):
         (3 p, r), areas (p,) [m²] and penalties (p,) [Pa/m]; an instrument's tip, axes and shape; places, gaps, normals
         and pressures of the points, which are written
     """
-    _, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures = touch
-    moved, energy, pull = rest + np.dot(modes, q), 0.0, np.zeros(len(q))
+    _, rest, modes, areas, penalty, tip, axes, shape, places, gaps, normals, pressures = touch
+    now, energy, pull = rest + np.dot(modes, q), 0.0, np.zeros(len(q))
     for n in range(len(areas)):
         for i in range(3):
-            at[n, i] = moved[3 * n + i]
-    distances(at, tip, axes, shape, gaps, normals)
+            places[n, i] = now[3 * n + i]
+    distances(places, tip, axes, shape, gaps, normals)
     for n in range(len(areas)):
         pressures[n] = max(-penalty[n] * gaps[n], 0.0)
         if pressures[n] > 0.0:
@@ -134,7 +134,7 @@ def newton(q, right, body, touch):
     identity, takes its place.
     """
     slopes, volumes, mu, lam, _, law, measure, volume = body
-    base, _, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures = touch
+    base, _, modes, areas, penalty, tip, axes, shape, places, gaps, normals, pressures = touch
     r, pressed = len(q), np.flatnonzero(pressures > 0.0)
     rows, stiff_rows, curvature = np.empty((3 * len(pressed), r)), np.empty((3 * len(pressed), r)), np.empty((1, 3, 3))
     step = right.copy()
@@ -142,7 +142,7 @@ def newton(q, right, body, touch):
         for j in range(len(pressed)):
             n = pressed[j]
             only = slice(n, n + 1)
-            curvatures(at[only], tip, axes, shape, gaps[only], normals[only], curvature)
+            curvatures(places[only], tip, axes, shape, gaps[only], normals[only], curvature)
             push, stiff_n = areas[n] * pressures[n] if curved else 0.0, areas[n] * penalty[n]
             for i in range(3):
                 rows[3 * j + i] = modes[3 * n + i]

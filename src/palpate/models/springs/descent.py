@@ -172,7 +172,7 @@ def descend(
     most_n_m : the largest stiffness of the volume force, if that is searched for too; None leaves it as it is
     The history has a row per evaluation of all presses. NotConverged if a motion diverges.
     """
-    n, begin, initial_n_m = len(start_pa), perf_counter(), presses[0].settings.volume_n_m
+    n, started, initial_n_m = len(start_pa), perf_counter(), presses[0].settings.volume_n_m
     history: list[list[float]] = []
     best = (-np.inf, start_pa, initial_n_m)
 
@@ -184,7 +184,7 @@ def descend(
         value, by_young, by_volume = map(sum, zip(*of_presses, strict=True))
         if value > best[0]:
             best = (value, young, volume)
-        history.append([len(history) + 1, perf_counter() - begin, best[0]])
+        history.append([len(history) + 1, perf_counter() - started, best[0]])
         return -value, -np.append(by_young * young, [] if most_n_m is None else most_n_m * by_volume)
 
     start, bounds = np.log(np.clip(start_pa, *limits)), [tuple(np.log(limits))] * n

@@ -212,13 +212,13 @@ class _Search:
         young = self._young * np.exp(np.broadcast_to(unknowns[:count], nodes))
         volume = float(unknowns[-1]) * self.stiff
         self._network.stiffen(young, volume)
-        parts = [self._sample(i) for i in range(samples)]
-        misfit = sum(part[0] for part in parts) / samples
+        of_samples = [self._sample(i) for i in range(samples)]
+        misfit = sum(sample[0] for sample in of_samples) / samples
         if misfit < self.best.misfit:
             self.best = Moduli(young, volume, misfit)
-        slopes = young * sum(part[1] for part in parts)
+        slopes = young * sum(sample[1] for sample in of_samples)
         slopes = slopes if count > 1 else slopes.sum(keepdims=True)
-        by_volume = [self.stiff * sum(part[2] for part in parts)] if self.stiff else []
+        by_volume = [self.stiff * sum(sample[2] for sample in of_samples)] if self.stiff else []
         return misfit, np.append(slopes, by_volume) / samples
 
     def _sample(self, i: int) -> tuple[float, np.ndarray, float]:
@@ -390,11 +390,11 @@ class CutSprings(LevelModel):
         self._opened, rest = cut, cut.rest
         particles = particles_of(cut.parted.body, 0, surface=False)
         model = spring_model(particles)
-        kept = np.ones(len(model.pairs), dtype=bool)
+        uncrossed = np.ones(len(model.pairs), dtype=bool)
         for each in deleted:
-            kept &= ~each.severs(*np.swapaxes(rest[model.pairs], 0, 1))
+            uncrossed &= ~each.severs(*np.swapaxes(rest[model.pairs], 0, 1))
         stiffness = particles.material.young_pa * model.weights
-        self._springs = Springs(model.pairs[kept], stiffness[kept], model.rest_m[kept])
+        self._springs = Springs(model.pairs[uncrossed], stiffness[uncrossed], model.rest_m[uncrossed])
         self._still = cut.held | cut.moved
         # the stiffness at rest, lifted where nodes hang loosely, and its inverse with still nodes apart
         pattern = pattern_of(self._springs.couples, len(rest))

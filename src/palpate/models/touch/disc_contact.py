@@ -104,12 +104,12 @@ def settle_discs(rest, motions, spins, shares, tip, travel, steps, axes, shape):
             # how forces of active discs, which bear or overlap, close their gaps, and their gaps without force
             active = np.flatnonzero((forces > 0.0) | (means < 0.0))
             k = len(active)
-            back = warp(-spin, normals) if turned else normals
+            unturned = warp(-spin, normals) if turned else normals
             closing, free_gaps = np.empty((k, k)), np.empty(k)
             for b in range(k):
                 u = motions[active[b]]
                 for n in range(s):
-                    normal_u[n] = back[n, 0] * u[n, 0] + back[n, 1] * u[n, 1] + back[n, 2] * u[n, 2]
+                    normal_u[n] = unturned[n, 0] * u[n, 0] + unturned[n, 1] * u[n, 1] + unturned[n, 2] * u[n, 2]
                 for a in range(k):
                     closing[a, b] = np.dot(shares[active[a]], normal_u)
             for a in range(k):

@@ -112,9 +112,9 @@ class ReducedTouch:
         doubt_beyond(touch, self._outward, self._deepest)
         pose = touch.pose(self._body).moved(touch.depth_m * touch.direction)
         where = self.points, pose.tip, pose.axes, pose.instrument.shape
-        force, area, left = settle_touching(q, self.model.body, self.model.base, *where, RESIDUAL, ITERATIONS)
-        if not left <= RESIDUAL:
-            raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
+        force, area, residual = settle_touching(q, self.model.body, self.model.base, *where, RESIDUAL, ITERATIONS)
+        if not residual <= RESIDUAL:
+            raise TouchDoubted(f"the reduced model stopped at a residual of {residual:.1e}", [residual])
         moved = (self.surface @ q.astype(np.float32)).reshape(-1, 3).astype(float)
         return Touched(moved, float(force @ touch.direction), self._stretched * area)
 

@@ -23,7 +23,7 @@ def forces_for(
     unknown: np.ndarray,
     slope: np.ndarray,
 ) -> np.ndarray:
-    """Return forces (f,) [N] at which ``moved`` (f,) [m] is ``wanted`` (f,) in the components ``unknown`` (f,) bool.
+    """Return forces (f,) [N] whose displacement ``moved`` (f,) [m] is ``wanted`` in components ``unknown`` (f,) bool.
 
     force : (f,) the given ones, and 0 where they are unknown; slope : (f, f) [m/N], the response to small forces
     Broyden's method (1965), from the linear response. Unlike ``find_forces`` it halves a step that leads no nearer, or
@@ -40,7 +40,7 @@ def forces_for(
     # the largest way that is asked for or, of a disc held against other presses, undone
     scale = float(max(np.abs(wanted[unknown]).max(), np.abs(error).max()))
     step = inverse @ error
-    for _ in range(FORCE_EVALUATIONS):
+    for _ in range(FORCE_EVALUATIONS):  # Broyden's steps, halved where they lead no nearer
         if np.abs(error).max() <= FORCE_TOLERANCE * scale:
             return force
         trial = force.copy()

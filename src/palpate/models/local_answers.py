@@ -107,7 +107,7 @@ def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPo
     free = np.setdiff1d(interpolation.indices, elements.held)
     dof, flat_modes = coordinates_of(free), modes.reshape(3 * count, -1)
     c_free, c_corners = np.empty((len(dof), len(dof)), np.float32), np.empty((len(dof), 3 * corners), np.float32)
-    for start in range(0, len(dof), TOGETHER):
+    for start in range(0, len(dof), TOGETHER):  # responses to the forces, batch by batch
         batch = slice(start, start + TOGETHER)
         loads = np.zeros((3 * count, len(dof[batch])))
         loads[dof[batch], np.arange(loads.shape[1])] = SOFTER
@@ -117,7 +117,7 @@ def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPo
     numbers = np.full(count, -1)
     numbers[free] = np.arange(len(free))
     weights, places = np.zeros((len(points.areas), NODES)), np.zeros((len(points.areas), NODES), dtype=np.int64)
-    for q, (start, end) in enumerate(pairwise(interpolation.indptr)):
+    for q, (start, end) in enumerate(pairwise(interpolation.indptr)):  # weights and nodes of each contact point
         at_point = numbers[interpolation.indices[start:end]]
         weights[q, : end - start] = np.where(at_point < 0, 0.0, interpolation.data[start:end])
         places[q, : end - start] = np.maximum(at_point, 0)

@@ -149,15 +149,15 @@ def misses(motion: ReducedMotion, simulated: MotionInModes) -> float:
 
     At SAMPLES instants the residual of the elements that were reduced, moved alike, is answered by a static response.
     The part of it within the modes acts as a load, under which the motion is computed again, as errors build up in time
-    in a body that swings or is about to buckle; the part outside of the modes counts as it is. Of the levels counts
-    what a ratio RATIO_DOUBT lower would change.
+    in a body that swings or is about to buckle; the part outside of the modes counts as it is. The error of the levels
+    is how much displacements would change if their ratio were lower by RATIO_DOUBT.
     """
     body, h, elements = motion.body, simulated.step_s, motion.body.at_rest.motion
     count, modes = len(simulated.reached), body.modes
     numbers = np.unique(np.linspace(0, count - 1, SAMPLES + 1).round().astype(int)[1:])
     # residuals of the elements at some instants, within the modes and outside
     shares, outside = [np.zeros_like(motion.rest)], 0.0
-    for number in numbers:
+    for number in numbers:  # the steps at whose middles elements are asked
         v_begin = simulated.reached[number - 1].v if number else np.zeros_like(motion.rest)
         v_end, q = simulated.reached[number].v, simulated.reached[number].middle
         x, v, a = (modes.own @ each[:, 0] for each in (q, (v_begin + v_end) / 2.0, (v_end - v_begin) / h))

@@ -353,7 +353,7 @@ def split(clusters: Clusters, parted: Parted, cuts: Sequence[Cut]) -> Clusters:
     owner, places, part = np.repeat(owner, counts), parted.mesh.nodes, np.zeros(counts.sum(), dtype=np.int64)
     corners = parted.mesh.tetrahedra
     # the part of the cluster that each copy is in: a number whose binary digits say, cut by cut, whether it is severed
-    for c, cut in enumerate(cuts):
+    for c, cut in enumerate(cuts):  # a digit for each
         side_sum = np.bincount(corners.ravel(), np.repeat(parted.sides[:, c], 4), minlength=len(places))
         side = np.where(side_sum == 0.0, cut.across(places), side_sum) >= 0.0
         opposite = side[nodes] != (cut.across(middles) >= 0.0)[owner]

@@ -134,7 +134,7 @@ def _touched(system: System) -> tuple[Instrumented, Body]:
 
 
 def held_met(system: System, contact: InstrumentContact) -> tuple[float, str]:
-    """Return when an instrument's course first enters the held surface [s], and whose it is; ∞ if none does."""
+    """Return when an instrument's course first enters the held surface [s], ∞ if none does, and its name."""
     nodes, faces = system.particles.nodes, system.particles.triangles
     held_faces = faces[~system.free[faces].any(axis=1)]
     points = np.vstack([nodes[np.unique(faces[~system.free[faces]])], (LATTICE @ nodes[held_faces]).reshape(-1, 3)])
@@ -365,7 +365,7 @@ class TouchingMotion:
         )
 
     def _rescale(self, inertia: np.ndarray, share: float) -> None:
-        """Carry the learnt part of the Hessian over to another length or order of steps."""
+        """Scale the Hessian's part beside ``inertia`` (r,) to steps of another length or order, with their ``share``."""
         if not len(self._hessian):
             self._hessian = np.diag(inertia + share)
         elif not (self._scaled[1] == share and np.array_equal(self._scaled[0], inertia)):

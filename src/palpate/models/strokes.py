@@ -77,7 +77,7 @@ def roaming(particles: Particles, contact: Contact, half_width_m: float, count: 
     reach = max(WITHIN_M, float(np.linalg.norm(offsets, axis=1).max()) + radius)
     surface = particles.nodes[np.unique(particles.triangles)] @ frame.T
     strokes: list[Contact] = []
-    for _ in range(100 * count):
+    for _ in range(100 * count):  # draws; those off the surface or the square are left out
         x, y = region_middle[:2] + rng.uniform(-half_width_m, half_width_m, 2)
         heading, turn, depth = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, np.pi), rng.uniform(*DEPTHS_M)
         ends = np.array([[x, y], [x + LENGTH_M * np.cos(heading), y + LENGTH_M * np.sin(heading)]])

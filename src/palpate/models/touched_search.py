@@ -104,7 +104,7 @@ def valued(z, energy, inertia, centre, share, outer, local, touch, rubbing, forc
     points = placed(z, touch)
     forces, energies = pushes(points, touch[2], touch[3], rubbing)
     force[:] = forces[0]
-    for k in range(1, len(forces)):
+    for k in range(1, len(forces)):  # of all instruments
         force += forces[k]
     value = energies.sum() + 0.5 * np.sum(inertia * from_centre * from_centre) + share * energy - np.dot(outer, z)
     dent_forces = np.dot(local, z[r:]) if len(z) > r else z[r:].copy()
@@ -145,7 +145,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
         if count:
             stored = remember(z - last_z, gradient - last_gradient, steps, turns, scale, stored)
         residual_before = residual
-        for attempt in range(2):
+        for attempt in range(2):  # the second one with a new factor
             if attempt or not len(lower_factor) or stored == MEMORY:
                 full_hessian = np.zeros((len(z), len(z)))
                 full_hessian[:r, :r] = hessian
@@ -162,7 +162,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
         if not slope < 0.0 or (residual <= enough and count >= least_steps) or count == most_steps:
             break
         # the length of the step, shortened by quadratic interpolation
-        length, accepted = 1.0, False
+        length, accepted = 1.0, False  # backtracking line search
         while length > 1e-5:
             trial = z + length * direction
             trial_energy, trial_gradient = elastic(trial[:r].copy(), body, scratch)

@@ -103,7 +103,7 @@ def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, limits: np.ndarray) 
     """
     lowered = limits.copy()
     for k, row in enumerate(lowered):
-        for _ in range(MOST_LOWERINGS):
+        for _ in range(MOST_LOWERINGS):  # lower the force until the body is stiff under it
             force = np.zeros(reduced.loads.shape[1])
             force[3 * k : 3 * k + 3] = row / (row @ row)
             settled = reduced.settle(force, RESIDUAL)
@@ -121,7 +121,7 @@ def _firm(reduced: ReducedEnergy, soft: np.ndarray, contact: ContactSnapshots) -
     """
     press_directions, firm_n = directions(contact.normal), 0.0
     hardest = float(np.linalg.norm(contact.forces, axis=1).max())
-    for newtons in hardest / SIZES * np.arange(1, SIZES + 1):
+    for newtons in hardest / SIZES * np.arange(1, SIZES + 1):  # up to the first that is not firm
         answers = [reduced.settle(newtons * direction, RESIDUAL) for direction in press_directions]
         if not all(each.residual <= RESIDUAL and reduced.is_stiff(each.q, FIRM * soft) for each in answers):
             break
@@ -240,7 +240,7 @@ class ContactSolver(Solver):
         lacked = columns - np.dstack([offline.reduced_columns(node) for node in nodes])
         linear = loads.T @ loads + _at_discs(weights, lacked)
 
-        reach = 0.0
+        reach = 0.0  # the farthest coordinates of each contact's snapshots, added up
         for k, contact in enumerate(contacts):
             forces = np.zeros((len(contact.forces), 3 * len(contacts)))
             forces[:, 3 * k : 3 * k + 3] = contact.forces
@@ -287,7 +287,7 @@ def _all_forces(model: Prepared, load: Load) -> np.ndarray:
 
 
 def _settled(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float]:
-    """Return the coordinates (r,) under ``force`` (3 k,) [N], why they are not to be believed or "", and the residual.
+    """Return coordinates (r,) under ``force`` (3 k,) [N], why they are to be doubted or "", and the relative residual.
 
     NotConverged where the search finds no rest.
     """

@@ -263,7 +263,7 @@ def _hardest_sound(offline: Offline, node: int, modes: str) -> float:
     if offline.gap == 0:
         return newtons
     start = contact.answers[:, :, 0]
-    for _ in range(TRIAL_FALLS):
+    for _ in range(TRIAL_FALLS):  # lower the force until a finer level bears it
         force = -newtons * contact.normal
         moved, least = _trial(offline, node, level, start, force)
         if least >= SURE:

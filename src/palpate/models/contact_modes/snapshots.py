@@ -147,7 +147,7 @@ def contact_energy(
     nodes = np.concatenate([each.nodes for each in contacts])
     loads = np.hstack([carried(each.nodes, each.shares, modes) for each in contacts])
     exact = rings_around(elements, nodes, rings)
-    if exact.all():
+    if exact.all():  # no means are left: fit to the elements' own forces
         near = rings_around(elements, nodes, NEAR_RINGS)
         return energy_of_elements(elements, modes, near, states, tolerance, rng, loads)
     return hyper_reduced(

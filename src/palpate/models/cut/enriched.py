@@ -208,7 +208,7 @@ class Enriched:
         """
         mesh = self._mesh
         parts, owner, crossed = mesh.nodes[mesh.tetrahedra[mixed]], mixed, [mixed[:0]]
-        for piece in cut.pieces:
+        for piece in cut.pieces:  # divide along each surface in turn
             parts, owner, sections, section_owner = divide(parts, owner, piece.across(parts.reshape(-1, 3)))
             middle = sections.mean(axis=1, keepdims=True)
             probed = np.concatenate([middle, sections, middle + INSIDE * (sections - middle)], axis=1)

@@ -93,7 +93,7 @@ class Updated(LevelModel):
         self._kept = near[(near >= count) & given[near]]
         dofs = [coordinates_of(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
         (oo, of, op), (fo, ff, fp), _ = self._new = [[stiffness_after[np.ix_(a, b)] for b in dofs] for a in dofs]
-        self._outward = (
+        self._outward = (  # minus the displacement of f nodes by those of o and p
             np.linalg.solve(ff, np.hstack([fo, fp])) if len(dofs[1]) else np.zeros((0, len(dofs[0]) + len(dofs[2])))
         )
         change = np.hstack([oo - stiffness_before[np.ix_(dofs[0], dofs[0])], op]) - of @ self._outward

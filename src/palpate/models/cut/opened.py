@@ -120,7 +120,7 @@ class LevelModel:
 
 
 def before_cut(case: CutCase, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return displacements (n, 3) [m] on a ``level`` and the hooks' forces [N] of quadratic elements before the cut."""
+    """Return displacements (n, 3) [m] of a level's n nodes and the hooks' forces [N] by quadratic elements, uncut."""
     body = with_midpoints(case.body, level)
     patch = GraspedPatch(np.concatenate([hook.patch.corners for hook in case.hooks]))
     problem = Grasping(body, level, 2, patch)

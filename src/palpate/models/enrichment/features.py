@@ -21,7 +21,7 @@ TIE = 1e-9  # lengths closer than this, relative to the body's size, are equal
 
 
 def levels(values: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return integers in the order of ``values``, equal for neighbours in that order within ``tolerance``.
+    """Return integers (n,) that rank ``values`` (n,), equal for neighbours in their order within ``tolerance``.
 
     Rounding to multiples of the tolerance would part equal values that straddle a boundary; gaps do not.
     """

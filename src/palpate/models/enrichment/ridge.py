@@ -17,7 +17,7 @@ LAMBDAS = np.geomspace(1e-12, 1e2, 29)  # the λ tried, relative to the mean eig
 
 
 def dual_weights(among: np.ndarray, across: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
-    """Return (K + λ I)⁻¹ k of every λ and query, (λ, known, asked), from K (known, known) and k (known, asked)."""
+    """Return (K + λ I)⁻¹ k of every λ and query, (λ, s, q): K = ``among`` (s, s) samples, k = ``across`` (s, q)."""
     values, vectors = eigen(among)
     damped = np.maximum(values, 0.0) + lambdas[:, None] * among.trace() / len(among)
     return vectors @ ((vectors.T @ across) / damped[:, :, None])

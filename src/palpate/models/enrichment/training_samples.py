@@ -110,7 +110,7 @@ def convinces(errors: np.ndarray, plain: np.ndarray, fold: np.ndarray) -> bool:
 def blend_errors(weights: np.ndarray, among: np.ndarray, across: np.ndarray, own: np.ndarray) -> np.ndarray:
     """Return the squared error ‖Σᵢ wᵢ fᵢ − f‖² [m²] of every blend from inner products alone, (..., q).
 
-    weights : (..., k, q); among : (k, k) of the known fᵢ; across : (k, q) of known and asked; own : (q,) ‖f‖²
+    weights : (..., k, q); among : (k, k) products fᵢ·fⱼ; across : (k, q) products fᵢ·f; own : (q,) ‖f‖²
     Ordering and turning change no inner product, so this is the error on the body too. Cancellation leaves
     about 1e-8 of ‖f‖: enough to compare settings, not to show that a sample reproduces itself.
     """

@@ -68,7 +68,7 @@ def bending_loads(elements: ElementsAtRest, columns: np.ndarray, others: np.ndar
         return [np.ascontiguousarray(each) for each in small.transpose(2, 0, 1)]
 
     def bent(u: np.ndarray) -> np.ndarray:
-        return elements.force(u) + elements.force(-u)
+        return elements.force(u) + elements.force(-u)  # f″(u, u) to second order
 
     u_a = scaled(columns)
     u_b = u_a if others is None else scaled(others)

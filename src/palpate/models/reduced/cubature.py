@@ -122,7 +122,7 @@ def sparse_weights(pulls: np.ndarray, target: np.ndarray, tolerance: float) -> t
         row = pulls[chosen] @ pulls[added]
         row[-1] *= 1.0 + 1e-12
         square, rhs = np.block([[square, row[:-1, None]], [row]]), np.append(rhs, pulls[added] @ target)
-        while len(chosen):
+        while len(chosen):  # fit weights until none is negative
             fitted = np.linalg.solve(square, rhs)
             if fitted.min() > 0.0:
                 weights = fitted
@@ -146,7 +146,7 @@ def hyper_reduced(
 
     Only the nonlinear part of the forces is fitted, that of each state relative to its size; the linear part stays
     exact.
-    wanted : (s, r), the nonlinear forces to fit, where those of the model's own points are not meant
+    wanted : (s, r), the nonlinear forces to fit, if they are others than those of all points of the model
     """
     pulls = nonlinear_pulls(model.points, model.law, states)
     sums = pulls.sum(axis=0) if wanted is None else wanted
@@ -211,8 +211,8 @@ def energy_for_motions(
 ) -> tuple[ReducedEnergy, float]:
     """Choose few weighted cubature points that move a body as all elements do; return their energy and its error.
 
-    modes, masses : (n, 3, r) and (r,), in which mass is diagonal; near : (n_elements,) bool, whose points are all
-        candidates
+    modes, masses : (n, 3, r) and (r,), in which mass is diagonal; near : (n_elements,) bool, elements of which all
+        points are candidates
     hessian : function of coordinates (r,), about the Hessian of the energy, which turns errors of forces into
         displacements
     states, held_out : coordinates (k, r) of motions that weights are fitted to, and of motions that they are not fitted
@@ -227,7 +227,7 @@ def energy_for_motions(
     points = candidate_points(elements, modes, near, np.random.default_rng(0))
     all_states, root = np.concatenate([states, held_out]), np.sqrt(masses)
     to_displacements = [root[:, None] * np.linalg.inv(hessian(q)) / np.linalg.norm(root * q) for q in all_states]
-
+    # nonlinear forces as relative displacements: those of all elements, ``needed``, and of each point; with stiffness
     nonlinear_forces = [-np.tensordot(elements.force(modes @ q), modes, 2) - stiffness @ q for q in all_states]
     needed = np.array([move @ pull for move, pull in zip(to_displacements, nonlinear_forces, strict=True)])
     pulls = nonlinear_pulls(points, elements.law, all_states)
@@ -238,7 +238,7 @@ def energy_for_motions(
     fitted = np.vstack([displacements[:count].reshape(-1, len(pulls)), stiffness_rows.T]).T
     target = np.append(needed[:count].ravel(), np.eye(r)[upper] * entry_weights)
     fit_tolerance = tolerance * np.sqrt(count) / np.linalg.norm(target)
-    for _ in range(TIGHTENINGS):
+    for _ in range(TIGHTENINGS):  # until motions that were not fitted to are met, too
         chosen, weights = sparse_weights(fitted, target, fit_tolerance)
         missed = np.linalg.norm(displacements[count:, :, chosen] @ weights - needed[count:], axis=1).max()
         if missed <= tolerance:

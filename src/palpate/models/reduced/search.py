@@ -37,7 +37,7 @@ def settle(q, load, body, touch, tolerance, iterations):
         else:
             direction = newton(q, -gradient, body, touch)
         slope, length, accepted = np.dot(gradient, direction), 1.0, False
-        while slope < 0.0 and length > 1e-4:
+        while slope < 0.0 and length > 1e-4:  # halve the step until the energy falls
             trial = q + length * direction
             trial_energy, trial_gradient, pull = valued(trial, load, body, scratch, touch)
             if trial_energy <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
@@ -89,7 +89,7 @@ def directed(factored, right, steps, turns, scale, kept):
     """
     direction, size = right.copy(), len(steps)
     projections, oldest = np.empty(size), max(0, kept - size)
-    for j in range(kept - 1, oldest - 1, -1):
+    for j in range(kept - 1, oldest - 1, -1):  # from the last pair to the oldest
         slot = j % size
         projections[slot] = scale[slot] * np.dot(steps[slot], direction)
         direction -= projections[slot] * turns[slot]
@@ -139,7 +139,7 @@ def newton(q, right, body, touch):
     rows, stiff_rows, curvature = np.empty((3 * len(pressed), r)), np.empty((3 * len(pressed), r)), np.empty((1, 3, 3))
     step = right.copy()
     for curved in (True, False):  # with the tangent, or without what may make it indefinite
-        for j in range(len(pressed)):
+        for j in range(len(pressed)):  # contact's stiffness times modes, point by point
             n = pressed[j]
             only = slice(n, n + 1)
             curvatures(places[only], tip, axes, shape, gaps[only], normals[only], curvature)

@@ -134,10 +134,10 @@ def middle(mesh: TetMesh, face: str) -> tuple[int, np.ndarray]:
 
 
 def _points(seed: int) -> np.ndarray:
-    """Return nodes in the unit cube; those of a face stay in it, those of edges and middles of faces do not move."""
+    """Return random nodes in the unit cube; those of faces stay in them, those of edges and face middles are fixed."""
     rng = np.random.default_rng(seed)
     grid = np.stack(np.meshgrid(*[np.arange(5) / 4.0] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    outer = (grid == 0.0) | (grid == 1.0)
+    outer = (grid == 0.0) | (grid == 1.0)  # coordinates that put a node on a face
     faces = (outer.sum(axis=1) == 1) & ((grid == 0.5).sum(axis=1) < 2)
     inside = ~outer.any(axis=1)
     # not on the three pressed faces
@@ -153,9 +153,9 @@ def _remove_edge(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
     ends = np.sort(tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     edges, number, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
     best_gain, chosen = -np.inf, (np.empty(0, dtype=np.int64), np.empty((0, 4), dtype=np.int64))
-    for edge in np.flatnonzero(count == 3):
+    for edge in np.flatnonzero(count == 3):  # each edge with three tetrahedra around it
         old = np.flatnonzero(number.ravel() == edge) // len(EDGES)
-        ring = np.setdiff1d(tetrahedra[old], edges[edge])
+        ring = np.setdiff1d(tetrahedra[old], edges[edge])  # the three nodes around it
         if len(ring) > 3:  # on the surface
             continue
         new = np.array([[*ring, edges[edge][0]], [*ring[::-1], edges[edge][1]]])

@@ -118,7 +118,7 @@ def _evaluate(
     fitness, stiffness, damping, corners, shares, positions, velocities, every,
     nodes, pairs, rest, tetrahedra, volume_rest, volume, mobility, load, factors, h,
 ):  # fmt: skip
-    """Write the ``fitness`` of each lane of each block: less its distances from the reference, summed on the way."""
+    """Write ``fitness`` for each lane of each block: minus the summed distances of its motion from the reference."""
     k = len(LANES)
     for block in numba.prange(len(stiffness)):
         x = nodes.repeat(k).reshape((len(nodes), 3 * k))

@@ -82,7 +82,7 @@ class LoadedSprings:
         return self._system.potential_force(x) + self._load
 
     def stiffness(self, x: np.ndarray, definite: bool = False) -> sparse.bsr_array:
-        """Return the stiffness (3n, 3n) [N/m] at ``x``, held nodes apart, with parts clamped if ``definite``."""
+        """Return the stiffness (3n, 3n) [N/m] at ``x``, held nodes decoupled, parts clamped positive if ``definite``."""
         stiffness = self._system.stiffness(x, definite)
         self._system.hold(stiffness)
         return stiffness

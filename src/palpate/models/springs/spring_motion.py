@@ -269,7 +269,7 @@ def reference_motion(
     integrator = BackwardEuler(system, BALANCE_TOLERANCE)
     x, v = particles.nodes, np.zeros_like(particles.nodes)
     positions, velocities = [], []
-    for load.factor in press.factors(settings.step_s / substeps, settings.steps * substeps):
+    for load.factor in press.factors(settings.step_s / substeps, settings.steps * substeps):  # sets the load's share
         x, v = integrator.step(x, v, settings.step_s / substeps)
         positions.append(x)
         velocities.append(v)

@@ -49,7 +49,7 @@ def complementary(matrix, right, most):
     k = len(right)
     pressing = np.ones(k, dtype=np.bool_)
     fewest, blocks, z = k + 1, BLOCKS, np.zeros(k)
-    for _ in range(most):
+    for _ in range(most):  # solve with the rows that press, then exchange wrong ones
         pressing_rows = np.flatnonzero(pressing)
         z[:] = 0.0
         if len(pressing_rows) > 0:
@@ -81,9 +81,9 @@ def settle_discs(rest, motions, spins, shares, tip, travel, steps, axes, shape):
 
     rest, motions, spins, shares : as of ``Discs``; axes, shape : of the instrument
     tip : (3,) [m], of it at first touch; travel, steps : its motion from there (3,) [m], in so many steps
-    The error is the largest gap of a disc with force, or overlap of one without, over the way's length. From far off
-    the complementarity problem may have no solution; in steps on the way, one linearisation each is enough. Gaps of
-    turned motions close along normals that are turned back: how rotations change is left to the next linearisation.
+    The error is the largest gap of a disc with force, or overlap of one without, over the travel's length. Solved in
+    one step the complementarity problem may have no solution; in several, one linearisation each is enough but for the
+    last. Gaps of turned motions close along normals turned back; rotations are updated with each linearisation.
     """
     m, s = shares.shape
     forces, places, normal_u = np.zeros(m), rest.copy(), np.empty(s)

@@ -11,7 +11,7 @@ from palpate.models.reduced.search import settle
 
 @numba.njit(cache=True, error_model="numpy")
 def settle_touching(q, body, base, points, tip, axes, shape, tolerance, iterations):
-    """Settle ``q`` (r,) in place under an instrument; return its force (3,) [N], the area touched [m²], the residual.
+    """Settle coordinates ``q`` (r,) in place under an instrument; return its force [N], area touched [m²], residual.
 
     base, points, tip, axes, shape : as in ``search.touched``; the area is that at rest
     """

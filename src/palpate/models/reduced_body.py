@@ -142,7 +142,7 @@ def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> Mod
     limit, slopes = (answers + share * changes for share in (rest.gain, np.sqrt(1.0 + rest.gain) - 1.0))
     moved = limit @ basis
     masses, turns = np.linalg.eigh(products(moved, rest.motion.masses @ moved.reshape(len(moved), -1)))
-    basis = basis @ turns
+    basis = basis @ turns  # in which mass is diagonal, too
     return Modes(limit @ basis, answers @ basis, slopes @ basis, masses)
 
 

@@ -121,7 +121,7 @@ def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> M
     than LEAST_DET of its volume, and where the energy does not balance.
     """
     h, reached, seconds = duration_s / steps, [], []
-    begin = perf_counter()
+    started = perf_counter()
     for each in motion.steps(h, steps, TOLERANCE):
         if not (least := motion.elastic_energy.least_det(each.x)) >= LEAST_DET:
             raise NotConverged(
@@ -130,8 +130,8 @@ def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> M
                 [least],
             )
         reached.append(each)
-        seconds.append(perf_counter() - begin)
-        begin = perf_counter()
+        seconds.append(perf_counter() - started)
+        started = perf_counter()
     work, damped = (sum(getattr(each, name) for each in reached) for name in ("work_j", "lost_j"))
     total = sum(abs(each.work_j) for each in reached)
     balance = abs(motion.total_energy(reached[-1].x, reached[-1].v) + damped - work) / max(total, np.finfo(float).tiny)
@@ -206,7 +206,7 @@ def prepare(rest: BodyAtRest, loads: Loads, rayleigh: Rayleigh, bent: int, toler
     Cubature points are fitted to motions of a model of means of eight elements each. Its loads are tilted by up to 45°
     in nine directions, and their course follows the body's slowest vibration.
     """
-    begin = perf_counter()
+    started = perf_counter()
     discs = [rest.spread(disc(push)) for push in loads.pushes]
     weight_loads = [rest.weigh()] if loads.gravity else []
     modes, elements = limit_modes(rest, [*discs, *weight_loads], bent), rest.elements
@@ -220,9 +220,9 @@ def prepare(rest: BodyAtRest, loads: Loads, rayleigh: Rayleigh, bent: int, toler
         steps = motion.steps(rest.period_s / STEPS_OF_PERIOD, STEPS_OF_PERIOD, TOLERANCE)
         shown[number in FITTED] += [each.middle[:, 0] for each in steps][1::2]
     energy, near = CubatureEnergy(trial.model), pressed[elements.couples].any(axis=1)
-    states, reduced_in = (np.array(shown[True]), np.array(shown[False])), (elements, modes.slopes, modes.masses, near)
-    model, missed = energy_for_motions(*reduced_in, lambda q: energy.clamped(q[:, None]), *states, tolerance)
-    return ReducedBody(rest, modes, model, missed, perf_counter() - begin)
+    states, reduction = (np.array(shown[True]), np.array(shown[False])), (elements, modes.slopes, modes.masses, near)
+    model, missed = energy_for_motions(*reduction, lambda q: energy.clamped(q[:, None]), *states, tolerance)
+    return ReducedBody(rest, modes, model, missed, perf_counter() - started)
 
 
 def _elsewhere(loads: Loads, period_s: float, number: int) -> Loads:

@@ -68,8 +68,8 @@ def learn(
     """
     body = system.particles.body
     assert body is not None  # as the integrator asks for
-    whole, level = whole_of(body), len(body.levels) - 1
-    elements, motion = ElementsAtRest(whole, level), QuadraticMotion(whole, level, Loads(), UNDAMPED)
+    refined, level = whole_of(body), len(body.levels) - 1
+    elements, motion = ElementsAtRest(refined, level), QuadraticMotion(refined, level, Loads(), UNDAMPED)
     if shown.shape[1:] != elements.rest.shape:
         raise InputError(
             f"modes are learnt from motions of {shown.shape[1]} nodes, quadratic elements of {body.name} have "
@@ -78,7 +78,7 @@ def learn(
     motions = np.ascontiguousarray(shown.transpose(1, 2, 0), dtype=float)
     motion_forces = elements.multiply(motions)
     strongest = motions @ strongest_of(products(motions, motion_forces), settings.modes)
-    columns = orthonormal(elements, np.dstack([_swings(system, whole, elements, motion, settings), strongest]))
+    columns = orthonormal(elements, np.dstack([_swings(system, refined, elements, motion, settings), strongest]))
     masses, turns = np.linalg.eigh(products(columns, (motion.masses @ columns.reshape(len(columns), -1))))
     modes = columns @ turns
     touched = np.zeros(len(elements.rest), dtype=bool)

@@ -256,7 +256,7 @@ class TouchingMotion:
         z, z_base = np.append(q, dent), np.append(base.q, dent_base)
         outer = lag * np.append(base.g, self._local @ dent_base)
         rubbing = self._rubbing(touch, np.append(now.q, dent), last_tools, z_base, start, reach)
-        known = NOTHING
+        known = NOTHING  # what the last search has found
         for search in range(PASSES):
             if search:
                 if not (contact.friction and self._forces.any()):
@@ -365,7 +365,7 @@ class TouchingMotion:
         )
 
     def _rescale(self, inertia: np.ndarray, share: float) -> None:
-        """Scale the Hessian's part beside ``inertia`` (r,) to steps of another length or order, with their ``share``."""
+        """Scale the Hessian's part beside ``inertia`` (r,) to another length or order of steps, by their ``share``."""
         if not len(self._hessian):
             self._hessian = np.diag(inertia + share)
         elif not (self._scaled[1] == share and np.array_equal(self._scaled[0], inertia)):

@@ -56,8 +56,8 @@ def neighbours(contact: Contact) -> list[Contact]:
     def moved(tool: Instrument, beside: tuple[float, ...]) -> Instrument:
         if not tool.shifts_m:
             return tool
-        away = getattr(tool, "radius_m", 0.0) * np.array(beside) @ frame
-        return tool.but(shifts_m=(np.array(tool.shifts_m, dtype=float) + away).tolist())
+        shift = getattr(tool, "radius_m", 0.0) * np.array(beside) @ frame
+        return tool.but(shifts_m=(np.array(tool.shifts_m, dtype=float) + shift).tolist())
 
     return [contact.but(instruments=[moved(tool, beside) for tool in contact.instruments]) for beside in BESIDE]
 

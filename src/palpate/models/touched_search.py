@@ -22,7 +22,7 @@ MEMORY, RESIDUAL_RATIO = 8, 0.7
 
 @numba.njit(cache=True, error_model="numpy")
 def placed(z, touch):
-    """Return the places (c, 3) [m] of contact points at unknowns ``z`` (r + 3m,)."""
+    """Return the places (c, 3) [m] of contact points at unknowns ``z``; touch : of ``TouchingMotion._touch``."""
     rows, places, _, _, weights, nodes = touch
     r = rows.shape[1]
     points = (places.ravel() + np.dot(rows, z[:r])).reshape(-1, 3)
@@ -46,14 +46,14 @@ def add_contact(whole, points, touch, rubbing, force):
     for c in range(len(chosen)):
         near_rows[3 * c : 3 * c + 3] = rows[3 * chosen[c] : 3 * chosen[c] + 3]
         stiff_rows[3 * c : 3 * c + 3] = np.dot(blocks[c], near_rows[3 * c : 3 * c + 3])
-    whole[:r, :r] += np.dot(near_rows.T, stiff_rows)
+    whole[:r, :r] += np.dot(near_rows.T, stiff_rows)  # between modes
     for c in range(len(chosen)):
         for a in range(weights.shape[1]):
             weight, row = weights[chosen[c], a], r + 3 * nodes[chosen[c], a]
-            for i in range(3):
+            for i in range(3):  # between dents and modes
                 for j in range(r):
                     whole[row + i, j] += weight * stiff_rows[3 * c + i, j]
-            for b in range(weights.shape[1]):
+            for b in range(weights.shape[1]):  # between dents
                 column = r + 3 * nodes[chosen[c], b]
                 for i in range(3):
                     for j in range(3):
@@ -62,7 +62,7 @@ def add_contact(whole, points, touch, rubbing, force):
 
 @numba.njit(cache=True, error_model="numpy")
 def pulled_by(force, touch, size):
-    """Return the forces on the unknowns, (``size``,), of forces (c, 3) [N] on the contact points."""
+    """Return the forces on all ``size`` unknowns, modes and then dents, of forces (c, 3) [N] on contact points."""
     rows, _, _, _, weights, nodes = touch
     r, pull = rows.shape[1], np.zeros(size)
     pull[:r] = np.dot(force.ravel(), rows)
@@ -128,7 +128,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
     """
     floor, enough, most_steps = ends
     elastic_gradient, energy, residual, lower_factor = known
-    least_steps = 0 if len(elastic_gradient) else 1  # steps; stages in which nothing is done would add up
+    least_steps = 0 if len(elastic_gradient) else 1  # what stages without any step leave would add up
     r, problem = len(inertia), (inertia, centre, share, outer, local, touch, rubbing, force)
     scratch = scratch_of(body)
     if not len(elastic_gradient):

@@ -60,10 +60,10 @@ class LoadResidual:
             if kind == "force":
                 targets = [self._views.view(c).to_slots(e) for (c, _), e in zip(samples, unturned, strict=True)]
             candidates[kind] = KernelRidge(described, np.array(targets), training, power=2)
-        best = min(candidates, key=lambda kind: candidates[kind].score)
-        if convinces(candidates[best].errors, base_errors, training.fold):
-            self.kind, self._learnt = best, candidates[best]
-            for contact in self._contacts if best == "force" else ():
+        best_kind = min(candidates, key=lambda kind: candidates[kind].score)
+        if convinces(candidates[best_kind].errors, base_errors, training.fold):
+            self.kind, self._learnt = best_kind, candidates[best_kind]
+            for contact in self._contacts if best_kind == "force" else ():
                 self._views.view(int(contact))  # ordered in advance, so that no query sorts
         return self
 

@@ -80,10 +80,10 @@ class ElementsAtRest:
         At most ``iterations`` steps are made, and at least ``least``; they end where the residual is below
         ``tolerance`` times the load.
         """
-        enough = tolerance * float(np.linalg.norm(load))
+        tolerance_n = tolerance * float(np.linalg.norm(load))
 
         def callback(descent: Descent) -> bool:
-            return len(descent.forces) <= least or descent.forces[-1] > enough
+            return len(descent.forces) <= least or descent.forces[-1] > tolerance_n
 
         problem, start = self._equilibrium, self.rest + moved
         problem.carry(load)

@@ -148,8 +148,8 @@ def contact_energy(
     loads = np.hstack([carried(each.nodes, each.shares, modes) for each in contacts])
     exact = rings_around(elements, nodes, rings)
     if exact.all():  # no means are left: fit to the elements' own forces
-        near = rings_around(elements, nodes, NEAR_RINGS)
-        return energy_of_elements(elements, modes, near, states, tolerance, rng, loads)
+        near_disc = rings_around(elements, nodes, NEAR_RINGS)
+        return energy_of_elements(elements, modes, near_disc, states, tolerance, rng, loads)
     return hyper_reduced(
         ReducedEnergy(points_and_means(elements, modes, exact), loads, elements.law), states, tolerance
     )
@@ -195,7 +195,7 @@ def press_contact(columns: ContactSnapshots) -> ContactSnapshots:
     answers: list[np.ndarray] = []
     missed: list[np.ndarray] = []
     for k, force in enumerate(columns.forces):
-        start = columns.answers[:, :, k]
+        start = columns.answers[:, :, k]  # the model's answer
         if missed:
             start = start + np.tensordot(likeness(columns.forces[:k], force, 2), np.array(missed), 1)
         reached_force, moved = _snapshot(columns, force, start)

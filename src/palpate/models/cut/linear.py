@@ -49,8 +49,8 @@ class Anew(LevelModel):
     def pull(self) -> Pulled:
         cut, problem = self._opened, self._problem
         largest = float(np.linalg.norm(cut.shifts, axis=1).max())
-        response, small = problem.response(cut.shifts[problem.grasped] / largest), SMALL * problem.mesh.size
-        force = problem.free_force(cut.rest + small * response) / small
+        response, scale = problem.response(cut.shifts[problem.grasped] / largest), SMALL * problem.mesh.size
+        force = problem.free_force(cut.rest + scale * response) / scale
         return cut.answer(cut.rest + largest * response, largest * force)
 
 
@@ -78,20 +78,20 @@ class Updated(LevelModel):
         """Eliminate new nodes from the change of stiffness; factorise the capacitance matrix of its nodes and hooks."""
         cut = self._opened = self._part(cuts)
         # elements that the cut has changed, and the stiffness of their nodes before and after it
-        parted, count, given = cut.parted, len(self._held), cut.held | cut.moved
+        parted, count, prescribed = cut.parted, len(self._held), cut.held | cut.moved
         changed = (parted.origin[parted.mesh.tetrahedra] != parted.mesh.tetrahedra).any(axis=1)
         changed |= parted.body.tissue(0).share != 1.0
         changed = np.flatnonzero(changed | (np.bincount(parted.parents)[parted.parents] > 1))
         parents = np.unique(parted.parents[changed])
-        near = np.unique(np.append(parted.whole.tetrahedra[parents], parted.mesh.tetrahedra[changed]))
-        stiffness_before = _stiffness(parted.whole, self.case.body.tissue(self._level), parents, near)
-        stiffness_after = _stiffness(parted.mesh, parted.body.tissue(0), changed, near)
+        affected = np.unique(np.append(parted.whole.tetrahedra[parents], parted.mesh.tetrahedra[changed]))
+        stiffness_before = _stiffness(parted.whole, self.case.body.tissue(self._level), parents, affected)
+        stiffness_after = _stiffness(parted.mesh, parted.body.tissue(0), changed, affected)
         # old nodes (o), new free nodes (f), which are eliminated, and new nodes that are held or moved (p)
-        self._outer = near[near < count]
+        self._outer = affected[affected < count]
         self._outer = self._outer[~self._held[self._outer]]
-        self._inner = near[(near >= count) & ~given[near]]
-        self._kept = near[(near >= count) & given[near]]
-        dofs = [coordinates_of(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
+        self._inner = affected[(affected >= count) & ~prescribed[affected]]
+        self._kept = affected[(affected >= count) & prescribed[affected]]
+        dofs = [coordinates_of(np.searchsorted(affected, nodes)) for nodes in (self._outer, self._inner, self._kept)]
         (oo, of, op), (fo, ff, fp), _ = self._new = [[stiffness_after[np.ix_(a, b)] for b in dofs] for a in dofs]
         self._outward = (  # minus the displacement of f nodes by those of o and p
             np.linalg.solve(ff, np.hstack([fo, fp])) if len(dofs[1]) else np.zeros((0, len(dofs[0]) + len(dofs[2])))
@@ -99,7 +99,7 @@ class Updated(LevelModel):
         change = np.hstack([oo - stiffness_before[np.ix_(dofs[0], dofs[0])], op]) - of @ self._outward
         self._change, self._pull_of_kept = change[:, : len(dofs[0])], change[:, len(dofs[0]) :]
         # one system for the forces of the change on old nodes (o), and those on held or moved old nodes (h)
-        self._driven = np.flatnonzero(given[:count] & ~self._held)
+        self._driven = np.flatnonzero(prescribed[:count] & ~self._held)
         o, h = coordinates_of(self._outer), coordinates_of(self._driven)
         compliance = self._compliance[np.ix_(np.append(o, h), np.append(o, h))]
         capacitance = np.vstack([self._change @ compliance[: len(o)], compliance[len(o) :]])

@@ -99,7 +99,7 @@ def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, train
         return Scale(fitted.beta, float(scales.min()), float(scales.max())) if bounded else fitted
 
     def error(samples: np.ndarray, scale: Scale) -> float:
-        extra = scale.of(ratios[samples]) - 1.0
+        extra = scale.of(ratios[samples]) - 1.0  # of the detail, beside its scale of 1
         squared = unexplained[samples] - 2.0 * extra * missing_by_detail[samples] + extra**2 * detail_square[samples]
         return float(np.sqrt(np.maximum(squared, 0.0)).sum())
 

@@ -36,11 +36,11 @@ def nearest_first(points: np.ndarray, contact: np.ndarray, size: float, frame: n
 
     Ties within TIE of ``size`` [m] go by the position along the columns of ``frame``, if given, and then by number.
     """
-    away = points - contact
-    distance = levels(np.linalg.norm(away, axis=1), TIE * size)
+    from_contact = points - contact
+    distance = levels(np.linalg.norm(from_contact, axis=1), TIE * size)
     if frame is None:
         return np.argsort(distance, kind="stable")
-    along = [levels(values, TIE * size) for values in (away @ frame).T]
+    along = [levels(values, TIE * size) for values in (from_contact @ frame).T]
     return np.lexsort([*along[::-1], distance])
 
 
@@ -150,8 +150,8 @@ class Ordered:
             outward = position - self._centre
             outward = outward / np.linalg.norm(outward)
             frame = contact_frame(self._normals[row], np.array([self._axis, outward]))
-        near, slots = (nearest_first(nodes, position, self._size, frame) for nodes in (self._surface, self._fine))
-        return View(self._numbers[near[: self._neighbours]], slots, np.argsort(slots), frame)
+        nearest, slots = (nearest_first(nodes, position, self._size, frame) for nodes in (self._surface, self._fine))
+        return View(self._numbers[nearest[: self._neighbours]], slots, np.argsort(slots), frame)
 
 
 Features = Unordered | Ordered

@@ -33,8 +33,8 @@ def _choose(training: Training, kernel: np.ndarray, gram: np.ndarray) -> tuple[n
         return dual_weights(kernel[np.ix_(train, train)], kernel[np.ix_(train, validation)], LAMBDAS)
 
     errors = training.errors(gram, blends)
-    best = int(errors.mean(axis=1).argmin())
-    return errors[best], float(LAMBDAS[best])
+    best_row = int(errors.mean(axis=1).argmin())
+    return errors[best_row], float(LAMBDAS[best_row])
 
 
 def _solve(kernel: np.ndarray, targets: np.ndarray, relative: float) -> np.ndarray:
@@ -90,10 +90,10 @@ class KernelRidge:
         sigmas = median_distance(squared) * np.geomspace(widths.min, widths.max, widths.count)
         gram = targets @ targets.T
         candidates = [_choose(training, products * gaussian(squared, sigma), gram) for sigma in sigmas]
-        best = min(range(len(candidates)), key=lambda i: float(candidates[i][0].mean()))
-        self.sigma_m, self.errors = float(sigmas[best]), candidates[best][0]
+        best_sigma = min(range(len(candidates)), key=lambda i: float(candidates[i][0].mean()))
+        self.sigma_m, self.errors = float(sigmas[best_sigma]), candidates[best_sigma][0]
         self.score = float(self.errors.mean())
-        self._dual = _solve(products * gaussian(squared, self.sigma_m), targets, candidates[best][1])
+        self._dual = _solve(products * gaussian(squared, self.sigma_m), targets, candidates[best_sigma][1])
 
     def predict(self, query: np.ndarray) -> np.ndarray:
         """Return displacements (n, 3) [m] for one description (r,) [m]."""

@@ -59,7 +59,7 @@ class Training:
         gram : (k, k) inner products of the blended vectors [m²]
         blends(known, asked) : weights (candidates, known, asked) found from the known samples only
         """
-        of_folds, order = [], []
+        fold_errors, order = [], []
         for train, validation in self.folds:
             squared = blend_errors(
                 blends(train, validation),
@@ -67,9 +67,9 @@ class Training:
                 gram[np.ix_(train, validation)],
                 gram.diagonal()[validation],
             )
-            of_folds.append(np.sqrt(squared / self.db.fine.shape[1]) / self.db.peaks[validation])
+            fold_errors.append(np.sqrt(squared / self.db.fine.shape[1]) / self.db.peaks[validation])
             order.append(validation)
-        return np.concatenate(of_folds, axis=-1)[..., np.argsort(np.concatenate(order))]
+        return np.concatenate(fold_errors, axis=-1)[..., np.argsort(np.concatenate(order))]
 
 
 def gather(db: Database, protocol: str, options: FitOptions, responses: Compliance | None = None) -> Training:

@@ -114,13 +114,13 @@ def sparse_weights(pulls: np.ndarray, target: np.ndarray, tolerance: float) -> t
     square, rhs = np.empty((0, 0)), np.empty(0)  # the products of the chosen with each other, and with the target
     while np.linalg.norm(remainder) > tolerance * np.linalg.norm(target) and len(chosen) < min(pulls.shape):
         likeness = (remainder.astype(np.float32) @ rough) / size
-        likeness[chosen] = -np.inf
+        likeness[chosen] = -np.inf  # none is taken twice
         added = int(np.argmax(likeness))
         if not likeness[added] > 0.0:
             break
         chosen, weights = np.append(chosen, added), np.append(weights, 0.0)
         row = pulls[chosen] @ pulls[added]
-        row[-1] *= 1.0 + 1e-12
+        row[-1] *= 1.0 + 1e-12  # so that nearly equal rows keep the products regular
         square, rhs = np.block([[square, row[:-1, None]], [row]]), np.append(rhs, pulls[added] @ target)
         while len(chosen):  # fit weights until none is negative
             fitted = np.linalg.solve(square, rhs)

@@ -23,7 +23,7 @@ def settle(q, load, body, touch, tolerance, iterations):
     The method is L-BFGS from the identity under a load, and Newton's under an instrument. The residual is relative to
     the load or the pull of contact, and above ``tolerance`` where the search ended without a minimum.
     """
-    scratch, identity = scratch_of(body), np.empty((0, 0))
+    scratch, no_factor = scratch_of(body), np.empty((0, 0))
     steps, turns, scale = np.empty((MEMORY, len(q))), np.empty((MEMORY, len(q))), np.empty(MEMORY)
     energy, gradient, scale_n = valued(q, load, body, scratch, touch)
     residual, stored = np.inf, 0
@@ -33,7 +33,7 @@ def settle(q, load, body, touch, tolerance, iterations):
         if residual <= tolerance or iteration == iterations:
             break
         if touch is None:
-            direction = directed(identity, -gradient, steps, turns, scale, stored)
+            direction = directed(no_factor, -gradient, steps, turns, scale, stored)
         else:
             direction = newton(q, -gradient, body, touch)
         slope, length, accepted = np.dot(gradient, direction), 1.0, False
@@ -49,7 +49,7 @@ def settle(q, load, body, touch, tolerance, iterations):
                 stored = remember(trial - q, trial_gradient - gradient, steps, turns, scale, stored)
             q[:], gradient, energy = trial, trial_gradient, trial_energy
             scale_n = pull if pull > 0.0 else scale_n
-        elif stored > 0:
+        elif stored > 0:  # once more along the gradient
             stored = 0
         else:
             break
@@ -68,7 +68,7 @@ def valued(q, load, body, scratch, touch):
 
 @numba.njit(cache=True, error_model="numpy")
 def remember(step, turn, steps, turns, scale, kept):
-    """Store a ``step`` and the change ``turn`` of the gradient along it for L-BFGS; return how many pairs were stored.
+    """Store a ``step`` and the gradient's change ``turn`` over it for L-BFGS; return how many pairs were stored so far.
 
     steps, turns, scale : where the last pairs and the inverses of their products are; a pair of negative curvature is
         left out

@@ -154,18 +154,18 @@ def _remove_edge(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
     edges, number, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
     best_gain, chosen = -np.inf, (np.empty(0, dtype=np.int64), np.empty((0, 4), dtype=np.int64))
     for edge in np.flatnonzero(count == 3):  # each edge with three tetrahedra around it
-        old = np.flatnonzero(number.ravel() == edge) // len(EDGES)
-        ring = np.setdiff1d(tetrahedra[old], edges[edge])  # the three nodes around it
+        removed = np.flatnonzero(number.ravel() == edge) // len(EDGES)
+        ring = np.setdiff1d(tetrahedra[removed], edges[edge])  # the three nodes around it
         if len(ring) > 3:  # on the surface
             continue
-        new = np.array([[*ring, edges[edge][0]], [*ring[::-1], edges[edge][1]]])
-        volumes = TetMesh(points, new).volumes
+        added = np.array([[*ring, edges[edge][0]], [*ring[::-1], edges[edge][1]]])
+        volumes = TetMesh(points, added).volumes
         if volumes[0] < 0.0:
-            new, volumes = new[:, [1, 0, 2, 3]], -volumes
+            added, volumes = added[:, [1, 0, 2, 3]], -volumes
         if volumes.min() <= 0.0:
             continue
-        gain = dihedral_angles(TetMesh(points, new)).min() - least_angles[old].min()
+        gain = dihedral_angles(TetMesh(points, added)).min() - least_angles[removed].min()
         if gain > best_gain:
-            best_gain, chosen = gain, (old, new)
-    old, new = chosen
-    return np.concatenate([np.delete(tetrahedra, old, axis=0), new])
+            best_gain, chosen = gain, (removed, added)
+    removed, added = chosen
+    return np.concatenate([np.delete(tetrahedra, removed, axis=0), added])

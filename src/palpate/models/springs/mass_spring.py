@@ -82,7 +82,7 @@ class LoadedSprings:
         return self._system.potential_force(x) + self._load
 
     def stiffness(self, x: np.ndarray, definite: bool = False) -> sparse.bsr_array:
-        """Return the stiffness (3n, 3n) [N/m] at ``x``, held nodes decoupled, parts clamped positive if ``definite``."""
+        """Return the stiffness (3n, 3n) [N/m] at ``x``, held nodes decoupled; ``definite``: clamped per spring."""
         stiffness = self._system.stiffness(x, definite)
         self._system.hold(stiffness)
         return stiffness
@@ -167,9 +167,9 @@ def fit_moduli(network: Network, samples: Database, nodal: bool, volume: bool, e
     search = _Search(network, samples, volume)
     search.descend(1, evaluations[0], np.append(np.zeros(1), [1.0 / WIDTH] if volume else []))
     if nodal:
-        best = search.best
-        young = np.log(best.young_pa / network.particles.material.young_pa)
-        start = np.append(young, [best.volume_n_m / search.stiff] if volume else [])
+        uniform = search.best
+        young = np.log(uniform.young_pa / network.particles.material.young_pa)
+        start = np.append(young, [uniform.volume_n_m / search.stiff] if volume else [])
         search.descend(len(young), evaluations[1], start)
     if not search.best.misfit < 1.0:
         raise NotConverged(f"{network.particles.name}: no moduli of springs fit the samples; choose lower loads", [])

@@ -57,10 +57,10 @@ def spring_model(particles: Particles) -> SpringModel:
     """Build the network of a solid's tetrahedra."""
     stiffer = particles.tissue.young_pa / particles.material.young_pa
     volumes = TetMesh(particles.nodes, particles.tetrahedra).volumes
-    pairs, around = sum_around_edges(particles.tetrahedra, stiffer * volumes)
-    rest = rest_lengths(particles.nodes, pairs)
+    pairs, volume = sum_around_edges(particles.tetrahedra, stiffer * volumes)
+    rest_m = rest_lengths(particles.nodes, pairs)
     held = np.array(particles.held)
-    return SpringModel(particles.nodes, particles.tetrahedra, pairs, rest, around / rest**2, particles.masses, held)
+    return SpringModel(particles.nodes, particles.tetrahedra, pairs, rest_m, volume / rest_m**2, particles.masses, held)
 
 
 @dataclass(frozen=True, eq=False)

@@ -105,8 +105,8 @@ class GraspedResponses(TouchSolver):
         grasping = meshed.problem
         assert isinstance(grasping, Grasping)
         columns = np.stack([grasping.response(axis) for axis in np.eye(3)], axis=2)
-        small = SMALL * grasping.mesh.size
-        stiffness = [grasping.reaction(grasping.mesh.nodes + small * columns[:, :, i]) / small for i in range(3)]
+        scale = SMALL * grasping.mesh.size
+        stiffness = [grasping.reaction(grasping.mesh.nodes + scale * columns[:, :, i]) / scale for i in range(3)]
         self._places[touch.node] = by_column(meshed.up, columns), np.array(stiffness)
 
     def respond(self, touch: Touch) -> Touched:

@@ -159,7 +159,7 @@ def carried(rest, weights, places, points, moved, numbers):
     for c in range(len(points)):
         q = points[c]
         carried_points[c] = rest[q]
-        for a in range(weights.shape[1]):
+        for a in range(weights.shape[1]):  # nodes of its triangle
             for i in range(3):
                 carried_points[c, i] += weights[q, a] * moved[numbers[places[q, a]], i]
     return carried_points

@@ -101,7 +101,7 @@ def network(hidden: int) -> Callable:
                 total += float(_relative(predicted, scaled[validation]).sum())
             return total
 
-        weights = trained(slice(None), min(DECAYS, key=error))
+        weights = trained(slice(None), min(DECAYS, key=error))  # on all samples
 
         def answer(place: np.ndarray, force: np.ndarray) -> np.ndarray:
             return size * _layered(weights, ((place - middle) / spread)[None], _powers(force[None]))[2][0]

@@ -226,7 +226,7 @@ def prepare(rest: BodyAtRest, loads: Loads, rayleigh: Rayleigh, bent: int, toler
 
 
 def _elsewhere(loads: Loads, period_s: float, number: int) -> Loads:
-    """Return the loads turned into the direction with this ``number``, of nine; pushes last one period."""
+    """Return ``loads`` turned into the direction ``number`` of nine; pushes rise, hold and fall within one period."""
     gravity = push = None
     if loads.gravity:
         pull = np.array(loads.acceleration_m_s2, dtype=float)

@@ -163,7 +163,7 @@ def fit(shapes: Shapes, samples: Database, steps: int, count: int, evaluations: 
 
     # logs of h², h the time that sound takes across the body or a part of it: such steps move it as its material would
     log_crossing = 2.0 * np.log(size * np.sqrt(material.density_kg_m3 / material.young_pa))
-    starts = log_crossing - np.arange(1.0, 10.0, 1.5)
+    starts = log_crossing - np.arange(1.0, 10.0, 1.5)  # of log h²
     fits = []
     for alpha in ALPHAS:
         start = np.array([min(starts, key=lambda scale: misfit(scale, 0.5, alpha)), 0.5])

@@ -350,7 +350,7 @@ def target_ratio(offline: Offline, case: Case, node: int) -> float:
 
 
 def _fine_columns(offline: Offline, case: Case, node: int) -> np.ndarray:
-    """Return the linear responses of the finest level at ``node``: stored, or extrapolated from the levels before."""
+    """Return the finest level's linear responses (n_surface, 3, 3) at ``node``: stored, or extrapolated to it."""
     reduced = offline.reduced_columns(node)
     if offline.gap == 0:
         return reduced

@@ -311,7 +311,7 @@ def _add(outer, mu, lam, matrix, row, column):
 
 @numba.njit(cache=True)
 def product_of(matrix, nodes, right):
-    """Return the rows of ``nodes`` (k,) of a node-wise ``matrix`` (3n, 3n), columns alike, times ``right`` (3k, p)."""
+    """Return the block (3k, 3k) of ``matrix`` (3n, 3n) between ``nodes`` (k,), times ``right`` (3k, p): (3k, p)."""
     product, rows = np.empty_like(right), np.empty((3 * ROWS, len(right)), dtype=right.dtype)
     for begin in range(0, len(nodes), ROWS):
         count = min(ROWS, len(nodes) - begin)

@@ -47,7 +47,7 @@ def _nodal_rotations(displacement, tetrahedra, gradients, volumes, means):
     for e in range(len(tetrahedra)):
         for i in range(3):
             for j in range(3):
-                f[i, j] = volumes[e] if i == j else 0.0
+                f[i, j] = volumes[e] if i == j else 0.0  # volume times deformation gradient
                 for a in range(4):
                     f[i, j] += volumes[e] * displacement[tetrahedra[e, a], i] * gradients[e, a, j]
         for a in range(4):

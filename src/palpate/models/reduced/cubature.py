@@ -172,7 +172,7 @@ def energy_of_elements(
         them
     """
     moved, count = [modes @ q for q in states] if moved is None else moved, modes.shape[2]
-    pulls = -np.array([elements.force(each).ravel() for each in moved]) @ modes.reshape(-1, count) - states
+    pulls = -np.array([elements.force(each).ravel() for each in moved]) @ modes.reshape(-1, count) - states  # nonlinear
     loads = np.empty((count, 0)) if loads is None else loads
     model = ReducedEnergy(candidate_points(elements, modes, near, rng), loads, elements.law, np.zeros((count, count)))
     return hyper_reduced(model, states, tolerance, pulls)

@@ -44,8 +44,8 @@ def pull_back(
         x, v, by_x, by_v, settings.every, settings.keys.corners, settings.keys.shares, stiffness, damping, pairs, rest,
         tetrahedra, volume_rest, volume, mobility, h, by_stiffness, by_damping, by_volume,
     )  # fmt: skip
-    by_stiffness += by_damping * damping / (2.0 * stiffness)
-    halves = np.repeat(0.5 * by_stiffness * model.weights, 2)
+    by_stiffness += by_damping * damping / (2.0 * stiffness)  # damping goes as its root
+    halves = np.repeat(0.5 * by_stiffness * model.weights, 2)  # to each end's modulus
     return np.bincount(pairs.ravel(), halves, minlength=len(young)), float(by_volume[0])
 
 
@@ -54,11 +54,11 @@ def _backwards(
     x, v, by_x, by_v, every, corners, shares, stiffness, damping, pairs, rest, tetrahedra, volume_rest, volume,
     mobility, h, by_stiffness, by_damping, by_volume,
 ):  # fmt: skip
-    """Step the adjoint backwards through a motion; add derivatives to the last three arrays, (s,), (s,) and (1,)."""
+    """Step a = ∂L/∂x, b = ∂L/∂v backwards through a motion; add ∂L by stiffness, damping and κ to the last arrays."""
     a, b, w = np.zeros_like(x[0]), np.zeros_like(x[0]), np.empty_like(x[0])
-    for s in range(len(x) - 2, -1, -1):
+    for s in range(len(x) - 2, -1, -1):  # from the last step to the first
         frame = s // every
-        for p in range(len(corners) if (s + 1) % every == 0 else 0):
+        for p in range(len(corners) if (s + 1) % every == 0 else 0):  # key points
             for c in range(4):
                 for i in range(3):
                     a[corners[p, c], i] += shares[p, c] * by_x[frame, p, i]
@@ -110,7 +110,7 @@ def _through_springs(x, v, w, stiffness, damping, pairs, rest, a, b, by_stiffnes
 def _through_volume(x, w, tetrahedra, volume_rest, volume, a, by_volume):
     """Add the derivatives of w·f by positions to ``a`` and by κ = ``volume`` to ``by_volume``, f the volume force.
 
-    w·f of a tetrahedron is −κ (L − L₀) g·w, L its sum of distances to the middle, g = ∂L/∂x; ∂²L/∂x² is symmetric.
+    w·f of a tetrahedron is −κ (S − S₀) g·w, S its sum of distances to the middle, g = ∂S/∂x; ∂²S/∂x² is symmetric.
     """
     lengths, u, projected = np.empty(4), np.empty((8, 3)), np.empty((4, 3))
     for e in range(len(tetrahedra)):

@@ -139,13 +139,13 @@ def _evaluate(
 
 @numba.njit(cache=True, error_model="numpy")
 def _sum_distances(values, corners, shares, wanted, work, total):
-    """Sum the distances of the key points from their reference, in each lane, into ``total`` (lanes,)."""
+    """Write into ``total`` (lanes,) the summed distances of the key points in ``values`` from ``wanted`` (p, 3)."""
     k = len(LANES)
     total[:] = 0.0
     for p in range(len(corners)):
         for i in range(3):
             for j in range(i * k, (i + 1) * k):
-                work[j] = -wanted[p, i]
+                work[j] = -wanted[p, i]  # differences of the three coordinates, by lane
         for c in range(4):
             corner, share = values[corners[p, c]], shares[p, c]
             for j in range(3 * k):

@@ -193,7 +193,7 @@ class _Search:
 
     def descend(self, count: int, evaluations: int, start: np.ndarray) -> None:
         """Lower the misfit by L-BFGS from ``start``, whose first ``count`` unknowns are moduli; ``best`` is updated."""
-        steepness = float(np.linalg.norm(self._evaluate(start, count)[1]))
+        steepness = float(np.linalg.norm(self._evaluate(start, count)[1]))  # gradient's norm at the start
         if steepness == 0.0:
             return
         widest = float(np.log(WIDTH))

@@ -23,7 +23,7 @@ def forces_for(
     unknown: np.ndarray,
     slope: np.ndarray,
 ) -> np.ndarray:
-    """Return forces (f,) [N] at which ``moved`` (f,) [m] is ``wanted`` (f,) in the components ``unknown`` (f,) bool.
+    """Return forces (f,) [N] whose displacement ``moved`` (f,) [m] is ``wanted`` in components ``unknown`` (f,) bool.
 
     force : (f,) the given ones, and 0 where they are unknown; slope : (f, f) [m/N], the response to small forces
     Broyden's method (1965), from the linear response. Unlike ``find_forces`` it halves a step that leads no nearer, or
@@ -36,28 +36,28 @@ def forces_for(
         return (wanted - moved(force))[unknown]
 
     force, inverse = force.copy(), np.linalg.inv(compliance)
-    left = missing(force)
-    # a disc that is held where other presses would move it has a way to go, too
-    scale = float(max(np.abs(wanted[unknown]).max(), np.abs(left).max()))
-    step = inverse @ left
-    for _ in range(FORCE_EVALUATIONS):
-        if np.abs(left).max() <= FORCE_TOLERANCE * scale:
+    error = missing(force)
+    # the largest way that is asked for or, of a disc held against other presses, undone
+    scale = float(max(np.abs(wanted[unknown]).max(), np.abs(error).max()))
+    step = inverse @ error
+    for _ in range(FORCE_EVALUATIONS):  # Broyden's steps, halved where they lead no nearer
+        if np.abs(error).max() <= FORCE_TOLERANCE * scale:
             return force
-        tried = force.copy()
-        tried[unknown] += step
+        trial = force.copy()
+        trial[unknown] += step
         try:
-            remaining = missing(tried)
+            trial_error = missing(trial)
         except NotConverged:
             step = 0.5 * step
             continue
-        if not np.linalg.norm(remaining) < 1.5 * np.linalg.norm(left):
+        if not np.linalg.norm(trial_error) < 1.5 * np.linalg.norm(error):
             step = 0.5 * step
             continue
-        change = inverse @ (left - remaining)
+        change = inverse @ (error - trial_error)
         inverse += np.outer(step - change, step @ inverse) / (step @ change)
-        force, left = tried, remaining
-        step = inverse @ left
-    raise NotConverged("no force was found that moves the disc as far as it is pushed", [float(np.abs(left).max())])
+        force, error = trial, trial_error
+        step = inverse @ error
+    raise NotConverged("no force was found that moves the disc as far as it is pushed", [float(np.abs(error).max())])
 
 
 def _apart(compliance: np.ndarray) -> np.ndarray:
@@ -99,10 +99,10 @@ class Discs:
 
         Refused for two discs that are pushed at the same place.
         """
-        given, pushed = load.parted()
+        by_force, to_depth = load.parted()
         missing = [
-            displacement - sum(force @ self.means(disc, contact) for contact, force in given)
-            for disc, displacement in pushed
+            displacement - sum(force @ self.means(disc, contact) for contact, force in by_force)
+            for disc, displacement in to_depth
         ]
         return load.with_found(np.linalg.solve(self._between_discs(load), np.concatenate(missing)).reshape(-1, 3))
 
@@ -119,8 +119,8 @@ class Discs:
         def reached(tried: np.ndarray) -> np.ndarray:
             presses = list(zip(nodes, load.with_found(tried), strict=True))
             moved = respond(presses)
-            parts = [self._mean(disc, moved) for _, disc in pushed]
-            return parts + np.array([sum(f @ inexact[disc, c] for c, f in presses) for _, disc in pushed])
+            disc_means = [self._mean(disc, moved) for _, disc in pushed]
+            return disc_means + np.array([sum(f @ inexact[disc, c] for c, f in presses) for _, disc in pushed])
 
         displacements = np.array([displacement for _, displacement in load.parted()[1]])
         forces = load.with_found(find_forces(reached, displacements, self._between_discs(load)))
@@ -151,7 +151,7 @@ def find_forces(
     Raises NotConverged after DEPTH_ITERATIONS.
     """
     inverse, wanted = np.linalg.inv(compliance), displacements.ravel()
-    # a disc that is held where other presses would move it has a way to go, too
+    # the way that is asked for or, of discs held against other presses, undone
     size = float(max(np.linalg.norm(wanted), np.linalg.norm(wanted - means(np.zeros_like(displacements)).ravel())))
     if not 0.0 < size < np.inf:
         return np.zeros_like(displacements)

@@ -63,8 +63,8 @@ class LinearStart(Rest):
         rows = [row_of(self._contacts, contact) for contact, _ in by_force + to_depth]
         if to_depth:
             return None
-        parts = [np.tensordot(f, self._columns[row], 1) for row, (_, f) in zip(rows, by_force, strict=True)]
-        return np.sum(parts, axis=0)
+        responses = [np.tensordot(f, self._columns[row], 1) for row, (_, f) in zip(rows, by_force, strict=True)]
+        return np.sum(responses, axis=0)
 
 
 class FrameBefore(Rest):

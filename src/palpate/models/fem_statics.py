@@ -61,12 +61,12 @@ class Simulation:
         start : displacements (n_nodes, 3) [m] that Newton's method begins at, in place of rest
         Raises NotConverged, or InputError for a node that cannot be pressed.
         """
-        given, pushed = load.parted()
-        nodal, x = self.shares.spread(given, len(self._rest)), None if start is None else self._rest + start
+        by_force, to_depth = load.parted()
+        nodal, x = self.shares.spread(by_force, len(self._rest)), None if start is None else self._rest + start
         tolerance, iterations = self._tolerance, self._iterations
-        if pushed:
-            displacements = np.array([displacement for _, displacement in pushed])
-            weights = self._weights([node for node, _ in pushed])
+        if to_depth:
+            displacements = np.array([displacement for _, displacement in to_depth])
+            weights = self._weights([node for node, _ in to_depth])
             solution, forces = push(self._equilibrium, nodal, weights, displacements, tolerance, iterations, x)
             return solution.x - self._rest, load.with_found(forces)
         if iterations is None:
@@ -205,8 +205,8 @@ def to_fine(body: Body, level: int, order: int = 1) -> sparse.csr_array:
 
     Quadratic elements have to be below the finest level, where they have more nodes than the fine mesh.
     """
-    up = sparse.eye_array(len(body.fine.nodes), format="csr")
+    to_finer = sparse.eye_array(len(body.fine.nodes), format="csr")
     for start in range(len(body.levels) - order - 1, level - 1, -1):
         step = body.prolongations[start] if order == 1 else quadratic_prolongation(*body.levels[start : start + 2])
-        up = up @ step
-    return up.tocsr()
+        to_finer = to_finer @ step
+    return to_finer.tocsr()

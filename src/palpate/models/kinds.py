@@ -47,10 +47,10 @@ class Elements(Model):
 
     def level_of(self, case: Case) -> int:
         """Return the level of the body of ``case``; InputError for one that it has not."""
-        last = len(case.body.levels) - 1
-        if self.level is not None and self.level > last:
-            raise InputError(f"{type(self).__name__}: level is {self.level}; the body has the levels 0 to {last}.")
-        return last if self.level is None else self.level
+        finest = len(case.body.levels) - 1
+        if self.level is not None and self.level > finest:
+            raise InputError(f"{type(self).__name__}: level is {self.level}; the body has the levels 0 to {finest}.")
+        return finest if self.level is None else self.level
 
     def stopped(self, iterations: Iterable[int], tolerances: Iterable[float] = ()) -> list[Self]:
         """Return this setting with each of these caps on ``iterations``, and with each of these ``tolerances``."""
@@ -102,14 +102,14 @@ class FastFEM(Elements):
         The settings with most iterations, from rest and from the frame before, are also extrapolated to the limit of
         levels.
         """
-        asked, last, variants = grid.fast_fem, len(case.body.levels) - 1, []
-        for level in range(max(0, last - 1), last + 1):
+        asked, finest, variants = grid.fast_fem, len(case.body.levels) - 1, []
+        for level in range(max(0, finest - 1), finest + 1):
             rest, linear, frame = (self.having(level=level, start=start) for start in ("rest", "linear", "frame"))
-            frames = asked.finest_frame_iterations if level == last else FRAMES
+            frames = asked.finest_frame_iterations if level == finest else FRAMES
             warm, cold = frame.stopped(frames), rest.stopped(asked.iterations)
             if len(case.prepared_contacts):
                 variants += linear.stopped(asked.linear_iterations)
-                warm, cold = ([*each, *(one.having(target=LIMIT) for one in each[-1:])] for each in (warm, cold))
+                warm, cold = ([*caps, *(one.having(target=LIMIT) for one in caps[-1:])] for caps in (warm, cold))
             variants += [*warm, *cold, *rest.stopped([], asked.tolerances)]
         return distinct(variants)
 
@@ -134,8 +134,8 @@ class LocalFEM(Model):
         finest, variants = len(case.body.levels) - 1, []
         for depth in (1, 2):
             if depth <= finest:
-                on = self.having(depth=depth, reach=1.5, order=2)
-                variants.append(on.having(start="frame", iterations=WARM))
+                setting = self.having(depth=depth, reach=1.5, order=2)
+                variants.append(setting.having(start="frame", iterations=WARM))
         return variants
 
 
@@ -166,11 +166,11 @@ class ContactModes(Model):
         from palpate.models.contact_modes.offline import reduced_level
 
         asked = grid.contact_modes
-        whole = self.having(rings=50, thinned=0.003, modes="snapshots")
-        variants = [whole.having(modes="columns"), whole.having(rings=1), whole.having(thinned=0.01), whole]
+        full = self.having(rings=50, thinned=0.003, modes="snapshots")
+        variants = [full.having(modes="columns"), full.having(rings=1), full.having(thinned=0.01), full]
         if asked.finer and reduced_level(case.body, self.nodes) < len(case.body.levels) - 1:
-            variants.append(whole.having(modes="finer"))
-        return [each.having(target=target) for each in variants for target in asked.targets]
+            variants.append(full.having(modes="finer"))
+        return [setting.having(target=target) for setting in variants for target in asked.targets]
 
 
 class PODGalerkin(Model):
@@ -185,9 +185,9 @@ class PODGalerkin(Model):
     def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return numbers of modes, at most one a sample, with the last tolerance, and the most with the others."""
         asked = grid.pod_galerkin
-        *fewer, most = sorted({min(count, case.n_training) for count in asked.modes})
+        *fewer, largest = sorted({min(count, case.n_training) for count in asked.modes})
         *_, finest = asked.tolerances
-        variants = [(count, finest) for count in fewer] + [(most, tolerance) for tolerance in asked.tolerances]
+        variants = [(count, finest) for count in fewer] + [(largest, tolerance) for tolerance in asked.tolerances]
         return [self.having(modes=count, thinned=tolerance) for count, tolerance in variants]
 
 
@@ -225,8 +225,8 @@ class WarpedCompliance(Model):
     def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return numbers of training samples that are learnt from; with none the published method, and its limit."""
         counts = training_counts(case, (0, *SHARES[1:]))
-        plain, *learnt = [self.having(samples=count) for count in counts]
-        return [plain, self.having(samples=0, target=LIMIT), *learnt]
+        published, *learnt = [self.having(samples=count) for count in counts]
+        return [published, self.having(samples=0, target=LIMIT), *learnt]
 
 
 class OfCoarse(Model):
@@ -244,9 +244,9 @@ class OfCoarse(Model):
 
         A stored answer is left out of a case that has none.
         """
-        *cheap, best = [kind for kind in grid.coarse_answers if kind != "linear" or case.response is not None]
-        last = [each.having(coarse=best) for each in fewer if each.text != self.text]
-        return distinct([*(self.having(coarse=kind) for kind in cheap), *last, self.having(coarse=best)])
+        *cheaper, dearest = [kind for kind in grid.coarse_answers if kind != "linear" or case.response is not None]
+        with_best = [setting.having(coarse=dearest) for setting in fewer if setting.text != self.text]
+        return distinct([*(self.having(coarse=kind) for kind in cheaper), *with_best, self.having(coarse=dearest)])
 
 
 class DetailCorrection(OfCoarse):
@@ -266,8 +266,8 @@ class DetailCorrection(OfCoarse):
         """
         counts = training_counts(case, SHARES)
         fewer = [self.having(samples=0, turned=False), *(self.having(samples=count) for count in (0, *counts))]
-        *others, whole = self.having(samples=case.n_training).with_each(case, grid, fewer)
-        return [*others, whole.having(target=LIMIT), whole]
+        *with_coarse, full = self.having(samples=case.n_training).with_each(case, grid, fewer)
+        return [*with_coarse, full.having(target=LIMIT), full]
 
 
 class Interpolation(OfCoarse):
@@ -305,9 +305,9 @@ class PODRBF(OfCoarse):
 
     def tried(self, case: Case, grid: Any) -> list[Self]:
         """Return the coarse answers with as many modes as possible, and with the best answer fewer modes."""
-        most = case.n_training - 1
-        fewer = [self.having(modes=count) for count in sorted({min(modes, most) for modes in grid.pod_rbf.modes})]
-        return self.having(modes=most).with_each(case, grid, fewer)
+        largest = case.n_training - 1
+        fewer = [self.having(modes=count) for count in sorted({min(modes, largest) for modes in grid.pod_rbf.modes})]
+        return self.having(modes=largest).with_each(case, grid, fewer)
 
 
 class PaperEnrichment(OfCoarse):
@@ -330,11 +330,11 @@ class PaperEnrichment(OfCoarse):
         if self.features != "unordered":
             usual = self.having(neighbours=case.options.neighbours)
         fewer = [usual.having(samples=count) for count in training_counts(case, asked.training_shares)]
-        whole = usual.having(samples=case.n_training)
+        full = usual.having(samples=case.n_training)
         if self.features == "ordered":
-            most = len(case.meshes.coarse_surface)
-            fewer += [whole.having(neighbours=count) for count in asked.neighbours if count < most]
-        return whole.with_each(case, grid, fewer)
+            available = len(case.meshes.coarse_surface)
+            fewer += [full.having(neighbours=count) for count in asked.neighbours if count < available]
+        return full.with_each(case, grid, fewer)
 
 
 class PODOfLoads(Model):

@@ -20,12 +20,12 @@ def limit_columns(case: Case) -> np.ndarray:
 
     They are computed once for a case, and charged to all that use them. Refused for a body of one level.
     """
-    before = len(case.body.levels) - 2
-    if before < 0:
+    next_to_finest = len(case.body.levels) - 2
+    if next_to_finest < 0:
         raise Refused(f"{case.body.name} has one level, and a limit is extrapolated from two at least")
 
     def make() -> np.ndarray:
-        what = case.body, case.radius_m, before
+        what = case.body, case.radius_m, next_to_finest
         offline = case.share(("offline", *what), lambda: Offline(*what))
         responses = [target_columns(offline, case, LIMIT, int(contact)) for contact in case.prepared_contacts]
         return np.ascontiguousarray(np.moveaxis(np.array(responses), 3, 1))
@@ -59,11 +59,11 @@ class ToLimit(Solver):
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Answer as ``Solver`` does, but to no depth; an answer that the solver doubts is brought to the limit, too."""
-        beyond = self._beyond.superpose(load.forces())
+        correction = self._beyond.superpose(load.forces())
         try:
-            return _moved(self._solver.respond(load), beyond)
+            return _moved(self._solver.respond(load), correction)
         except Doubted as doubted:
-            answer = doubted.answer._replace(displacement=doubted.answer.displacement + beyond)
+            answer = doubted.answer._replace(displacement=doubted.answer.displacement + correction)
             raise Doubted(str(doubted), doubted.history, answer) from doubted
 
 

@@ -72,9 +72,9 @@ class LocalAnswers:
         """Return the inverse (3m, 3m) [N/m] of the compliance of ``nodes`` (m,); NotConverged if it has none."""
         if not len(nodes):
             return np.zeros((0, 0))
-        square = self.own[nodes[:, None], nodes].transpose(0, 2, 1, 3).reshape(3 * len(nodes), -1).astype(float)
-        square[np.diag_indices(len(square))] *= 1.0 + RIDGE
-        lower, failed = dpotrf(square, lower=1)
+        compliance = self.own[nodes[:, None], nodes].transpose(0, 2, 1, 3).reshape(3 * len(nodes), -1).astype(float)
+        compliance[np.diag_indices(len(compliance))] *= 1.0 + RIDGE
+        lower, failed = dpotrf(compliance, lower=1)
         if failed:
             raise NotConverged("the answers of a surface to forces at its nodes are not positive", [])
         inverse = dpotri(lower, lower=1)[0]
@@ -83,46 +83,46 @@ class LocalAnswers:
 
 @numba.njit(cache=True, error_model="numpy")
 def turned(matrix, turn):
-    """Return a symmetric ``matrix`` (3m, 3m) between nodes, whose blocks are turned by ``turn`` (3, 3)."""
-    product, part = np.empty_like(matrix), np.empty((3, 3))
+    """Return a symmetric ``matrix`` (3m, 3m) between nodes with each 3 × 3 block B replaced by ``turn`` B ``turn``ᵀ."""
+    product, half = np.empty_like(matrix), np.empty((3, 3))
     for a in range(0, len(matrix), 3):
         for b in range(0, a + 3, 3):
             for i in range(3):
                 for j in range(3):
-                    part[i, j] = 0.0
+                    half[i, j] = 0.0
                     for k in range(3):
-                        part[i, j] += turn[i, k] * matrix[a + k, b + j]
+                        half[i, j] += turn[i, k] * matrix[a + k, b + j]
             for i in range(3):
                 for j in range(3):
                     value = 0.0
                     for k in range(3):
-                        value += part[i, k] * turn[j, k]
+                        value += half[i, k] * turn[j, k]
                     product[a + i, b + j] = product[b + j, a + i] = value
     return product
 
 
 def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPoints, corners: int) -> LocalAnswers:
-    """Compute responses to unit forces at all free nodes of ``points``; the first ``corners`` nodes are corners."""
-    inside, count = points.interpolation.tocsr(), len(elements.rest)
-    free = np.setdiff1d(inside.indices, elements.held)
-    of, flat = coordinates_of(free), modes.reshape(3 * count, -1)
-    own, far = np.empty((len(of), len(of)), np.float32), np.empty((len(of), 3 * corners), np.float32)
-    for begin in range(0, len(of), TOGETHER):
-        some = slice(begin, begin + TOGETHER)
-        loads = np.zeros((3 * count, len(of[some])))
-        loads[of[some], np.arange(loads.shape[1])] = SOFTER
-        answers = elements.solve(loads.reshape(count, 3, -1), RESIDUAL).reshape(loads.shape)
-        answers -= SOFTER * (flat @ flat[of[some]].T)
-        own[:, some], far[some] = answers[of], answers[: 3 * corners].T
+    """Compute SOFTER (K⁻¹ − Φ Φᵀ) of free nodes of ``points``, ``modes`` Φ; the first ``corners`` nodes are corners."""
+    interpolation, count = points.interpolation.tocsr(), len(elements.rest)
+    free = np.setdiff1d(interpolation.indices, elements.held)
+    dof, flat_modes = coordinates_of(free), modes.reshape(3 * count, -1)
+    c_free, c_corners = np.empty((len(dof), len(dof)), np.float32), np.empty((len(dof), 3 * corners), np.float32)
+    for start in range(0, len(dof), TOGETHER):  # responses to the forces, batch by batch
+        batch = slice(start, start + TOGETHER)
+        loads = np.zeros((3 * count, len(dof[batch])))
+        loads[dof[batch], np.arange(loads.shape[1])] = SOFTER
+        responses = elements.solve(loads.reshape(count, 3, -1), RESIDUAL).reshape(loads.shape)
+        responses -= SOFTER * (flat_modes @ flat_modes[dof[batch]].T)
+        c_free[:, batch], c_corners[batch] = responses[dof], responses[: 3 * corners].T
     numbers = np.full(count, -1)
     numbers[free] = np.arange(len(free))
     weights, places = np.zeros((len(points.areas), NODES)), np.zeros((len(points.areas), NODES), dtype=np.int64)
-    for q, (begin, end) in enumerate(pairwise(inside.indptr)):
-        number = numbers[inside.indices[begin:end]]
-        weights[q, : end - begin] = np.where(number < 0, 0.0, inside.data[begin:end])
-        places[q, : end - begin] = np.maximum(number, 0)
-    by_node = np.ascontiguousarray((0.5 * (own + own.T)).reshape(len(free), 3, -1, 3).transpose(0, 2, 1, 3))
-    return LocalAnswers(free, elements.rest[free], flat[of], by_node, far, weights, places)
+    for q, (start, end) in enumerate(pairwise(interpolation.indptr)):  # weights and nodes of each contact point
+        at_point = numbers[interpolation.indices[start:end]]
+        weights[q, : end - start] = np.where(at_point < 0, 0.0, interpolation.data[start:end])
+        places[q, : end - start] = np.maximum(at_point, 0)
+    by_node = np.ascontiguousarray((0.5 * (c_free + c_free.T)).reshape(len(free), 3, -1, 3).transpose(0, 2, 1, 3))
+    return LocalAnswers(free, elements.rest[free], flat_modes[dof], by_node, c_corners, weights, places)
 
 
 def turn_of(rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
@@ -159,7 +159,7 @@ def carried(rest, weights, places, points, moved, numbers):
     for c in range(len(points)):
         q = points[c]
         carried_points[c] = rest[q]
-        for a in range(weights.shape[1]):
+        for a in range(weights.shape[1]):  # nodes of its triangle
             for i in range(3):
                 carried_points[c, i] += weights[q, a] * moved[numbers[places[q, a]], i]
     return carried_points
@@ -169,6 +169,6 @@ def numbered(nodes: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return which of ``count`` nodes are in ``nodes``, (m,) increasing, and the number of each among them, or −1."""
     numbers = np.full(count, -1)
     numbers[nodes.ravel()] = 0
-    some = np.flatnonzero(numbers == 0)
-    numbers[some] = np.arange(len(some))
-    return some, numbers
+    chosen = np.flatnonzero(numbers == 0)
+    numbers[chosen] = np.arange(len(chosen))
+    return chosen, numbers

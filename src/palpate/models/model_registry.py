@@ -88,8 +88,8 @@ def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, di
     """
     groups: dict[str, dict[str, dict[str, Any]]] = {}
     for name in names:
-        near = BESIDE[name] if BESIDE.get(name) in names else name
-        family = name if name in own else family_of(near)
+        leader = BESIDE[name] if BESIDE.get(name) in names else name
+        family = name if name in own else family_of(leader)
         groups.setdefault(family, {})[name] = _recipe(name, own)
     return groups
 
@@ -108,8 +108,8 @@ def check_own(file: Path, own: Mapping[str, str]) -> None:
 
     file : of the settings, to whose folder the files are relative
     """
-    if wrong := unknown([], own):
-        raise InputError(f"{file}: own_models names {wrong}")
+    if problem := unknown([], own):
+        raise InputError(f"{file}: own_models names {problem}")
     for name, path in own.items():
         check_file(f"{file}: own_models.{name}", path, (file.parent / path).is_file())
         check_source(f"{file}: own_models.{name}", file.parent / path, MODEL_FUNCTIONS, MODEL_GUIDE)

@@ -21,11 +21,11 @@ class NearBuckling:
 
     def checked(self, load: Load, answer: np.ndarray | Answer) -> np.ndarray | Answer:
         """Return the ``answer`` to ``load``; Doubted where its forces are near those that buckle the body."""
-        whole = answer if isinstance(answer, Answer) else Answer(answer)
+        full = answer if isinstance(answer, Answer) else Answer(answer)
         nodes = [press.node for press in load.presses]
         share = self._buckling.share(
-            load.forces() if whole.forces is None else zip(nodes, whole.forces, strict=True), self._largest
+            load.forces() if full.forces is None else zip(nodes, full.forces, strict=True), self._largest
         )
         if share <= self._largest:
             return answer
-        raise Doubted(f"this is {share:.2f} of the load under which the body buckles", [share], whole)
+        raise Doubted(f"this is {share:.2f} of the load under which the body buckles", [share], full)

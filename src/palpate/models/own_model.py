@@ -60,7 +60,7 @@ class OwnModel(Model):
 
 
 def as_model(own: Any, place: str = "a model", answers: str = ANSWERS[0]) -> Model:
-    """Return an object of the user's as a model; InputError for a wrong word of it.
+    """Return an object of the user's as a model; InputError for a value in it that is not of those in DECLARED.
 
     place : what errors name; answers : the method of what it prepares, such as those of ANSWERS
     """

@@ -45,9 +45,9 @@ class Galerkin(Solver):
         displacements, rows = case.share(name, lambda: _volumes(case, offline.level), "volumes")
         elements = offline.elements(offline.level)
         answers = np.stack(displacements, axis=2)
-        square = products(answers, elements.multiply(answers))
-        mixes = independent(square)[:, -model.modes :]  # each answer counts by itself over its own energy
-        coordinates = mixes.T @ square
+        energies = products(answers, elements.multiply(answers))
+        mixes = independent(energies)[:, -model.modes :]  # each answer counts by itself over its own energy
+        coordinates = mixes.T @ energies
         self._modes = answers @ mixes
         self._surface = np.tensordot(database.fine[rows], mixes, (0, 0)).reshape(-1, mixes.shape[1])
         self._soft = softness(self._surface.reshape(-1, 3, mixes.shape[1]))
@@ -69,17 +69,17 @@ class Galerkin(Solver):
     def respond(self, load: Load) -> np.ndarray | Answer:
         """Return the displacement (n_surface, 3) [m] under ``load``; Doubted beyond what the modes were made of."""
         pull = np.sum([force @ self._pull(node) for node, force in load.forces()], axis=0)
-        q, residual, least = self._reduced.at_rest(pull, RESIDUAL)
-        moved, far = (self._surface @ q).reshape(-1, 3), float(np.linalg.norm(q)) / self._reach
-        why = ""
-        if not least >= LEAST_DET:
-            why = f"cells are squeezed to det F = {least:.2f}, beyond what the modes are made of"
-        elif not far <= LARGEST_NORM:
-            why = f"this goes {far:.1f} times as far as any sample, beyond what is known"
+        q, residual, least_det = self._reduced.at_rest(pull, RESIDUAL)
+        moved, norm_ratio = (self._surface @ q).reshape(-1, 3), float(np.linalg.norm(q)) / self._reach
+        doubt = ""
+        if not least_det >= LEAST_DET:
+            doubt = f"cells are squeezed to det F = {least_det:.2f}, beyond what the modes are made of"
+        elif not norm_ratio <= LARGEST_NORM:
+            doubt = f"this goes {norm_ratio:.1f} times as far as any sample, beyond what is known"
         elif not self._reduced.is_stiff(q, LEAST_STIFFNESS * self._soft):
-            why = "the body is about to give way"
-        if why:
-            raise Doubted(why, [residual], Answer(moved))
+            doubt = "the body is about to give way"
+        if doubt:
+            raise Doubted(doubt, [residual], Answer(moved))
         return self._buckling.checked(load, moved)
 
     def _pull(self, node: int) -> np.ndarray:
@@ -117,15 +117,15 @@ def _reduced(
     """Return the energy of few points in ``modes`` (n, 3, r), whose forces at the samples are those of all points.
 
     coordinates, pulls : (r, s) of the samples, and their loads in coordinates
-    tolerance : relative to the whole forces, or to their nonlinear part if that is larger, as where a body turns
+    tolerance : relative to the whole forces, or to their nonlinear part where that is larger, as in a body that turns
     """
     points = points_and_means(elements, modes, np.ones(len(elements.couples), dtype=bool))
     model = ReducedEnergy(points, np.eye(modes.shape[2]), elements.law)
     if tolerance == 0.0:
         return model
     chosen = np.unique(np.linspace(0, coordinates.shape[1] - 1, CHOOSING_SAMPLES).round().astype(int))
-    beyond = np.linalg.norm(pulls - coordinates, axis=0)[chosen]
-    share = float(np.min(np.linalg.norm(pulls, axis=0)[chosen] / np.maximum(beyond, 1e-300)))
+    nonlinear_norms = np.linalg.norm(pulls - coordinates, axis=0)[chosen]
+    share = float(np.min(np.linalg.norm(pulls, axis=0)[chosen] / np.maximum(nonlinear_norms, 1e-300)))
     states = np.array([part * q for q in coordinates.T[chosen] for part in PARTS])
     return hyper_reduced(model, states, min(1.0, share) * tolerance)
 

@@ -34,24 +34,24 @@ Folds = Sequence[tuple[np.ndarray, np.ndarray]]
 def gaussian_process(
     places: np.ndarray, forces: np.ndarray, targets: np.ndarray, folds: Folds, seed: int
 ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Fit the mean of a Gaussian process; cross-validation chooses reach ℓ, share q of the square, and noise.
+    """Return a Gaussian process's mean by place and force; cross-validation chooses reach ℓ, share q, and noise.
 
     Its covariance is exp(−‖p − p'‖²/2ℓ²) (f·f' + q (f·f')²) of places p and forces f: near contacts answer alike, and
     nearly in proportion to the force.
     """
 
-    def covariance(away: np.ndarray, products: np.ndarray, reach: float, square: float) -> np.ndarray:
-        return np.exp(-0.5 * away / reach**2) * (products + square * products**2)
+    def covariance(squared_distances: np.ndarray, products: np.ndarray, reach: float, square: float) -> np.ndarray:
+        return np.exp(-0.5 * squared_distances / reach**2) * (products + square * products**2)
 
-    away, products = np.sum((places[:, None] - places) ** 2, axis=2), forces @ forces.T
+    squared_distances, products = np.sum((places[:, None] - places) ** 2, axis=2), forces @ forces.T
     best: tuple[float, tuple[float, float, float]] = (np.inf, (1.0, 0.0, 1.0))
     for reach in REACHES:
         for square in SQUARES:
-            wrong = _held_out(covariance(away, products, reach, square), targets, folds)
-            at = int(wrong.argmin())
-            best = min(best, (float(wrong[at]), (reach, square, float(LAMBDAS[at]))))
+            errors = _held_out(covariance(squared_distances, products, reach, square), targets, folds)
+            best_noise = int(errors.argmin())
+            best = min(best, (float(errors[best_noise]), (reach, square, float(LAMBDAS[best_noise]))))
     reach, square, noise = best[1]
-    kernel = covariance(away, products, reach, square)
+    kernel = covariance(squared_distances, products, reach, square)
     dual = dual_weights(kernel, np.eye(len(kernel)), np.array([noise]))[0] @ targets
 
     def predict(place: np.ndarray, force: np.ndarray) -> np.ndarray:
@@ -101,7 +101,7 @@ def network(hidden: int) -> Callable:
                 total += float(_relative(predicted, scaled[validation]).sum())
             return total
 
-        weights = trained(slice(None), min(DECAYS, key=error))
+        weights = trained(slice(None), min(DECAYS, key=error))  # on all samples
 
         def answer(place: np.ndarray, force: np.ndarray) -> np.ndarray:
             return size * _layered(weights, ((place - middle) / spread)[None], _powers(force[None]))[2][0]
@@ -143,23 +143,23 @@ def _layered(
     weights: list[np.ndarray], places: np.ndarray, powers: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return both hidden layers at places (k, 3), (k, hidden) each, and the coefficients (k, m) for powers (k, 9)."""
-    first = np.tanh(places @ weights[0][:-1] + weights[0][-1])
-    second = np.tanh(first @ weights[1][:-1] + weights[1][-1])
-    derivatives = (second @ weights[2][:-1] + weights[2][-1]).reshape(len(places), powers.shape[1], -1)
-    return first, second, np.einsum("kp,kpm->km", powers, derivatives)
+    hidden_1 = np.tanh(places @ weights[0][:-1] + weights[0][-1])
+    hidden_2 = np.tanh(hidden_1 @ weights[1][:-1] + weights[1][-1])
+    derivatives = (hidden_2 @ weights[2][:-1] + weights[2][-1]).reshape(len(places), powers.shape[1], -1)
+    return hidden_1, hidden_2, np.einsum("kp,kpm->km", powers, derivatives)
 
 
 def _slopes(
     weights: list[np.ndarray], places: np.ndarray, powers: np.ndarray, targets: np.ndarray
 ) -> tuple[float, list[np.ndarray]]:
     """Return the mean squared error of the coefficients, and its derivatives by the weights of each layer."""
-    first, second, predicted = _layered(weights, places, powers)
+    hidden_1, hidden_2, predicted = _layered(weights, places, powers)
     by_predicted = 2.0 * (predicted - targets) / len(places)
     by_output = (powers[:, :, None] * by_predicted[:, None, :]).reshape(len(places), -1)
-    by_second = (by_output @ weights[2][:-1].T) * (1.0 - second**2)
-    by_first = (by_second @ weights[1][:-1].T) * (1.0 - first**2)
-    layers = ((places, by_first), (first, by_second), (second, by_output))
-    slopes = [np.vstack([inputs.T @ by, by.sum(axis=0)]) for inputs, by in layers]
+    by_hidden_2 = (by_output @ weights[2][:-1].T) * (1.0 - hidden_2**2)
+    by_hidden_1 = (by_hidden_2 @ weights[1][:-1].T) * (1.0 - hidden_1**2)
+    layers = ((places, by_hidden_1), (hidden_1, by_hidden_2), (hidden_2, by_output))
+    slopes = [np.vstack([inputs.T @ by_layer, by_layer.sum(axis=0)]) for inputs, by_layer in layers]
     return float(np.sum((predicted - targets) ** 2)) / len(places), slopes
 
 
@@ -184,13 +184,13 @@ class Learnt(Solver):
         self._contacts, self._buckling = contacts_of(case.body), NearBuckling(case)
         fine = db.fine.reshape(len(db.fine), -1)
         values, vectors = np.linalg.eigh(fine @ fine.T)
-        kept = np.argsort(values)[::-1][: model.modes]
-        lengths = np.sqrt(np.maximum(values[kept], np.finfo(float).tiny))
-        self._modes = (vectors[:, kept] / lengths).T @ fine
+        strongest = np.argsort(values)[::-1][: model.modes]
+        lengths = np.sqrt(np.maximum(values[strongest], np.finfo(float).tiny))
+        self._modes = (vectors[:, strongest] / lengths).T @ fine
         self._places = db.coarse_nodes / db.size
         self._strength = float(np.sqrt(np.mean(np.sum(db.force**2, axis=1)))) or 1.0
         places, forces = self._places[db.contact], db.force / self._strength
-        self._learnt = learn(places, forces, vectors[:, kept] * lengths, training.folds, training.options.seed)
+        self._learnt = learn(places, forces, vectors[:, strongest] * lengths, training.folds, training.options.seed)
         self._reach = float(np.linalg.norm(db.fine, axis=(1, 2)).max())
 
     def respond(self, load: Load) -> np.ndarray | Answer:
@@ -198,9 +198,9 @@ class Learnt(Solver):
         contact, force = load.single()
         row_of(self._contacts, contact)
         moved = (self._learnt(self._places[contact], force / self._strength) @ self._modes).reshape(-1, 3)
-        far = float(np.linalg.norm(moved)) / self._reach
-        if not far <= LARGEST_NORM:
-            raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])
+        ratio = float(np.linalg.norm(moved)) / self._reach
+        if not ratio <= LARGEST_NORM:
+            raise NotConverged(f"this goes {ratio:.1f} times as far as any sample, beyond what is learnt", [ratio])
         return self._buckling.checked(load, moved)
 
 

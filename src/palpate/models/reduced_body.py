@@ -55,30 +55,30 @@ class BodyAtRest:
     """
 
     def __init__(self, body: Body, count: int):
-        first = body.shape_level  # before it the elements are another shape's, and answers are not nested
-        whole = with_midpoints(replace(body, smooth=None), first + 2)
-        self.body, self.surface = body, _to_surface(body, whole, first + 1)
-        self.coarse, self.elements = (ElementsAtRest(whole, first + more) for more in (0, 1))
-        self.up, further = (quadratic_prolongation(*whole.levels[k : k + 2]) for k in (first, first + 1))
-        self.mesh = whole.levels[first + 1]
-        below, self.motion, finest = (QuadraticMotion(whole, first + more, Loads(), UNDAMPED) for more in (0, 1, 2))
+        level = body.shape_level  # before it the elements are another shape's, and answers are not nested
+        whole = with_midpoints(replace(body, smooth=None), level + 2)
+        self.body, self.surface = body, _to_surface(body, whole, level + 1)
+        self.coarse, self.elements = (ElementsAtRest(whole, level + finer) for finer in (0, 1))
+        self.up, up_to_finest = (quadratic_prolongation(*whole.levels[k : k + 2]) for k in (level, level + 1))
+        self.mesh = whole.levels[level + 1]
+        coarse, self.motion, finest = (QuadraticMotion(whole, level + finer, Loads(), UNDAMPED) for finer in (0, 1, 2))
         # the vibrations of linear elements on the same nodes, as their loads alone are wanted
-        solve, free = Factor(below.linear_stiffness(below.rest)).solve, ~below.held
-        slow, frequencies = vibrations(lambda f: solve(f * free[:, None]), below.lumped, free, max(count, 1))
+        solve, free = Factor(coarse.linear_stiffness(coarse.rest)).solve, ~coarse.held
+        shapes, frequencies = vibrations(lambda f: solve(f * free[:, None]), coarse.lumped, free, max(count, 1))
         self.period_s = 2.0 * np.pi / frequencies[0]
-        moved = self.up @ slow.transpose(1, 2, 0).reshape(len(free), -1)
-        self.inertia = (self.motion.masses @ moved).reshape(-1, 3, len(slow))[:, :, :count]
-        swung = (further @ moved.reshape(-1, 3, len(slow))[:, :, 0]).reshape(-1, 3)
-        self.gain = self._gain(finest, further, finest.masses @ swung)
+        swings = self.up @ shapes.transpose(1, 2, 0).reshape(len(free), -1)
+        self.inertia = (self.motion.masses @ swings).reshape(-1, 3, len(shapes))[:, :, :count]
+        slowest = (up_to_finest @ swings.reshape(-1, 3, len(shapes))[:, :, 0]).reshape(-1, 3)
+        self.gain = self._gain(finest, up_to_finest, finest.masses @ slowest)
 
-    def _gain(self, finest: QuadraticMotion, further: sparse.sparray, load: np.ndarray) -> float:
-        """Return the factor 1/(r − 1) to the limit, from three levels' responses to ``load`` (n_finest, 3) [N]."""
+    def _gain(self, finest: QuadraticMotion, up_to_finest: sparse.sparray, load: np.ndarray) -> float:
+        """Return 1/(r − 1), r being the ratio of the changes of the response to ``load`` (n_finest, 3) [N] by level."""
         load = np.where(finest.held[:, None], 0.0, load)
-        answer, change = self.answers((further.T @ load)[:, :, None])
-        small = SMALL * self.elements.size / np.abs(answer).max()  # so that the answer is linear
-        unbalanced = small * load + finest.force(finest.rest + small * (further @ answer[:, :, 0]))
-        last = finest.static_response(finest.rest, unbalanced, CHANGE_RESIDUAL) / small
-        ratio = np.linalg.norm(further @ change[:, :, 0]) / np.linalg.norm(last)
+        response, coarse_change = self.answers((up_to_finest.T @ load)[:, :, None])
+        scale = SMALL * self.elements.size / np.abs(response).max()  # so that the answer is linear
+        unbalanced = scale * load + finest.force(finest.rest + scale * (up_to_finest @ response[:, :, 0]))
+        finest_change = finest.static_response(finest.rest, unbalanced, CHANGE_RESIDUAL) / scale
+        ratio = np.linalg.norm(up_to_finest @ coarse_change[:, :, 0]) / np.linalg.norm(finest_change)
         return 1.0 / (max(float(ratio), LEAST_RATIO) - 1.0)
 
     def check(self, body: Body) -> None:
@@ -123,26 +123,26 @@ class Modes(NamedTuple):
 
 
 def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> Modes:
-    """Return modes from ``loads`` (n, 3, 3) [N] of each place, vibrations, and their second-order responses.
+    """Return modes: responses to ``loads`` (n, 3, 3) [N] of each place, to vibrations, and their second-order ones.
 
     bent : of how many of the slowest vibrations there are second-order modes, with those of each place
-    With the change D from level to level and g = 1/(r − 1) the modes are Φ + g D. As levels are nested, their stiffness
-    tends to ΦᵀKΦ + g DᵀKD: a sum of squares, so that it is positive however few digits the modes have. That of Φ + g D
-    itself would be larger; Φ + s D with (1 + s)² = 1 + g has it, and is what ``slopes`` are.
+    With the responses Φ, their change D from the coarser level and g = ``rest.gain`` modes are Φ + g D. Their stiffness
+    tends to ΦᵀKΦ + g DᵀKD, as levels are nested: a sum of squares, so positive however few digits modes have. That of
+    Φ + g D on these elements would be larger; Φ + s D with (1 + s)² = 1 + g has it, and is what ``slopes`` are.
     """
-    linear = np.dstack([*loads, rest.inertia])
-    answers, changes = rest.answers(linear)
+    linear_loads = np.dstack([*loads, rest.inertia])
+    answers, changes = rest.answers(linear_loads)
     count = 3 * len(loads)
     groups = [np.dstack([answers[:, :, k : k + 3], answers[:, :, count : count + bent]]) for k in range(0, count, 3)]
-    second = np.dstack([bending_loads(rest.elements, each) for each in groups])
-    more = rest.answers(second, BEND_RESIDUAL)
-    answers, changes = np.dstack([answers, more[0]]), np.dstack([changes, more[1]])
-    own, changed = (products(each, rest.elements.multiply(np.ascontiguousarray(each))) for each in (answers, changes))
-    basis = independent(own + rest.gain * changed, np.sqrt(own.diagonal()))
+    second_loads = np.dstack([bending_loads(rest.elements, u) for u in groups])
+    second_answers = rest.answers(second_loads, BEND_RESIDUAL)
+    answers, changes = np.dstack([answers, second_answers[0]]), np.dstack([changes, second_answers[1]])
+    stiffness, stiff_change = (products(u, rest.elements.multiply(np.ascontiguousarray(u))) for u in (answers, changes))
+    basis = independent(stiffness + rest.gain * stiff_change, np.sqrt(stiffness.diagonal()))
     limit, slopes = (answers + share * changes for share in (rest.gain, np.sqrt(1.0 + rest.gain) - 1.0))
     moved = limit @ basis
     masses, turns = np.linalg.eigh(products(moved, rest.motion.masses @ moved.reshape(len(moved), -1)))
-    basis = basis @ turns
+    basis = basis @ turns  # in which mass is diagonal, too
     return Modes(limit @ basis, answers @ basis, slopes @ basis, masses)
 
 

@@ -121,7 +121,7 @@ def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> M
     than LEAST_DET of its volume, and where the energy does not balance.
     """
     h, reached, seconds = duration_s / steps, [], []
-    begin = perf_counter()
+    started = perf_counter()
     for each in motion.steps(h, steps, TOLERANCE):
         if not (least := motion.elastic_energy.least_det(each.x)) >= LEAST_DET:
             raise NotConverged(
@@ -130,11 +130,11 @@ def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> M
                 [least],
             )
         reached.append(each)
-        seconds.append(perf_counter() - begin)
-        begin = perf_counter()
-    work, lost = (sum(getattr(each, name) for each in reached) for name in ("work_j", "lost_j"))
-    passed = sum(abs(each.work_j) for each in reached)
-    balance = abs(motion.total_energy(reached[-1].x, reached[-1].v) + lost - work) / max(passed, np.finfo(float).tiny)
+        seconds.append(perf_counter() - started)
+        started = perf_counter()
+    work, damped = (sum(getattr(each, name) for each in reached) for name in ("work_j", "lost_j"))
+    total = sum(abs(each.work_j) for each in reached)
+    balance = abs(motion.total_energy(reached[-1].x, reached[-1].v) + damped - work) / max(total, np.finfo(float).tiny)
     if not balance <= BALANCE:
         raise NotConverged(
             f"{balance:.1%} of the work of the loads is neither kept nor damped; take shorter steps", [balance]
@@ -149,18 +149,18 @@ def misses(motion: ReducedMotion, simulated: MotionInModes) -> float:
 
     At SAMPLES instants the residual of the elements that were reduced, moved alike, is answered by a static response.
     The part of it within the modes acts as a load, under which the motion is computed again, as errors build up in time
-    in a body that swings or is about to buckle; the part outside of the modes counts as it is. Of the levels counts
-    what a ratio RATIO_DOUBT lower would change.
+    in a body that swings or is about to buckle; the part outside of the modes counts as it is. The error of the levels
+    is how much displacements would change if their ratio were lower by RATIO_DOUBT.
     """
     body, h, elements = motion.body, simulated.step_s, motion.body.at_rest.motion
     count, modes = len(simulated.reached), body.modes
     numbers = np.unique(np.linspace(0, count - 1, SAMPLES + 1).round().astype(int)[1:])
     # residuals of the elements at some instants, within the modes and outside
     shares, outside = [np.zeros_like(motion.rest)], 0.0
-    for number in numbers:
-        before = simulated.reached[number - 1].v if number else np.zeros_like(motion.rest)
-        after, q = simulated.reached[number].v, simulated.reached[number].middle
-        x, v, a = (modes.own @ each[:, 0] for each in (q, (before + after) / 2.0, (after - before) / h))
+    for number in numbers:  # the steps at whose middles elements are asked
+        v_begin = simulated.reached[number - 1].v if number else np.zeros_like(motion.rest)
+        v_end, q = simulated.reached[number].v, simulated.reached[number].middle
+        x, v, a = (modes.own @ each[:, 0] for each in (q, (v_begin + v_end) / 2.0, (v_end - v_begin) / h))
         load = _sum(motion.nodal, (number + 0.5) * h)
         lacking = elements.unbalanced_response(x, v, a, load, motion.rayleigh, MISSED_RESIDUAL)
         stiff = body.at_rest.elements.multiply(np.ascontiguousarray(lacking[:, :, None]))[:, :, 0]
@@ -175,12 +175,12 @@ def misses(motion: ReducedMotion, simulated: MotionInModes) -> float:
         states = [each.x for each in motion.steps(h, count, TOLERANCE)]
     finally:
         motion.extra = None
-    every = count // len(simulated.moved)
-    built_up = body.on_surface(modes.limit, states[every - 1 :: every]) - simulated.moved
-    ends = [each.x for each in simulated.reached[every - 1 :: every]]
+    per_frame = count // len(simulated.moved)
+    built_up = body.on_surface(modes.limit, states[per_frame - 1 :: per_frame]) - simulated.moved
+    ends = [each.x for each in simulated.reached[per_frame - 1 :: per_frame]]
     of_levels = RATIO_DOUBT * body.at_rest.gain * body.on_surface(modes.limit - modes.own, ends)
-    mean = [float(np.mean(np.sum(each**2, axis=2))) for each in (built_up, of_levels)]
-    return float(np.sqrt(outside + sum(mean)))
+    mean_squares = [float(np.mean(np.sum(each**2, axis=2))) for each in (built_up, of_levels)]
+    return float(np.sqrt(outside + sum(mean_squares)))
 
 
 def _nodal(rest: BodyAtRest, loads: Loads) -> list[tuple[np.ndarray, Load | None]]:
@@ -206,27 +206,27 @@ def prepare(rest: BodyAtRest, loads: Loads, rayleigh: Rayleigh, bent: int, toler
     Cubature points are fitted to motions of a model of means of eight elements each. Its loads are tilted by up to 45°
     in nine directions, and their course follows the body's slowest vibration.
     """
-    begin = perf_counter()
+    started = perf_counter()
     discs = [rest.spread(disc(push)) for push in loads.pushes]
-    weights = [rest.weigh()] if loads.gravity else []
-    modes, elements = limit_modes(rest, [*discs, *weights], bent), rest.elements
+    weight_loads = [rest.weigh()] if loads.gravity else []
+    modes, elements = limit_modes(rest, [*discs, *weight_loads], bent), rest.elements
     pressed = np.any([np.zeros_like(rest.weigh()), *discs], axis=(0, 2, 3))
     means = points_and_means(elements, modes.slopes, np.zeros(len(elements.couples), dtype=bool), 8)
-    none = np.zeros((len(modes.masses), 1))
-    trial = ReducedBody(rest, modes, ReducedEnergy(means, none, elements.law), 0.0, 0.0)
+    no_loads = np.zeros((len(modes.masses), 1))
+    trial = ReducedBody(rest, modes, ReducedEnergy(means, no_loads, elements.law), 0.0, 0.0)
     shown: dict[bool, list[np.ndarray]] = {True: [], False: []}
     for number in range(len(directions(np.ones(3)))):
         motion = ReducedMotion(trial, _elsewhere(loads, rest.period_s, number), rayleigh)
         steps = motion.steps(rest.period_s / STEPS_OF_PERIOD, STEPS_OF_PERIOD, TOLERANCE)
         shown[number in FITTED] += [each.middle[:, 0] for each in steps][1::2]
     energy, near = CubatureEnergy(trial.model), pressed[elements.couples].any(axis=1)
-    states, like = (np.array(shown[True]), np.array(shown[False])), (elements, modes.slopes, modes.masses, near)
-    model, missed = energy_for_motions(*like, lambda q: energy.clamped(q[:, None]), *states, tolerance)
-    return ReducedBody(rest, modes, model, missed, perf_counter() - begin)
+    states, reduction = (np.array(shown[True]), np.array(shown[False])), (elements, modes.slopes, modes.masses, near)
+    model, missed = energy_for_motions(*reduction, lambda q: energy.clamped(q[:, None]), *states, tolerance)
+    return ReducedBody(rest, modes, model, missed, perf_counter() - started)
 
 
 def _elsewhere(loads: Loads, period_s: float, number: int) -> Loads:
-    """Return the loads turned into the direction with this ``number``, of nine; pushes last one period."""
+    """Return ``loads`` turned into the direction ``number`` of nine; pushes rise, hold and fall within one period."""
     gravity = push = None
     if loads.gravity:
         pull = np.array(loads.acceleration_m_s2, dtype=float)

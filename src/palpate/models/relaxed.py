@@ -174,14 +174,14 @@ class Relaxed(Solver):
         return held_mb((self._body, self._shares, self._up, next(iter(self._frames.values()), None)))
 
     def precede(self, load: Load) -> None:
-        """Compute the frame before, if answers start from it; not timed."""
+        """Relax the frame before under BEFORE times the load, if answers start from it; not timed."""
         if not self._follows or load.key in self._frames:
             return
-        whole = BEFORE * self._nodal(load)
-        at = self._body.relax(self._rest, whole / FRAMES)
+        full_load = BEFORE * self._nodal(load)
+        state = self._body.relax(self._rest, full_load / FRAMES)
         for frame in range(2, FRAMES + 1):
-            at = self._body.relax(at[0], frame / FRAMES * whole, before=at[1])
-        self._frames[load.key] = at
+            state = self._body.relax(state[0], frame / FRAMES * full_load, before=state[1])
+        self._frames[load.key] = state
 
     def respond(self, load: Load) -> np.ndarray:
         x, before = self._frames.get(load.key, (self._rest, None))
@@ -228,9 +228,9 @@ class RelaxedGrasp(TouchSolver):
         (nodes, body), rest = self._places[touch.node], self._mesh.nodes
         shifts = np.broadcast_to(touch.depth_m * touch.direction, rest.shape)
         x = dragged(rest, nodes, shifts, lambda x: body.relax(x)[0])
-        force, felt = -body.force(x)[nodes].sum(axis=0), body.supported(x, self._anchored)
+        force, support_force = -body.force(x)[nodes].sum(axis=0), body.supported(x, self._anchored)
         direction = touch.direction
-        return Touched(self._up @ (x - rest), float(force @ direction), reaction_n=float(felt @ direction))
+        return Touched(self._up @ (x - rest), float(force @ direction), reaction_n=float(support_force @ direction))
 
 
 def settings(case: TouchCase, method: str) -> list[Setting]:

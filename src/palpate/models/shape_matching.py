@@ -161,20 +161,20 @@ def fit(shapes: Shapes, samples: Database, steps: int, count: int, evaluations: 
         shapes.soften(Softness(float(np.exp(scale)), beta, alpha))
         return float(np.mean([_off(shapes, samples, i, steps) for i in chosen]))
 
-    # how long sound takes across some part of the body: steps of that time move it as far as its material would
-    whole = 2.0 * np.log(size * np.sqrt(material.density_kg_m3 / material.young_pa))
-    starts = whole - np.arange(1.0, 10.0, 1.5)
+    # logs of h², h the time that sound takes across the body or a part of it: such steps move it as its material would
+    log_crossing = 2.0 * np.log(size * np.sqrt(material.density_kg_m3 / material.young_pa))
+    starts = log_crossing - np.arange(1.0, 10.0, 1.5)  # of log h²
     fits = []
     for alpha in ALPHAS:
-        begin = np.array([min(starts, key=lambda scale: misfit(scale, 0.5, alpha)), 0.5])
-        simplex = begin + np.array([[0.0, 0.0], [-0.7, 0.0], [0.0, 0.3]])
+        start = np.array([min(starts, key=lambda scale: misfit(scale, 0.5, alpha)), 0.5])
+        simplex = start + np.array([[0.0, 0.0], [-0.7, 0.0], [0.0, 0.3]])
         fits.append((alpha, _descend(partial(misfit, alpha=alpha), simplex, evaluations // 4)))
-    alpha, best = min(fits, key=lambda each: each[1].fun)
-    simplex = best.x + np.array([[0.0, 0.0], [-0.3, 0.0], [0.0, -0.1 if best.x[1] > 0.5 else 0.1]])
-    best = _descend(partial(misfit, alpha=alpha), simplex, evaluations // 2)
-    if not best.fun < 1.0:
+    alpha, fitted = min(fits, key=lambda each: each[1].fun)
+    simplex = fitted.x + np.array([[0.0, 0.0], [-0.3, 0.0], [0.0, -0.1 if fitted.x[1] > 0.5 else 0.1]])
+    fitted = _descend(partial(misfit, alpha=alpha), simplex, evaluations // 2)
+    if not fitted.fun < 1.0:
         raise NotConverged(f"{shapes.particles.name}: no softness of shapes fits the samples; lower the loads", [])
-    return Softness(float(np.exp(best.x[0])), float(best.x[1]), alpha)
+    return Softness(float(np.exp(fitted.x[0])), float(fitted.x[1]), alpha)
 
 
 def _descend(misfit: Callable[[float, float], float], simplex: np.ndarray, evaluations: int) -> OptimizeResult:
@@ -187,8 +187,8 @@ def _descend(misfit: Callable[[float, float], float], simplex: np.ndarray, evalu
 def _off(shapes: Shapes, samples: Database, i: int, steps: int) -> float:
     """Return the RMSE of sample ``i`` over its peak, 1 at most."""
     with np.errstate(over="ignore", invalid="ignore"):
-        off = shapes.up @ shapes.settle(int(samples.contact[i]), samples.force[i], steps) - samples.fine[i]
-        rmse = np.sqrt(np.mean(np.sum(off**2, axis=1)))
+        error = shapes.up @ shapes.settle(int(samples.contact[i]), samples.force[i], steps) - samples.fine[i]
+        rmse = np.sqrt(np.mean(np.sum(error**2, axis=1)))
     return float(min(rmse / samples.peaks[i], 1.0)) if np.isfinite(rmse) else 1.0
 
 
@@ -241,36 +241,36 @@ class ShapesTouch(NodeTouch):
         refuse_loose(particles, False)
         self._steps, self._masses, self._step_s = steps, particles.masses, 1.0
         grouped = cubes(self.mesh).but(kind=clusters)
-        touches, right = zip(*calibration(case), strict=True)
-        tried = []
+        touches, references = zip(*calibration(case), strict=True)
+        trials = []
         for alpha in ALPHAS:
             for beta in BETAS:
-                words = effects.ShapeMatching(mode=mode, alpha=alpha, beta=beta, clusters=grouped)
-                self._matching = shape_matching.make(particles, words)
+                options = effects.ShapeMatching(mode=mode, alpha=alpha, beta=beta, clusters=grouped)
+                self._matching = shape_matching.make(particles, options)
                 answers = [self.respond(touch) for touch in touches]
-                off = [_rmse(one, other) for one, other in zip(answers, right, strict=True)]
-                tried.append((float(np.mean(off)), self._matching, answers))
-        least, self._matching, answers = min(tried, key=lambda each: each[0])
-        if not np.isfinite(least):
+                errors = [_rmse(answer, reference) for answer, reference in zip(answers, references, strict=True)]
+                trials.append((float(np.mean(errors)), self._matching, answers))
+        least_error, self._matching, answers = min(trials, key=lambda each: each[0])
+        if not np.isfinite(least_error):
             raise NotConverged(f"{case.body.name}: shapes do not come to rest under any touch", [float("nan")])
-        # a force goes as the inverse of the square of the step
-        self._step_s = 1.0 / np.sqrt(force_scale(answers, right))
+        # a force is a momentum over a step's time, so that it grows with the inverse of the step's square
+        self._step_s = 1.0 / np.sqrt(force_scale(answers, references))
 
     def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
         obstacle, inverse = InstrumentConstraints(nodes, pose), np.where(self.held, 0.0, 1.0 / self._masses)
-        given, bouncing = np.zeros((len(nodes), 3)), self._steps // 2
+        mean_pushes, first_averaged = np.zeros((len(nodes), 3)), self._steps // 2
 
         def keep_out(step: int, moved: np.ndarray) -> None:
             obstacle.multipliers = np.zeros(len(nodes))
             obstacle.keep_out(moved, inverse)
-            if step >= bouncing:  # particles bounce, so that single steps tell little
-                given[:] += obstacle.pushes(moved, self._step_s) / (self._steps - bouncing)
+            if step >= first_averaged:  # particles bounce, so that single steps tell little
+                mean_pushes[:] += obstacle.pushes(moved, self._step_s) / (self._steps - first_averaged)
 
         def relax(x: np.ndarray) -> np.ndarray:
-            given[:] = 0.0
+            mean_pushes[:] = 0.0
             return settle(self._matching, x, self.held, self._steps, keep_out=keep_out)
 
-        return Relaxing(obstacle, relax, lambda x: given)
+        return Relaxing(obstacle, relax, lambda x: mean_pushes)
 
     def supported(self, x: np.ndarray) -> np.ndarray:
         goals = np.empty_like(x)
@@ -279,11 +279,11 @@ class ShapesTouch(NodeTouch):
         return pulls[self.held].sum(axis=0)
 
 
-def _rmse(one: Touched, other: Touched) -> float:
+def _rmse(answer: Touched, reference: Touched) -> float:
     """Return the RMSE of ``one`` displacement from the ``other`` over its peak, ∞ if it is not a number."""
-    off = np.sqrt(np.mean(np.sum((one.displacement - other.displacement) ** 2, axis=1)))
-    peak = np.linalg.norm(other.displacement, axis=1).max()
-    return float(off / peak) if np.isfinite(off) else np.inf
+    rmse = np.sqrt(np.mean(np.sum((answer.displacement - reference.displacement) ** 2, axis=1)))
+    peak = np.linalg.norm(reference.displacement, axis=1).max()
+    return float(rmse / peak) if np.isfinite(rmse) else np.inf
 
 
 online = ShapesTouch
@@ -294,20 +294,20 @@ class CutShapes(LevelModel):
 
     def __init__(self, case: CutCase, level: int, mode: str, clusters: str, steps: int, way: str = VIRTUAL_NODES):
         super().__init__(case, level, way)
-        self._steps, self._mode, before = steps, mode, whole(case.body, level, 0)
+        self._steps, self._mode, uncut_body = steps, mode, whole(case.body, level, 0)
         refuse_regions(case, "shapes")
         self._clusters = shape_matching.make_clusters(
-            particles_of(before.body, 0, surface=False), cubes(before.mesh).but(kind=clusters)
+            particles_of(uncut_body.body, 0, surface=False), cubes(uncut_body.mesh).but(kind=clusters)
         )
-        right, forces = before_cut(case, level)
-        uncut, tried = self._looked_at(before), []
+        reference, reference_forces = before_cut(case, level)
+        uncut, trials = self._looked_at(uncut_body), []
         for beta in BETAS:
             self._beta = beta
             self._ready(uncut, self._clusters)
             x, force = self._settled()
-            tried.append((float(np.linalg.norm(x - uncut.rest - right)), beta, uncut.answer(x, force).force))
-        _, self._beta, own = min(tried, key=lambda each: each[0])
-        self._factor = float(own @ forces / (own @ own))
+            trials.append((float(np.linalg.norm(x - uncut.rest - reference)), beta, uncut.answer(x, force).force))
+        _, self._beta, own_forces = min(trials, key=lambda each: each[0])
+        self._factor = float(own_forces @ reference_forces / (own_forces @ own_forces))
 
     def cut(self, cuts: Sequence[Cut]) -> None:
         cut = self._part(cuts)
@@ -340,24 +340,24 @@ def split(clusters: Clusters, parted: Parted, cuts: Sequence[Cut]) -> Clusters:
     A cluster has all copies of its nodes. Nodes on the other side of a cut than the cluster's middle are another part
     if the cut is between (Steinemann, Otaduy and Gross 2006), or has doubled them.
     """
-    # all copies of each cluster's nodes
+    # all copies of each cluster's nodes, in ``nodes``, and the cluster of each, its ``owner``
     copies = np.bincount(parted.origin, minlength=len(parted.whole.nodes))
-    first = np.cumsum(copies) - copies
+    first_copy = np.cumsum(copies) - copies
     owner = np.repeat(np.arange(len(clusters.starts) - 1), np.diff(clusters.starts))
     middles = (
         np.add.reduceat(parted.whole.nodes[clusters.members], clusters.starts[:-1]) / np.diff(clusters.starts)[:, None]
     )
-    each = copies[clusters.members]
-    number = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
-    nodes = np.argsort(parted.origin, kind="stable")[np.repeat(first[clusters.members], each) + number]
-    owner, rest, part = np.repeat(owner, each), parted.mesh.nodes, np.zeros(each.sum(), dtype=np.int64)
+    counts = copies[clusters.members]
+    copy_number = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    nodes = np.argsort(parted.origin, kind="stable")[np.repeat(first_copy[clusters.members], counts) + copy_number]
+    owner, places, part = np.repeat(owner, counts), parted.mesh.nodes, np.zeros(counts.sum(), dtype=np.int64)
     corners = parted.mesh.tetrahedra
-    # the part of each, a binary digit for each cut
-    for c, cut in enumerate(cuts):
-        total = np.bincount(corners.ravel(), np.repeat(parted.sides[:, c], 4), minlength=len(rest))
-        side = np.where(total == 0.0, cut.across(rest), total) >= 0.0
-        other = side[nodes] != (cut.across(middles) >= 0.0)[owner]
-        part = 2 * part + (other & (cut.severs(middles[owner], rest[nodes]) | (copies[parted.origin[nodes]] > 1)))
+    # the part of the cluster that each copy is in: a number whose binary digits say, cut by cut, whether it is severed
+    for c, cut in enumerate(cuts):  # a digit for each
+        side_sum = np.bincount(corners.ravel(), np.repeat(parted.sides[:, c], 4), minlength=len(places))
+        side = np.where(side_sum == 0.0, cut.across(places), side_sum) >= 0.0
+        opposite = side[nodes] != (cut.across(middles) >= 0.0)[owner]
+        part = 2 * part + (opposite & (cut.severs(middles[owner], places[nodes]) | (copies[parted.origin[nodes]] > 1)))
     order = np.lexsort((nodes, part, owner))
-    new = np.flatnonzero(np.diff(owner[order]) + np.abs(np.diff(part[order]))) + 1
-    return Clusters(nodes[order], np.concatenate([[0], new, [len(nodes)]]))
+    part_starts = np.flatnonzero(np.diff(owner[order]) + np.abs(np.diff(part[order]))) + 1
+    return Clusters(nodes[order], np.concatenate([[0], part_starts, [len(nodes)]]))

@@ -68,29 +68,29 @@ def learn(
     """
     body = system.particles.body
     assert body is not None  # as the integrator asks for
-    whole, level = whole_of(body), len(body.levels) - 1
-    elements, motion = ElementsAtRest(whole, level), QuadraticMotion(whole, level, Loads(), UNDAMPED)
+    refined, level = whole_of(body), len(body.levels) - 1
+    elements, motion = ElementsAtRest(refined, level), QuadraticMotion(refined, level, Loads(), UNDAMPED)
     if shown.shape[1:] != elements.rest.shape:
         raise InputError(
             f"modes are learnt from motions of {shown.shape[1]} nodes, quadratic elements of {body.name} have "
             f"{len(elements.rest)}; show it strokes of its own."
         )
-    seen = np.ascontiguousarray(shown.transpose(1, 2, 0), dtype=float)
-    pulls = elements.multiply(seen)
-    strongest = seen @ strongest_of(products(seen, pulls), settings.modes)
-    columns = orthonormal(elements, np.dstack([_swings(system, whole, elements, motion, settings), strongest]))
+    motions = np.ascontiguousarray(shown.transpose(1, 2, 0), dtype=float)
+    motion_forces = elements.multiply(motions)
+    strongest = motions @ strongest_of(products(motions, motion_forces), settings.modes)
+    columns = orthonormal(elements, np.dstack([_swings(system, refined, elements, motion, settings), strongest]))
     masses, turns = np.linalg.eigh(products(columns, (motion.masses @ columns.reshape(len(columns), -1))))
     modes = columns @ turns
     touched = np.zeros(len(elements.rest), dtype=bool)
     touched[points.interpolation.indices] = True
-    near, states = touched[elements.couples].any(axis=1), states_of(products(pulls, modes), settings.states)
+    near, states = touched[elements.couples].any(axis=1), states_of(products(motion_forces, modes), settings.states)
     model = energy_of_elements(elements, modes, near, states, settings.thinning, np.random.default_rng(0))
     rows = (points.interpolation @ modes.reshape(len(modes), -1)).reshape(-1, 3, len(masses))
     if not anywhere:
         return StrokeModes(body, elements, motion, modes, masses, model, points, rows)
-    stiff = replace(points, penalty=STIFFER * points.penalty)  # as dents can follow an instrument
+    stiffer_points = replace(points, penalty=STIFFER * points.penalty)  # as dents can follow an instrument
     local = local_answers(elements, modes, points, len(body.fine.nodes))
-    return StrokeModes(body, elements, motion, modes, masses, model, stiff, rows, local)
+    return StrokeModes(body, elements, motion, modes, masses, model, stiffer_points, rows, local)
 
 
 def _swings(
@@ -101,12 +101,12 @@ def _swings(
     assert stiffness is not None  # finite elements have one
     system.hold(stiffness)
     factor, free = Factor(stiffness), system.free[:, None]
-    slow, _ = vibrations(
+    slowest, _ = vibrations(
         lambda f: factor.solve(np.where(free, f, 0.0)), particles.masses, system.free, settings.vibrations
     )
-    up = whole.prolongations[len(whole.levels) - 2]
-    inertia = motion.masses @ (up @ slow.transpose(1, 2, 0).reshape(len(free), -1))
-    return elements.solve(inertia.reshape(len(motion.rest), 3, len(slow)), RESIDUAL)
+    to_quadratic = whole.prolongations[len(whole.levels) - 2]
+    inertia = motion.masses @ (to_quadratic @ slowest.transpose(1, 2, 0).reshape(len(free), -1))
+    return elements.solve(inertia.reshape(len(motion.rest), 3, len(slowest)), RESIDUAL)
 
 
 def strongest_of(square: np.ndarray, count: int) -> np.ndarray:
@@ -116,21 +116,21 @@ def strongest_of(square: np.ndarray, count: int) -> np.ndarray:
         nothing moves.
     """
     energies = np.diag(square)
-    kept = energies > FAINT * energies.max(initial=0.0)
-    if not kept.any():
+    strong = energies > FAINT * energies.max(initial=0.0)
+    if not strong.any():
         raise InputError(
             "nothing moves in the strokes that modes are learnt from, as the instrument meets none of the points of "
             "the surface that feel contact; lead it deeper, or take a larger one or a finer level."
         )
-    sizes = np.where(kept, np.maximum(energies, 0.0), 0.0) ** FLATTER
+    sizes = np.where(strong, np.maximum(energies, 0.0), 0.0) ** FLATTER
     return independent(square, sizes, DEPENDENT)[:, -count:]
 
 
 def states_of(coordinates: np.ndarray, count: int) -> np.ndarray:
     """Return ``count`` of ``coordinates`` (s, r): the largest first, then each the farthest from those before it."""
-    away = np.linalg.norm(coordinates, axis=1)
+    distances = np.linalg.norm(coordinates, axis=1)
     chosen: list[int] = []
-    while len(chosen) < min(count, len(coordinates)) and away.max() > 0.0:
-        chosen.append(int(np.argmax(away)))
-        away = np.minimum(away, np.linalg.norm(coordinates - coordinates[chosen[-1]], axis=1))
+    while len(chosen) < min(count, len(coordinates)) and distances.max() > 0.0:
+        chosen.append(int(np.argmax(distances)))
+        distances = np.minimum(distances, np.linalg.norm(coordinates - coordinates[chosen[-1]], axis=1))
     return coordinates[chosen]

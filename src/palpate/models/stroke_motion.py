@@ -69,11 +69,11 @@ def make(system: System, stepping: Stepping) -> "TouchingMotion":
 
     InputError as ``prepare``, and for modes of another body.
     """
-    (contact, own), asked = _touched(system), stepping.touching or Touching()
-    learnt = asked.learnt if isinstance(asked, Learnt) else None
-    body: StrokeModes = learnt or prepare(system, asked, until_s=stepping.duration_s)
-    check_same(body.body, own)
-    return TouchingMotion(system, body, contact.instruments_on(), asked.tolerance)
+    (contact, system_body), touching = _touched(system), stepping.touching or Touching()
+    learnt = touching.learnt if isinstance(touching, Learnt) else None
+    body: StrokeModes = learnt or prepare(system, touching, until_s=stepping.duration_s)
+    check_same(body.body, system_body)
+    return TouchingMotion(system, body, contact.instruments_on(), touching.tolerance)
 
 
 def prepare(
@@ -134,15 +134,15 @@ def _touched(system: System) -> tuple[Instrumented, Body]:
 
 
 def held_met(system: System, contact: InstrumentContact) -> tuple[float, str]:
-    """Return when an instrument's course first enters the held surface [s], and whose it is; ∞ if none does."""
+    """Return when an instrument's course first enters the held surface [s], ∞ if none does, and its name."""
     nodes, faces = system.particles.nodes, system.particles.triangles
-    whole = faces[~system.free[faces].any(axis=1)]
-    points = np.vstack([nodes[np.unique(faces[~system.free[faces]])], (LATTICE @ nodes[whole]).reshape(-1, 3)])
-    corners = np.concatenate([each.times_s for each in contact.obstacles])
-    for t in np.union1d(corners[corners >= 0.0], np.linspace(0.0, corners.max(initial=0.0), COURSE)):
-        deepest = gaps_of(points, contact.at(t))[0].min(axis=1, initial=np.inf)
-        if deepest.min() < 0.0:
-            return float(t), contact.obstacles[int(deepest.argmin())].name
+    held_faces = faces[~system.free[faces].any(axis=1)]
+    points = np.vstack([nodes[np.unique(faces[~system.free[faces]])], (LATTICE @ nodes[held_faces]).reshape(-1, 3)])
+    corner_times = np.concatenate([each.times_s for each in contact.obstacles])
+    for t in np.union1d(corner_times[corner_times >= 0.0], np.linspace(0.0, corner_times.max(initial=0.0), COURSE)):
+        least_gaps = gaps_of(points, contact.at(t))[0].min(axis=1, initial=np.inf)
+        if least_gaps.min() < 0.0:
+            return float(t), contact.obstacles[int(least_gaps.argmin())].name
     return math.inf, ""
 
 
@@ -200,14 +200,14 @@ class TouchingMotion:
 
     def _compile(self) -> None:
         """Call all that a step calls without making one, as first calls take seconds to compile."""
-        one = np.ones(self.body.count)
-        touch = self._touch(self._tools, 0.0 * one)
-        none = np.zeros(len(one) + len(self._local))
-        self._places = placed(none, touch)
+        ones = np.ones(self.body.count)
+        touch = self._touch(self._tools, 0.0 * ones)
+        zeros = np.zeros(len(ones) + len(self._local))
+        self._places = placed(zeros, touch)
         self._speeds = np.zeros_like(self._places)
-        rubbing = self._rubbing(touch, none, self._tools, none, self._tools, 1.0)
-        least = self._local, np.diag(one), self._body, touch, rubbing, self._forces, (1.0, 1.0, 0), NOTHING
-        minimise(none, one, 0.0 * one, 1.0, none, *least)
+        rubbing = self._rubbing(touch, zeros, self._tools, zeros, self._tools, 1.0)
+        least = self._local, np.diag(ones), self._body, touch, rubbing, self._forces, (1.0, 1.0, 0), NOTHING
+        minimise(zeros, ones, 0.0 * ones, 1.0, zeros, *least)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; errors as ``advance``."""
@@ -219,8 +219,8 @@ class TouchingMotion:
         nodes = self._system.particles.nodes
         x, v = (self._corners @ np.column_stack([self._now.q, self._now.w])).reshape(-1, 3, 2).transpose(2, 0, 1)
         if self.body.local is not None and self._length:
-            here, there = (self.body.local.of_corners(dent) for dent in self._dents[:2])
-            x, v = x + here, v + (here - there) / self._length
+            dents_now, dents_before = (self.body.local.of_corners(dent) for dent in self._dents[:2])
+            x, v = x + dents_now, v + (dents_now - dents_before) / self._length
         return nodes + x, v
 
     def advance(self, h: float) -> None:
@@ -228,11 +228,11 @@ class TouchingMotion:
         end = self._system.time
         if end >= self._meets_s:
             raise NotConverged(f"{self._meets} is driven into held nodes", [])
-        first = STAGE * h
-        self._reach(end - h + first, first, 0.0, first)
-        begun = (1.0 - STAGE) * self.contact.reactions
-        self._reach(end, h - first, AHEAD, first)
-        self.contact.means = begun + STAGE * self.contact.reactions
+        first_stage = STAGE * h
+        self._reach(end - h + first_stage, first_stage, 0.0, first_stage)
+        first_reactions = (1.0 - STAGE) * self.contact.reactions
+        self._reach(end, h - first_stage, AHEAD, first_stage)
+        self.contact.means = first_reactions + STAGE * self.contact.reactions
 
     def _reach(self, end: float, h: float, share: float, reach: float) -> None:
         """Make a stage that ends at ``end`` [s], ``h`` [s] after the last: an implicit Euler step over ``reach`` [s].
@@ -245,8 +245,8 @@ class TouchingMotion:
         lag = self._beta / reach
         inertia = self._masses * (1.0 / reach**2 + self._alpha / reach)
         centre = base.q + self._masses / reach * base.w / inertia
-        seen, tools = self._tools, contact.at(end)
-        start = seen._replace(tips=seen.tips + share * (seen.tips - self._tools_before.tips))
+        last_tools, tools = self._tools, contact.at(end)
+        start = last_tools._replace(tips=last_tools.tips + share * (last_tools.tips - self._tools_before.tips))
         self._rescale(inertia, 1.0 + lag)
         # unknowns are coordinates, from where they would swing freely, and dents
         q = now.q + h * now.w
@@ -255,29 +255,29 @@ class TouchingMotion:
         dent_base = dent + share * (dent - dent_before)
         z, z_base = np.append(q, dent), np.append(base.q, dent_base)
         outer = lag * np.append(base.g, self._local @ dent_base)
-        rubbing = self._rubbing(touch, np.append(now.q, dent), seen, z_base, start, reach)
-        known = NOTHING
-        for number in range(PASSES):
-            if number:
+        rubbing = self._rubbing(touch, np.append(now.q, dent), last_tools, z_base, start, reach)
+        known = NOTHING  # what the last search has found
+        for search in range(PASSES):
+            if search:
                 if not (contact.friction and self._forces.any()):
                     break
                 rubbing = self._rubbing(touch, z, tools, z_base, start, reach)
             known = self._found(z, (inertia, centre, 1.0 + lag, outer, self._local), touch, rubbing, known)
         # the state that is reached, its contact and its energy
         g, energy, *_ = known
-        begun = placed(np.append(now.q, dent), touch)
+        places_before = placed(np.append(now.q, dent), touch)
         self._places = placed(z, touch)
-        self._speeds = (self._places - begun) / h
+        self._speeds = (self._places - places_before) / h
         self._strayed |= strays(self._places, tools)
-        q, bent = z[: len(q)], self._local @ z[len(q) :]
-        forces = bent.reshape(-1, 3) @ self._turn
+        q, dent_n = z[: len(q)], self._local @ z[len(q) :]
+        forces = dent_n.reshape(-1, 3) @ self._turn
         self._dents = [Dent(self._kept, forces, self._turn), *self._dents[:2]]
-        self._tools, self._tools_before = tools, seen
-        self._floor, self._energy = max(self._floor, LEAST_ENERGY * energy), energy + 0.5 * float(bent @ z[len(q) :])
+        self._tools, self._tools_before = tools, last_tools
+        self._floor, self._energy = max(self._floor, LEAST_ENERGY * energy), energy + 0.5 * float(dent_n @ z[len(q) :])
         self._last = now.q, earlier.q, base.w, reach, share
         self._before, self._now, self._length = now, _State(q, (q - base.q) / reach, g), h
-        before, contact.reactions = contact.reactions, -pushes(self._places, touch[2], tools, rubbing)[0].sum(axis=1)
-        contact.work_j -= 0.5 * float(np.vdot(before + contact.reactions, tools.tips - seen.tips))
+        previous, contact.reactions = contact.reactions, -pushes(self._places, touch[2], tools, rubbing)[0].sum(axis=1)
+        contact.work_j -= 0.5 * float(np.vdot(previous + contact.reactions, tools.tips - last_tools.tips))
 
     def energies(self) -> dict[str, float]:
         """Return the kinetic, the elastic and contact's energy [J], by the names of the effects; friction has none."""
@@ -299,8 +299,8 @@ class TouchingMotion:
             ("", self._places[point], "_m"), ("normal_", normals[tool, point], ""), ("velocity_", moving, "_m_s"),
         ):  # fmt: skip
             columns |= {f"{start}{letter}{unit}": values[:, axis] for axis, letter in enumerate("xyz")}
-        deep = gaps[tool, point]
-        return pd.DataFrame(columns | {"gap_m": deep, "force_n": -self._stiff[self._near][point] * deep})
+        gap_m = gaps[tool, point]
+        return pd.DataFrame(columns | {"gap_m": gap_m, "force_n": -self._stiff[self._near][point] * gap_m})
 
     def _touch(
         self, tools: Tools, q: np.ndarray
@@ -316,21 +316,21 @@ class TouchingMotion:
             self._near = np.flatnonzero(gaps_of(moved, tools)[0].min(axis=0) < REACH_M)
             weights, nodes = np.zeros((len(self._near), 0)), np.zeros((len(self._near), 0), dtype=np.int64)
         else:
-            bent = local.rest + (local.modes @ q).reshape(-1, 3)
-            near = gaps_of(bent, tools)[0].min(axis=0) < FAR_M
+            posed = local.rest + (local.modes @ q).reshape(-1, 3)
+            near = gaps_of(posed, tools)[0].min(axis=0) < FAR_M
             self._near = np.flatnonzero(near[local.places].any(axis=1))
-            some, numbers = numbered(local.places[self._near], len(bent))
-            off = bent[some] - local.rest[some] + local.field(self._dents[0], some)
-            moved = carried(self._rest, local.weights, local.places, self._near, off, numbers)
+            needed, numbers = numbered(local.places[self._near], len(posed))
+            shift = posed[needed] - local.rest[needed] + local.field(self._dents[0], needed)
+            moved = carried(self._rest, local.weights, local.places, self._near, shift, numbers)
             self._near = self._near[gaps_of(moved, tools)[0].min(axis=0) < CLOSE_M]
             weights, places = local.weights[self._near], local.places[self._near]
-            some, numbers = numbered(places, len(bent))
-            if len(self._kept) > SPARE * len(some) or (self._number[some] < 0).any():
-                self._kept, self._number = some, numbers
-                self._still = local.stiffness(some)
+            needed, numbers = numbered(places, len(posed))
+            if len(self._kept) > SPARE * len(needed) or (self._number[needed] < 0).any():
+                self._kept, self._number = needed, numbers
+                self._still = local.stiffness(needed)
             nodes = self._number[places]
-            if len(some):
-                self._turn = turn_of(local.rest[some], bent[some])
+            if len(needed):
+                self._turn = turn_of(local.rest[needed], posed[needed])
             self._local = turned(self._still, self._turn)
         self._forces = np.zeros((len(self._near), 3))
         rows = self.body.rows[self._near].reshape(-1, self.body.count)
@@ -353,31 +353,31 @@ class TouchingMotion:
         (inertia, _, share, *_), ends = problem, (self._floor, self._tolerance, ITERATIONS)
         for _ in range(2):
             known = minimise(z, *problem, self._hessian, self._body, touch, rubbing, self._forces, ends, known)
-            left = known[2]
-            if left <= self._tolerance:
+            root = known[2]
+            if root <= self._tolerance:
                 return known
-            # what was learnt misleads: once more without it
+            # the Hessian learnt in earlier steps misleads: once more from that at rest
             self._hessian, known = np.diag(inertia + share), NOTHING
         raise NotConverged(
-            f"the motion in modes stopped where a step would gain {left:.1e} of its energy's root, above the tolerance "
+            f"the motion in modes stopped where a step would gain {root:.1e} of its energy's root, above the tolerance "
             f"{self._tolerance:.0e}; take shorter steps",
-            [float(left)],
+            [float(root)],
         )
 
     def _rescale(self, inertia: np.ndarray, share: float) -> None:
-        """Carry the learnt part of the Hessian over to another length or order of steps."""
+        """Scale the Hessian's part beside ``inertia`` (r,) to another length or order of steps, by their ``share``."""
         if not len(self._hessian):
             self._hessian = np.diag(inertia + share)
         elif not (self._scaled[1] == share and np.array_equal(self._scaled[0], inertia)):
-            bend = self._hessian - np.diag(self._scaled[0])
-            self._hessian = np.diag(inertia) + bend * (share / self._scaled[1])
+            learnt = self._hessian - np.diag(self._scaled[0])
+            self._hessian = np.diag(inertia) + learnt * (share / self._scaled[1])
         self._scaled = inertia, share
 
     def _whole(self) -> np.ndarray:
         """Return displacements (3, n, 3) [m] of all nodes after the last stage and at the two states before it."""
-        body, last = self.body, self._last
-        assert last is not None  # it has stepped
-        moved = np.array([body.modes @ q for q in (self._now.q, *last[:2])])
+        body, earlier = self.body, self._last
+        assert earlier is not None  # it has stepped
+        moved = np.array([body.modes @ q for q in (self._now.q, *earlier[:2])])
         if body.local is None:
             return moved
         loads = np.zeros((*body.elements.rest.shape, 3))
@@ -396,7 +396,7 @@ class TouchingMotion:
         """
         body, elements = self.body, self.body.elements
         assert self._last is not None  # it has stepped
-        moved, moved_before, at_first = self._whole()
+        moved, moved_before, moved_earlier = self._whole()
         places = elements.rest + moved
         strayed, self._strayed = self._strayed or strays(places[body.body.fine.surface], self._tools), False
         corners = places[body.body.fine.tetrahedra]
@@ -404,13 +404,13 @@ class TouchingMotion:
         if turned_over or strayed:
             return math.inf
         _, _, rate, reach, share = self._last
-        here, there, before = (elements.force(each) for each in (moved, moved_before, at_first))
+        force_now, force_before, force_earlier = (elements.force(each) for each in (moved, moved_before, moved_earlier))
         lag = self._beta / reach
         inertia = body.motion.masses @ (body.modes @ ((self._now.w - rate) / reach + self._alpha * self._now.w))
-        left = (1.0 + lag) * here - lag * (there + share * (there - before)) - inertia
-        left += body.points.interpolation[self._near].T @ self._forces
-        off = elements.solve(left[:, :, None] / (1.0 + lag), MISSED_RESIDUAL)[body.body.fine.surface]
-        return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+        unbalanced = (1.0 + lag) * force_now - lag * (force_before + share * (force_before - force_earlier)) - inertia
+        unbalanced += body.points.interpolation[self._near].T @ self._forces
+        missed = elements.solve(unbalanced[:, :, None] / (1.0 + lag), MISSED_RESIDUAL)[body.body.fine.surface]
+        return float(np.sqrt(np.mean(np.sum(missed**2, axis=1))))
 
 
 def strays(places: np.ndarray, tools: Tools) -> bool:

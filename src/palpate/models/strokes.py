@@ -56,8 +56,8 @@ def neighbours(contact: Contact) -> list[Contact]:
     def moved(tool: Instrument, beside: tuple[float, ...]) -> Instrument:
         if not tool.shifts_m:
             return tool
-        away = getattr(tool, "radius_m", 0.0) * np.array(beside) @ frame
-        return tool.but(shifts_m=(np.array(tool.shifts_m, dtype=float) + away).tolist())
+        shift = getattr(tool, "radius_m", 0.0) * np.array(beside) @ frame
+        return tool.but(shifts_m=(np.array(tool.shifts_m, dtype=float) + shift).tolist())
 
     return [contact.but(instruments=[moved(tool, beside) for tool in contact.instruments]) for beside in BESIDE]
 
@@ -72,26 +72,26 @@ def roaming(particles: Particles, contact: Contact, half_width_m: float, count: 
     moving = next(k for k, tool in enumerate(contact.instruments) if tool.shifts_m)
     tool, rng = contact.instruments[moving], np.random.default_rng(seed)
     points, radius = np.array(_places(tool), dtype=float), getattr(tool, "radius_m", 0.0)
-    shape = points - points.mean(axis=0)
-    middle = (points.mean(axis=0) + np.array(tool.shifts_m, dtype=float).mean(axis=0)) @ frame.T
-    size = max(WITHIN_M, float(np.linalg.norm(shape, axis=1).max()) + radius)
+    offsets = points - points.mean(axis=0)
+    region_middle = (points.mean(axis=0) + np.array(tool.shifts_m, dtype=float).mean(axis=0)) @ frame.T
+    reach = max(WITHIN_M, float(np.linalg.norm(offsets, axis=1).max()) + radius)
     surface = particles.nodes[np.unique(particles.triangles)] @ frame.T
     strokes: list[Contact] = []
-    for _ in range(100 * count):
-        x, y = middle[:2] + rng.uniform(-half_width_m, half_width_m, 2)
+    for _ in range(100 * count):  # draws; those off the surface or the square are left out
+        x, y = region_middle[:2] + rng.uniform(-half_width_m, half_width_m, 2)
         heading, turn, depth = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, np.pi), rng.uniform(*DEPTHS_M)
         ends = np.array([[x, y], [x + LENGTH_M * np.cos(heading), y + LENGTH_M * np.sin(heading)]])
         heights = [_height(surface, end, WITHIN_M) for end in ends]
-        if np.abs(ends - middle[:2]).max() > half_width_m or min(heights) == -np.inf:
+        if np.abs(ends - region_middle[:2]).max() > half_width_m or min(heights) == -np.inf:
             continue
-        above, go = max(_height(surface, end, size) for end in ends) + radius + CLEAR_M, ends[1] - ends[0]
-        low, last = (height + radius - depth - above for height in heights)
-        shifts = np.array([[0, 0, 0], [0, 0, low], [0, 0, low], [*go, last], [*go, 0]], dtype=float) @ frame
-        start = np.array([x, y, above]) @ frame
-        turned = start + Rotation.from_rotvec(-turn * frame[2]).apply(shape)
-        placed = dict(zip(["center_m"] if isinstance(tool, Ball) else ["from_m", "to_m"], turned.tolist(), strict=True))
+        top, slide = max(_height(surface, end, reach) for end in ends) + radius + CLEAR_M, ends[1] - ends[0]
+        down, down_end = (height + radius - depth - top for height in heights)
+        shifts = np.array([[0, 0, 0], [0, 0, down], [0, 0, down], [*slide, down_end], [*slide, 0]], dtype=float) @ frame
+        start = np.array([x, y, top]) @ frame
+        turned = start + Rotation.from_rotvec(-turn * frame[2]).apply(offsets)
+        places = dict(zip(["center_m"] if isinstance(tool, Ball) else ["from_m", "to_m"], turned.tolist(), strict=True))
         stroke = list(contact.instruments)
-        stroke[moving] = tool.but(**placed, times_s=list(TIMES_S), shifts_m=shifts.tolist())
+        stroke[moving] = tool.but(**places, times_s=list(TIMES_S), shifts_m=shifts.tolist())
         strokes.append(contact.but(instruments=stroke))
         if len(strokes) == count:
             return strokes
@@ -130,8 +130,8 @@ def points_of(body: Body, contacts: Sequence[Contact]) -> ContactPoints:
             tools = instruments_of(body, contact)
             stops = [float(tool.times_s[-1]) for tool in contact.instruments if tool.times_s]
             for t in np.linspace(0.0, max(stops, default=0.0), PLACES):
-                at = tools.at(t)
-                close |= (gaps_of(places, at)[0] < MARGIN * at.radii[:, None]).any(axis=0)
+                posed = tools.at(t)
+                close |= (gaps_of(places, posed)[0] < MARGIN * posed.radii[:, None]).any(axis=0)
         return close
 
     try:
@@ -150,7 +150,7 @@ def elements_under(body: Body, contact: Contact, rayleigh: Rayleigh, points: Con
 def shown(
     body: Body, contacts: Sequence[Contact], rayleigh: Rayleigh, duration_s: float, progress: Callable = iter
 ) -> np.ndarray:
-    """Return displacements (s, n, 3) [m] of quadratic elements at the ends of all steps of strokes.
+    """Return displacements (s, n, 3) [m] of quadratic elements at the ends of all steps of strokes by ``contacts``.
 
     A stroke whose motion is not found is left out; NotConverged if fewer than LEAST_SHARE are found.
     """
@@ -159,10 +159,10 @@ def shown(
     for contact in progress(list(contacts)):
         motion = elements_under(body, contact, rayleigh, points)
         try:
-            reached = motion.touched_steps(duration_s / steps, steps, TOLERANCE, passes=1)
-            states.append(np.array([each.x - motion.rest for each in reached]))
+            stroke_states = motion.touched_steps(duration_s / steps, steps, TOLERANCE, passes=1)
+            states.append(np.array([each.x - motion.rest for each in stroke_states]))
         except NotConverged as failure:
-            last = failure
+            failed = failure
     if len(states) < LEAST_SHARE * len(contacts):
-        raise NotConverged(f"{len(contacts) - len(states)} of {len(contacts)} strokes are not found: {last}", [])
+        raise NotConverged(f"{len(contacts) - len(states)} of {len(contacts)} strokes are not found: {failed}", [])
     return np.concatenate(states)

@@ -51,19 +51,19 @@ class LoadResidual:
         samples = list(zip(db.contact.tolist(), db.force, strict=True))
         answers = [self._base.answer(*sample) for sample in samples]
         residuals = np.array([u - answer for u, (answer, _) in zip(db.fine, answers, strict=True)])
-        plain = np.sqrt(np.mean(np.sum(residuals**2, axis=2), axis=1)) / db.peaks
-        backward = [e if w is None else turn(-w, e) for e, (_, w) in zip(residuals, answers, strict=True)]
+        base_errors = np.sqrt(np.mean(np.sum(residuals**2, axis=2), axis=1)) / db.peaks
+        unturned = [e if w is None else turn(-w, e) for e, (_, w) in zip(residuals, answers, strict=True)]
         candidates = {}
         for kind in KINDS:
             described = np.array([self._described(kind, *sample) for sample in samples])
-            targets = [e.ravel() for e in backward]
+            targets = [e.ravel() for e in unturned]
             if kind == "force":
-                targets = [self._views.view(c).to_slots(e) for (c, _), e in zip(samples, backward, strict=True)]
+                targets = [self._views.view(c).to_slots(e) for (c, _), e in zip(samples, unturned, strict=True)]
             candidates[kind] = KernelRidge(described, np.array(targets), training, power=2)
-        best = min(candidates, key=lambda kind: candidates[kind].score)
-        if convinces(candidates[best].errors, plain, training.fold):
-            self.kind, self._learnt = best, candidates[best]
-            for contact in self._contacts if best == "force" else ():
+        best_kind = min(candidates, key=lambda kind: candidates[kind].score)
+        if convinces(candidates[best_kind].errors, base_errors, training.fold):
+            self.kind, self._learnt = best_kind, candidates[best_kind]
+            for contact in self._contacts if best_kind == "force" else ():
                 self._views.view(int(contact))  # ordered in advance, so that no query sorts
         return self
 
@@ -73,8 +73,8 @@ class LoadResidual:
         if self._learnt is None:
             return answer
         predicted = self._learnt.predict(self._described(self.kind, contact, force))
-        extra = predicted if self.kind == "response" else self._views.view(contact).from_slots(predicted.ravel())
-        return answer + (extra if spins is None else turn(spins, extra))
+        residual = predicted if self.kind == "response" else self._views.view(contact).from_slots(predicted.ravel())
+        return answer + (residual if spins is None else turn(spins, residual))
 
     def _described(self, kind: str, contact: int, force: np.ndarray) -> np.ndarray:
         if kind == "response":

@@ -49,19 +49,19 @@ def warp(spins: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 @numba.njit(cache=True)
 def _combine(spins, vectors, mean):
-    """Return v + p w × v + q w × (w × v), with p and q of the rotation by w, or of the ``mean`` rotation up to it."""
+    """Return vectors v turned by spins w, v + p w × v + q w × (w × v), or by the ``mean`` of rotations by 0 to w."""
     rotated = np.empty_like(vectors)
     for n in range(len(vectors)):
         w0, w1, w2 = spins[n, 0], spins[n, 1], spins[n, 2]
         v0, v1, v2 = vectors[n, 0], vectors[n, 1], vectors[n, 2]
         squared = w0 * w0 + w1 * w1 + w2 * w2
         if squared < 1e-8:  # the series; what is left out is below rounding
-            first, second, third = 1.0 - squared / 6.0, 0.5 - squared / 24.0, 1.0 / 6.0 - squared / 120.0
+            sine, cosine, cubic = 1.0 - squared / 6.0, 0.5 - squared / 24.0, 1.0 / 6.0 - squared / 120.0
         else:
             angle = np.sqrt(squared)
-            first = np.sin(angle) / angle
-            second, third = 2.0 * np.sin(0.5 * angle) ** 2 / squared, (1.0 - first) / squared
-        p, q = (second, third) if mean else (first, second)
+            sine = np.sin(angle) / angle
+            cosine, cubic = 2.0 * np.sin(0.5 * angle) ** 2 / squared, (1.0 - sine) / squared
+        p, q = (cosine, cubic) if mean else (sine, cosine)
         c0, c1, c2 = w1 * v2 - w2 * v1, w2 * v0 - w0 * v2, w0 * v1 - w1 * v0
         rotated[n, 0] = v0 + p * c0 + q * (w1 * c2 - w2 * c1)
         rotated[n, 1] = v1 + p * c1 + q * (w2 * c0 - w0 * c2)
@@ -130,13 +130,13 @@ class WarpedResponse:
         return discs.answer(load, self.superpose)
 
     def _warped(self, presses: list[tuple[int, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the turned sum (n, 3) [m] of the responses to forces, and its rotation vectors (n, 3) [rad]."""
+        """Return the sum (n, 3) [m] of responses to forces at contacts, turned by its rotation vectors, and these."""
         rows = [(row_of(self._contacts, contact), force) for contact, force in presses]
         spins, displacements = [], []
         for (row, force), (contact, _) in zip(rows, presses, strict=True):
-            here = reduce(np.add, [other @ self._spins[of, :, contact] for of, other in rows])
-            local = turn(-here[None], force[None])[0]
-            spins.append((local @ self._spins[row].reshape(3, -1)).reshape(-1, 3))
-            displacements.append((local @ self._columns[row]).reshape(-1, 3))
-        turned = self._prolongation @ reduce(np.add, spins)
-        return warp(turned, reduce(np.add, displacements)), turned
+            contact_spin = reduce(np.add, [force_b @ self._spins[row_b, :, contact] for row_b, force_b in rows])
+            turned_force = turn(-contact_spin[None], force[None])[0]
+            spins.append((turned_force @ self._spins[row].reshape(3, -1)).reshape(-1, 3))
+            displacements.append((turned_force @ self._columns[row]).reshape(-1, 3))
+        surface_spins = self._prolongation @ reduce(np.add, spins)
+        return warp(surface_spins, reduce(np.add, displacements)), surface_spins

@@ -96,21 +96,21 @@ def _names(model: kinds.ContactModes, nodes: tuple[int, ...]) -> tuple[tuple, tu
     return ("reduced", nodes, reduced), ("target", nodes, reduced, model.modes, model.target)
 
 
-def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Return the limits ``known`` (k, 3) [1/N] of straight presses, lowered to forces at which the body is still stiff.
+def _stably_borne(reduced: ReducedEnergy, soft: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """Return the ``limits`` (k, 3) [1/N] of straight presses, lowered to forces at which the body is still stiff.
 
-    known : as ``bearing`` returns them. A portable file, which has no tangent, doubts by these alone.
+    A row l of ``bearing`` limits the force to l/|l|². A portable file, which has no tangent, doubts by these alone.
     """
-    rows = known.copy()
-    for k, row in enumerate(rows):
-        for _ in range(MOST_LOWERINGS):
+    lowered = limits.copy()
+    for k, row in enumerate(lowered):
+        for _ in range(MOST_LOWERINGS):  # lower the force until the body is stiff under it
             force = np.zeros(reduced.loads.shape[1])
             force[3 * k : 3 * k + 3] = row / (row @ row)
             settled = reduced.settle(force, RESIDUAL)
             if settled.residual <= RESIDUAL and reduced.is_stiff(settled.q, LEAST_STIFFNESS * soft):
                 break
             row /= FORCE_FACTOR
-    return rows
+    return lowered
 
 
 def _firm(reduced: ReducedEnergy, soft: np.ndarray, contact: ContactSnapshots) -> float:
@@ -119,10 +119,10 @@ def _firm(reduced: ReducedEnergy, soft: np.ndarray, contact: ContactSnapshots) -
     Forces are tried in SIZES steps up to the hardest snapshot. No fold hides between them: towards it stiffness falls
     as the root of what is left of the force.
     """
-    ways, firm_n = directions(contact.normal), 0.0
+    press_directions, firm_n = directions(contact.normal), 0.0
     hardest = float(np.linalg.norm(contact.forces, axis=1).max())
-    for newtons in hardest / SIZES * np.arange(1, SIZES + 1):
-        answers = [reduced.settle(newtons * direction, RESIDUAL) for direction in ways]
+    for newtons in hardest / SIZES * np.arange(1, SIZES + 1):  # up to the first that is not firm
+        answers = [reduced.settle(newtons * direction, RESIDUAL) for direction in press_directions]
         if not all(each.residual <= RESIDUAL and reduced.is_stiff(each.q, FIRM * soft) for each in answers):
             break
         firm_n = float(newtons)
@@ -131,9 +131,9 @@ def _firm(reduced: ReducedEnergy, soft: np.ndarray, contact: ContactSnapshots) -
 
 def _together(case: Case, nodes: Sequence[int]) -> np.ndarray:
     """Return the overlap (k, k) of discs: 1 if their centres are at most a radius apart, 0 from two radii on."""
-    at = case.body.fine.nodes[list(nodes)]
-    apart = np.linalg.norm(at[:, None] - at[None], axis=2)
-    return np.clip(2.0 - apart / case.radius_m, 0.0, 1.0) if case.radius_m else (apart == 0.0).astype(float)
+    centres = case.body.fine.nodes[list(nodes)]
+    distances = np.linalg.norm(centres[:, None] - centres[None], axis=2)
+    return np.clip(2.0 - distances / case.radius_m, 0.0, 1.0) if case.radius_m else (distances == 0.0).astype(float)
 
 
 def _at_discs(weights: list[tuple[np.ndarray, np.ndarray]], moved: np.ndarray) -> np.ndarray:
@@ -216,41 +216,41 @@ class ContactSolver(Solver):
         offline, case, model = self.offline, self._case, self._model
         kind = _snapshot_kind(model)
         contacts, up = [offline.contact(node, kind) for node in nodes], offline.up(offline.level)
-        rest, loads, fine = bring_to_surface(up, modes), reduced.loads, case.body.fine
-        soft = softness(rest)
+        nonlinear, loads, fine = bring_to_surface(up, modes), reduced.loads, case.body.fine
+        soft = softness(nonlinear)
         discs = [patch_shares(fine, patch_at(case.body, node, case.radius_m)) for node in nodes]
-        weights = [(np.searchsorted(fine.surface, at), shares) for at, shares in discs]
+        weights = [(np.searchsorted(fine.surface, disc_nodes), shares) for disc_nodes, shares in discs]
         limits = _stably_borne(reduced, soft, bearing(offline, nodes, kind))
 
-        # the nonlinear part, changed as presses on another level show
+        # the nonlinear part, plus a linear map of it that is fitted to how presses change from level to level
         at_discs, changes = loads.T, []
         for node, limit, contact in zip(nodes, limits, contacts, strict=True):
             hardest = float(-(limit @ contact.normal) * np.linalg.norm(contact.forces[0]))
             changes.append(target_change(offline, case, model, node, 1.0 / hardest))
-        if seen := [(k, each) for k, each in enumerate(changes) if each]:
-            beyond = [
+        if known_changes := [(k, each) for k, each in enumerate(changes) if each]:
+            nonlinear_q = [
                 coordinates(contacts[0].elements, each.answers, modes) - loads[:, 3 * k : 3 * k + 3] @ each.forces.T
-                for k, each in seen
+                for k, each in known_changes
             ]
-            more = penalised_fit(np.hstack(beyond), np.dstack([each.change for _, each in seen]))
-            rest, at_discs = rest + more, at_discs + _at_discs(weights, more)
+            correction = penalised_fit(np.hstack(nonlinear_q), np.dstack([each.change for _, each in known_changes]))
+            nonlinear, at_discs = nonlinear + correction, at_discs + _at_discs(weights, correction)
 
-        # the linear part, that of the target
+        # the linear part: responses of the target, and what those of the reduced level lack
         columns = np.dstack([target_columns(offline, case, model.target, node) for node in nodes])
         lacked = columns - np.dstack([offline.reduced_columns(node) for node in nodes])
         linear = loads.T @ loads + _at_discs(weights, lacked)
 
-        reach = 0.0
+        reach = 0.0  # the farthest coordinates of each contact's snapshots, added up
         for k, contact in enumerate(contacts):
             forces = np.zeros((len(contact.forces), 3 * len(contacts)))
             forces[:, 3 * k : 3 * k + 3] = contact.forces
             reach += max(float(np.linalg.norm(reduced.settle(force, RESIDUAL).q)) for force in forces)
-        flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
-        straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
+        rest = np.ascontiguousarray(nonlinear.reshape(-1, modes.shape[2]), dtype=np.float32)
+        columns_2d = np.ascontiguousarray(columns.reshape(len(rest), -1))
         firm_n = _firm(reduced, soft, contacts[0]) if len(contacts) == 1 else 0.0
         inward = -np.concatenate([contact.normal for contact in contacts]) / TILT
         together = _together(case, nodes)
-        return Prepared(reduced, reach, straight, flat, (linear, at_discs), limits, together, soft, firm_n, inward)
+        return Prepared(reduced, reach, columns_2d, rest, (linear, at_discs), limits, together, soft, firm_n, inward)
 
     def prepare_nodes(self, nodes: tuple[int, ...]) -> float:
         self.prepare_contact(*nodes)
@@ -259,14 +259,14 @@ class ContactSolver(Solver):
     def respond(self, load: Load) -> Answer:
         """Answer with an estimate of the error, which grows with the coordinates; Doubted beyond the model's range."""
         model = self.prepare_contact(*(press.node for press in load.presses))
-        given = [press.force for press in load.presses if press.force is not None]
-        force = np.concatenate(given) if len(given) == len(load.presses) else _all_forces(model, load)
-        q, why, residual = _settled(model, force)
+        given_forces = [press.force for press in load.presses if press.force is not None]
+        force = np.concatenate(given_forces) if len(given_forces) == len(load.presses) else _all_forces(model, load)
+        q, doubt, residual = _settled(model, force)
         moved = model.columns @ force + model.rest @ model.beyond(q, force).astype(np.float32)
-        forces = None if len(given) == len(load.presses) else force.reshape(-1, 3)
+        forces = None if len(given_forces) == len(load.presses) else force.reshape(-1, 3)
         answer = Answer(moved.reshape(-1, 3), forces, OWN_ERROR * sqrt(q @ q) / model.reach)
-        if why:
-            raise Doubted(why, [residual], answer)
+        if doubt:
+            raise Doubted(doubt, [residual], answer)
         self._buckling.checked(load, answer)
         return answer
 
@@ -274,40 +274,40 @@ class ContactSolver(Solver):
 def _all_forces(model: Prepared, load: Load) -> np.ndarray:
     """Return the forces (3 k,) [N] of all presses of ``load``; those of discs pushed to a depth are searched for."""
     unknown = np.repeat([press.force is None for press in load.presses], 3)
-    given = np.concatenate([press.moved if press.force is None else press.force for press in load.presses])
-    linear, rest = model.discs
+    given_values = np.concatenate([press.moved if press.force is None else press.force for press in load.presses])
+    linear, nonlinear = model.discs
 
     def moved(force: np.ndarray) -> np.ndarray:
-        q, why, residual = _settled(model, force)
-        if why:
-            raise NotConverged(why, [residual])
-        return linear @ force + rest @ model.beyond(q, force)
+        q, doubt, residual = _settled(model, force)
+        if doubt:
+            raise NotConverged(doubt, [residual])
+        return linear @ force + nonlinear @ model.beyond(q, force)
 
-    return forces_for(moved, given, np.where(unknown, 0.0, given), unknown, linear)
+    return forces_for(moved, given_values, np.where(unknown, 0.0, given_values), unknown, linear)
 
 
 def _settled(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float]:
-    """Return the coordinates (r,) under ``force`` (3 k,) [N], why they are not to be believed or "", and the residual.
+    """Return coordinates (r,) under ``force`` (3 k,) [N], why they are to be doubted or "", and the relative residual.
 
     NotConverged where the search finds no rest.
     """
     linear = model.reduced.loads @ force
     if sqrt(linear @ linear) <= LINEAR_BELOW * model.reach:
         return linear, "", 0.0
-    q, residual, least = model.reduced.at_rest(force, RESIDUAL)
-    far = sqrt(q @ q) / model.reach
+    q, residual, least_det = model.reduced.at_rest(force, RESIDUAL)
+    norm_ratio = sqrt(q @ q) / model.reach
     inward = np.maximum((model.bearing * force.reshape(-1, 3)).sum(axis=1), 0.0)
-    hard = float((model.together @ inward).max())
-    why = ""
-    if not least >= LEAST_DET:
-        why = f"cells are squeezed to det F = {least:.2f}, beyond what the contact's model was made for"
-    elif not far <= LARGEST_NORM:
-        why = f"this goes {far:.1f} times as far as what the contact's model is made of"
-    elif not hard <= LARGEST_PRESS:
-        why = f"this presses {hard:.2f} times as hard as finer elements are known to bear"
+    press_ratio = float((model.together @ inward).max())
+    doubt = ""
+    if not least_det >= LEAST_DET:
+        doubt = f"cells are squeezed to det F = {least_det:.2f}, beyond what the contact's model was made for"
+    elif not norm_ratio <= LARGEST_NORM:
+        doubt = f"this goes {norm_ratio:.1f} times as far as what the contact's model is made of"
+    elif not press_ratio <= LARGEST_PRESS:
+        doubt = f"this presses {press_ratio:.2f} times as hard as finer elements are known to bear"
     elif not (model.is_known_stiff(force) or model.reduced.is_stiff(q, LEAST_STIFFNESS * model.soft)):
-        why = f"the body is about to give way: its stiffness is below {LEAST_STIFFNESS:g} of that at rest"
-    return q, why, residual
+        doubt = f"the body is about to give way: its stiffness is below {LEAST_STIFFNESS:g} of that at rest"
+    return q, doubt, residual
 
 
 prepare = ContactSolver

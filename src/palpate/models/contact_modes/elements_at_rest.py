@@ -22,8 +22,8 @@ class ElementsAtRest:
 
     def __init__(self, body: Body, level: int):
         if largest_poisson(body.tissue(level)) > PLAIN_POISSON:
-            said = f"Poisson's ratio of {body.name} is above {PLAIN_POISSON}: contact modes have no mean dilatation"
-            raise NotConverged(said, [float("nan")])
+            message = f"Poisson's ratio of {body.name} is above {PLAIN_POISSON}: contact modes have no mean dilatation"
+            raise NotConverged(message, [float("nan")])
         self.size, self.level = body.fine.size, level
         self._equilibrium = Equilibrium(body, level, order=2)
         self.held = body.anchors[level + 1]
@@ -80,10 +80,10 @@ class ElementsAtRest:
         At most ``iterations`` steps are made, and at least ``least``; they end where the residual is below
         ``tolerance`` times the load.
         """
-        enough = tolerance * float(np.linalg.norm(load))
+        tolerance_n = tolerance * float(np.linalg.norm(load))
 
         def callback(descent: Descent) -> bool:
-            return len(descent.forces) <= least or descent.forces[-1] > enough
+            return len(descent.forces) <= least or descent.forces[-1] > tolerance_n
 
         problem, start = self._equilibrium, self.rest + moved
         problem.carry(load)

@@ -66,9 +66,9 @@ def penalised_fit(seen: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """
     norms = np.linalg.norm(seen, axis=0)
     weights = np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)
-    left, sizes, right = np.linalg.svd(seen * weights, full_matrices=False)
-    damped = sizes / (sizes**2 + (SMOOTH * sizes[0]) ** 2)
-    return (((wanted * weights) @ right.T) * damped) @ left.T
+    u, singular, v_t = np.linalg.svd(seen * weights, full_matrices=False)
+    damped = singular / (singular**2 + (SMOOTH * singular[0]) ** 2)
+    return (((wanted * weights) @ v_t.T) * damped) @ u.T
 
 
 RATIO_RESIDUAL = 1e-5
@@ -100,11 +100,11 @@ class Offline:
         self.seconds: dict[Any, float] = {}
 
     def once(self, name: Any, how: Callable[[], Made]) -> Made:
-        """Return the quantity called ``name``, computed by ``how`` at its first use."""
+        """Return the quantity called ``name``, computed by ``how`` at its first use and timed without others inside."""
         if name not in self._made:
-            begin, before = perf_counter(), sum(self.seconds.values())
+            begin, nested_before = perf_counter(), sum(self.seconds.values())
             self._made[name] = how()
-            self.seconds[name] = perf_counter() - begin - (sum(self.seconds.values()) - before)
+            self.seconds[name] = perf_counter() - begin - (sum(self.seconds.values()) - nested_before)
         return self._made[name]
 
     def elements(self, level: int) -> ElementsAtRest:
@@ -150,12 +150,12 @@ class Offline:
 
         The level may be finer than the body's; its elements are not kept.
         """
-        whole = finer(self._body, max(0, level + ORDER - len(self._body.levels)))
-        elements, patch = ElementsAtRest(whole, level), self._patch(node)
-        load = elements.nodal(*patch_shares(whole.levels[level], patch, ORDER), -patch.normal)
+        refined = finer(self._body, max(0, level + ORDER - len(self._body.levels)))
+        elements, patch = ElementsAtRest(refined, level), self._patch(node)
+        load = elements.nodal(*patch_shares(refined.levels[level], patch, ORDER), -patch.normal)
         moved = elements.solve(load[:, :, None], RATIO_RESIDUAL)[:, :, 0]
-        for each in range(level, len(self._body.levels) - 1):
-            moved = quadratic_prolongation(whole.levels[each], whole.levels[each + 1]) @ moved
+        for coarser in range(level, len(self._body.levels) - 1):
+            moved = quadratic_prolongation(refined.levels[coarser], refined.levels[coarser + 1]) @ moved
         return moved[self._body.fine.surface]
 
     def _patch(self, node: int) -> Patch:
@@ -170,26 +170,26 @@ class Offline:
 
 
 def _from_coarser(offline: Offline, node: int, modes: str) -> Change:
-    """Return how answers to presses at ``node`` change from the level before to the one that is reduced.
+    """Return how displacements under presses at ``node`` change from the coarser level to the one that is reduced.
 
-    The presses are the hardest of the snapshots, or for "columns" the straight and most tilted ones.
+    The presses are the hardest snapshots of each direction, or for "columns" the straight and most tilted ones.
     """
-    contact, level, linear = offline.contact(node, modes), offline.level, offline.linear(node, 1)
+    contact, level, coarse_columns = offline.contact(node, modes), offline.level, offline.linear(node, before=1)
     coarse, disc = offline.elements(level - 1), offline.disc(node, level - 1)
-    if contact.found:
+    if contact.found:  # its answers are those of the elements
         hardest = slice(None, len(contact.forces) // len(SHARES))
         forces, answers = contact.forces[hardest], contact.answers[:, :, hardest]
-    else:  # a model of the columns is farther off than a level changes
+    else:  # they are a reduced model's, whose error is larger than the change between levels: the elements answer
         forces = contact.forces[list(CORNERS)]
         answers = np.stack([_settled(contact, k) for k in CORNERS], axis=2)
-    count = len(coarse.rest)
-    starts = answers[:count] + (linear - contact.linear[:count]) @ forces.T
-    moved = [
+    coarse_count = len(coarse.rest)
+    starts = answers[:coarse_count] + (coarse_columns - contact.linear[:coarse_count]) @ forces.T
+    coarse_answers = [
         coarse.settle(coarse.nodal(*disc, force), np.ascontiguousarray(starts[:, :, s]), LEVEL_STEPS, COARSER_RESIDUAL)
         for s, force in enumerate(forces)
     ]
-    before = bring_to_surface(offline.up(level - 1), np.stack(moved, axis=2))
-    return Change(forces, answers, bring_to_surface(offline.up(level), answers) - before)
+    coarse_on_surface = bring_to_surface(offline.up(level - 1), np.stack(coarse_answers, axis=2))
+    return Change(forces, answers, bring_to_surface(offline.up(level), answers) - coarse_on_surface)
 
 
 def _settled(contact: ContactSnapshots, k: int) -> np.ndarray:
@@ -199,7 +199,7 @@ def _settled(contact: ContactSnapshots, k: int) -> np.ndarray:
 
 
 def _to_finer(offline: Offline, node: int, share: float) -> Change:
-    """Return how answers to presses at ``node`` change from the level that is reduced to the next.
+    """Return how displacements under presses at ``node`` change from the level that is reduced to the next finer one.
 
     The presses are ``share`` times the hardest straight and most tilted ones of the snapshots. The change at one press
     predicts where the search of the next begins. A press without an answer, or that inverts an element, is left out.
@@ -211,24 +211,24 @@ def _to_finer(offline: Offline, node: int, share: float) -> Change:
     answers: list[np.ndarray] = []
     changes: list[np.ndarray] = []
     for k in CORNERS:
-        force, moved = share * contact.forces[k], contact.answers[:, :, k]
-        if share < 0.99:  # rounding aside
+        force, reduced_answer = share * contact.forces[k], contact.answers[:, :, k]
+        if share < 0.99:  # weaker than the snapshot, so its displacement is computed anew
             load = elements.nodal(contact.nodes, contact.shares, force)
-            moved = elements.settle(load, contact.modelled(force), LEVEL_STEPS, FINER_RESIDUAL)
-        start, load = refine @ moved, finer.nodal(*disc, force)
+            reduced_answer = elements.settle(load, contact.modelled(force), LEVEL_STEPS, FINER_RESIDUAL)
+        start, load = refine @ reduced_answer, finer.nodal(*disc, force)
         if forces:
             start = start + np.tensordot(likeness(np.array(forces), force, 1), np.array(changes), 1)
-        answer = finer.settle(load, start, LEVEL_STEPS, FINER_RESIDUAL)
-        if finer.residual(answer, load) <= FINER_RESIDUAL and finer.least_det(answer) > 0.0:
+        finer_answer = finer.settle(load, start, LEVEL_STEPS, FINER_RESIDUAL)
+        if finer.residual(finer_answer, load) <= FINER_RESIDUAL and finer.least_det(finer_answer) > 0.0:
             forces.append(force)
-            answers.append(moved)
-            changes.append(answer - refine @ moved)
+            answers.append(reduced_answer)
+            changes.append(finer_answer - refine @ reduced_answer)
     if not forces:
         return Change(np.empty((0, 3)), contact.answers[:, :, :0], np.empty((up.shape[0], 3, 0)))
-    before = np.stack(answers, axis=2)
-    after = np.stack([refine @ each for each in answers], axis=2) + np.stack(changes, axis=2)
-    change = bring_to_surface(offline.up(level + 1), after) - bring_to_surface(up, before)
-    return Change(np.array(forces), before, change)
+    reduced_answers = np.stack(answers, axis=2)
+    finer_answers = np.stack([refine @ each for each in answers], axis=2) + np.stack(changes, axis=2)
+    change = bring_to_surface(offline.up(level + 1), finer_answers) - bring_to_surface(up, reduced_answers)
+    return Change(np.array(forces), reduced_answers, change)
 
 
 SOUND, TRIAL_RESIDUAL = 0.2, 0.05
@@ -263,7 +263,7 @@ def _hardest_sound(offline: Offline, node: int, modes: str) -> float:
     if offline.gap == 0:
         return newtons
     start = contact.answers[:, :, 0]
-    for _ in range(TRIAL_FALLS):
+    for _ in range(TRIAL_FALLS):  # lower the force until a finer level bears it
         force = -newtons * contact.normal
         moved, least = _trial(offline, node, level, start, force)
         if least >= SURE:
@@ -312,9 +312,9 @@ def target_change(offline: Offline, case: Case, model: kinds.ContactModes, node:
     if target == "operator" and gap == 0:
         return None
     if modes == "finer" and gap:
-        to_target = offline.once(("to finer", node), lambda: _to_finer(offline, node, borne))
-        linear = _fine_columns(offline, case, node) - offline.reduced_columns(node)
-        share = (
+        level_change = offline.once(("to finer", node), lambda: _to_finer(offline, node, borne))
+        linear_change = _fine_columns(offline, case, node) - offline.reduced_columns(node)
+        factor = (
             1.0
             if gap == 1 and target == "operator"
             else _change_factor(target, target_ratio(offline, case, node), gap - 1, 1)
@@ -323,18 +323,18 @@ def target_change(offline: Offline, case: Case, model: kinds.ContactModes, node:
         return None
     else:
         kind = "columns" if modes == "columns" else "snapshots"
-        to_target = offline.once((f"from coarser {kind}", node), lambda: _from_coarser(offline, node, kind))
-        linear = offline.reduced_columns(node) - offline.reduced_columns(node, 1)
-        share = _change_factor(target, target_ratio(offline, case, node), gap, 0)
-    return to_target._replace(change=share * (to_target.change - linear @ to_target.forces.T))
+        level_change = offline.once((f"from coarser {kind}", node), lambda: _from_coarser(offline, node, kind))
+        linear_change = offline.reduced_columns(node) - offline.reduced_columns(node, 1)
+        factor = _change_factor(target, target_ratio(offline, case, node), gap, 0)
+    return level_change._replace(change=factor * (level_change.change - linear_change @ level_change.forces.T))
 
 
-def _change_factor(target: str, ratio: float, count: int, first: int) -> float:
-    """Return the factor of a level's change for the target: that of ``count`` further changes, or of all to the limit.
+def _change_factor(target: str, ratio: float, count: int, itself: int) -> float:
+    """Return the sum of ``count`` later changes, or of all up to the limit, over the change of one level.
 
-    first : 1 if the change itself counts too, else 0
+    itself : 1 if that change is added, too, else 0
     """
-    return first + (_sum_of_powers(ratio, count) if target == "operator" else 1.0 / (ratio - 1.0))
+    return itself + (_sum_of_powers(ratio, count) if target == "operator" else 1.0 / (ratio - 1.0))
 
 
 def target_ratio(offline: Offline, case: Case, node: int) -> float:
@@ -344,13 +344,13 @@ def target_ratio(offline: Offline, case: Case, node: int) -> float:
     the whole body, which may take a level finer than the body's.
     """
     stored = case.prepared_contacts
-    known = offline.gap == 1 and offline.level > 0 and node in stored
-    where = node if known else int(stored[0] if len(stored) else kept_contacts(case.body, 1)[0])
-    return offline.once(("ratio", where), lambda: max(LEAST_RATIO, _ratio(offline, case, where)))
+    has_three_levels = offline.gap == 1 and offline.level > 0 and node in stored
+    reference = node if has_three_levels else int(stored[0] if len(stored) else kept_contacts(case.body, 1)[0])
+    return offline.once(("ratio", reference), lambda: max(LEAST_RATIO, _ratio(offline, case, reference)))
 
 
 def _fine_columns(offline: Offline, case: Case, node: int) -> np.ndarray:
-    """Return the linear responses of the finest level at ``node``: stored, or extrapolated from the levels before."""
+    """Return the finest level's linear responses (n_surface, 3, 3) at ``node``: stored, or extrapolated to it."""
     reduced = offline.reduced_columns(node)
     if offline.gap == 0:
         return reduced
@@ -365,17 +365,17 @@ def _fine_columns(offline: Offline, case: Case, node: int) -> np.ndarray:
 
 
 def _sum_of_powers(ratio: float, count: int) -> float:
-    """Return the sum of so many powers of 1/ratio: all changes that follow one of size 1."""
+    """Return the sum of the first ``count`` powers of 1/ratio: of so many changes that follow one of size 1."""
     return sum(ratio**-k for k in range(1, count + 1))
 
 
 def _ratio(offline: Offline, case: Case, node: int) -> float:
-    """Return by how much the linear response at ``node`` changes less from level to level, of three levels."""
+    """Return the change of the linear response at ``node`` between two levels over that from the second to a third."""
     if offline.gap == 1 and offline.level > 0 and node in case.prepared_contacts:
         levels = [offline.reduced_columns(node, 1), offline.reduced_columns(node), _fine_columns(offline, case, node)]
     else:
         # the last three levels, or the first three, some of them finer than the body's
         finest = max(offline.level + offline.gap, 2)
         levels = [offline.pressed_once(node, level) for level in range(finest - 2, finest + 1)]
-    before, last = (float(np.linalg.norm(levels[i] - levels[i - 1])) for i in (1, 2))
-    return before / last if last > 0.0 else np.inf
+    earlier_change, later_change = (float(np.linalg.norm(levels[i] - levels[i - 1])) for i in (1, 2))
+    return earlier_change / later_change if later_change > 0.0 else np.inf

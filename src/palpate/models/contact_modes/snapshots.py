@@ -31,9 +31,9 @@ def directions(normal: np.ndarray) -> np.ndarray:
 
 
 def likeness(known: np.ndarray, force: np.ndarray, order: int) -> np.ndarray:
-    """Return weights (s,) of what is ``known`` under forces (s, 3) [N], to sum it for what is under ``force`` (3,) [N].
+    """Return weights (s,) of a quantity's values under the forces ``known`` (s, 3) [N] that predict it under ``force``.
 
-    The quantity grows with the power ``order`` of the force, and the next one: kernel ridge regression.
+    It is taken to grow with the powers ``order`` and ``order`` + 1 of the force (3,) [N]: kernel ridge regression.
     """
     scale = np.linalg.norm(known, axis=1).max()
 
@@ -123,14 +123,14 @@ class ContactSnapshots:
 def basis_of(contacts: Sequence[ContactSnapshots]) -> np.ndarray:
     """Return modes (n, 3, r) of contacts, in which the stiffness at rest is the identity.
 
-    They are made of columns and, where these were computed, snapshots. Modes of several contacts are united, with
-    second-order columns between them.
+    They span the contacts' columns and, where the elements' own were computed, snapshots; of several contacts also the
+    second-order responses to pairs of columns of two.
     """
-    parts = [np.dstack([each.columns, each.answers]) if each.found else each.columns for each in contacts]
+    shapes = [np.dstack([each.columns, each.answers]) if each.found else each.columns for each in contacts]
     elements = contacts[0].elements
-    pairs = [bending_loads(elements, one.linear, two.linear) for one, two in combinations(contacts, 2)]
-    between = [elements.solve(loads, SECOND_RESIDUAL) for loads in pairs]
-    return orthonormal(elements, np.dstack(parts + between))
+    pair_loads = [bending_loads(elements, one.linear, two.linear) for one, two in combinations(contacts, 2)]
+    pair_columns = [elements.solve(loads, SECOND_RESIDUAL) for loads in pair_loads]
+    return orthonormal(elements, np.dstack(shapes + pair_columns))
 
 
 def contact_energy(
@@ -147,9 +147,9 @@ def contact_energy(
     nodes = np.concatenate([each.nodes for each in contacts])
     loads = np.hstack([carried(each.nodes, each.shares, modes) for each in contacts])
     exact = rings_around(elements, nodes, rings)
-    if exact.all():
-        near = rings_around(elements, nodes, NEAR_RINGS)
-        return energy_of_elements(elements, modes, near, states, tolerance, rng, loads)
+    if exact.all():  # no means are left: fit to the elements' own forces
+        near_disc = rings_around(elements, nodes, NEAR_RINGS)
+        return energy_of_elements(elements, modes, near_disc, states, tolerance, rng, loads)
     return hyper_reduced(
         ReducedEnergy(points_and_means(elements, modes, exact), loads, elements.law), states, tolerance
     )
@@ -173,16 +173,16 @@ def columns_of_contact(
     newtons : the hardest press [N] that is tried; the model finds how hard each direction can be pressed
     linear : (n, 3, 3) [m/N], the contact's ``linear_columns``
     """
-    second = elements.solve(bending_loads(elements, linear), SECOND_RESIDUAL)
-    modes = orthonormal(elements, np.dstack([linear, second]))
+    second_order = elements.solve(bending_loads(elements, linear), SECOND_RESIDUAL)
+    modes = orthonormal(elements, np.dstack([linear, second_order]))
     points = points_and_means(
         elements, modes, rings_around(elements, nodes, NEAR_RINGS), TOGETHER if elements.level else 1
     )
     model = ReducedEnergy(points, carried(nodes, shares, modes), elements.law)
-    hard = [hardest(model, modes[nodes], direction, newtons, elements.size) for direction in directions(normal)]
-    forces = np.array([share * force for share in SHARES for force in hard])
+    strongest = [hardest(model, modes[nodes], direction, newtons, elements.size) for direction in directions(normal)]
+    forces = np.array([share * force for share in SHARES for force in strongest])
     answers = modes @ np.array([model.settle(force, MODEL_RESIDUAL).q for force in forces]).T
-    return ContactSnapshots(elements, nodes, shares, normal, linear, second, modes, model, forces, answers)
+    return ContactSnapshots(elements, nodes, shares, normal, linear, second_order, modes, model, forces, answers)
 
 
 def press_contact(columns: ContactSnapshots) -> ContactSnapshots:
@@ -195,13 +195,13 @@ def press_contact(columns: ContactSnapshots) -> ContactSnapshots:
     answers: list[np.ndarray] = []
     missed: list[np.ndarray] = []
     for k, force in enumerate(columns.forces):
-        start = columns.answers[:, :, k]
+        start = columns.answers[:, :, k]  # the model's answer
         if missed:
             start = start + np.tensordot(likeness(columns.forces[:k], force, 2), np.array(missed), 1)
-        reached, moved = _snapshot(columns, force, start)
-        # of a press that had to be weaker, which has no answer of the model, nothing is learnt
-        missed.append(moved - columns.answers[:, :, k] if reached is force else np.zeros_like(moved))
-        forces.append(reached)
+        reached_force, moved = _snapshot(columns, force, start)
+        # a press that had to be lowered has no answer of the model to compare with: nothing is learnt from it
+        missed.append(moved - columns.answers[:, :, k] if reached_force is force else np.zeros_like(moved))
+        forces.append(reached_force)
         answers.append(moved)
     return replace(columns, forces=np.array(forces), answers=np.stack(answers, axis=2), found=True)
 
@@ -211,13 +211,13 @@ def _snapshot(contact: ContactSnapshots, force: np.ndarray, start: np.ndarray) -
 
     start : (n, 3) [m], where the search begins. NotConverged where even the weakest press has no answer.
     """
-    elements, left = contact.elements, np.inf
+    elements, residual = contact.elements, np.inf
     for _ in range(MOST_LOWERINGS):
         load = elements.nodal(contact.nodes, contact.shares, force)
         moved = elements.settle(load, start, SNAPSHOT_STEPS, SNAPSHOT_RESIDUAL, SNAPSHOT_LEAST_STEPS)
-        left = elements.residual(moved, load)
-        if left <= SNAPSHOT_RESIDUAL and elements.least_det(moved) > 0.0:
+        residual = elements.residual(moved, load)
+        if residual <= SNAPSHOT_RESIDUAL and elements.least_det(moved) > 0.0:
             return force, moved
         force = FORCE_FACTOR * force
         start = contact.modelled(force)
-    raise NotConverged("a snapshot of a contact was not found", [left])
+    raise NotConverged("a snapshot of a contact was not found", [residual])

@@ -56,22 +56,22 @@ class Enriched:
         if largest_poisson(case.body.tissue(level)) > PLAIN_POISSON:
             raise Refused(f"plain elements lock above a Poisson's ratio of {PLAIN_POISSON}")
         body = with_patches(case.body, case.hooks, level)
-        last = len(body.levels) - 1
+        finest = len(body.levels) - 1
         mesh = body.fine
         assert isinstance(mesh, TetMesh)
         self._mesh = mesh
-        body = with_midpoints(body, last) if order == 2 else body
-        whole, tissue = body.levels[last + order - 1], body.tissue(last)
-        if (count := len(whole.nodes)) > LARGEST:
+        body = with_midpoints(body, finest) if order == 2 else body
+        elements_mesh, tissue = body.levels[finest + order - 1], body.tissue(finest)
+        if (count := len(elements_mesh.nodes)) > LARGEST:
             raise Refused(f"the compliance of {count} nodes takes {36e-9 * count**2:.1f} GB")
         elements = (QuadraticElements if order == 2 else LinearElements)(mesh, tissue)
         self._gradients, self._moduli = elements.gradients, np.stack(elements.moduli)
         # the gradients of all shape functions, which are linear in an element, at its corners (4, nodes, 4 corners)
         self._slopes = quadratic_gradients(np.eye(4)) if order == 2 else np.tile(np.eye(4), (4, 1, 1))
-        hooked = [hook.patch.nodes_of(whole) for hook in case.hooks]
-        held = np.isin(np.arange(count), np.concatenate([body.anchors[last + order - 1], *hooked]))
+        hooked = [hook.patch.nodes_of(elements_mesh) for hook in case.hooks]
+        held = np.isin(np.arange(count), np.concatenate([body.anchors[finest + order - 1], *hooked]))
         self._held = held[: len(mesh.nodes)]
-        matrix = elements.stiffness(whole.nodes)
+        matrix = elements.stiffness(elements_mesh.nodes)
         full = sparse.csr_array(matrix)
         hold(matrix.indptr, matrix.indices, matrix.data, held)
         factor = Factor(matrix)
@@ -86,7 +86,7 @@ class Enriched:
         self._before = np.tensordot(lengths, self._pulls, axes=1)
         self._forces = np.tensordot(self._pulls, (full @ self._before.ravel()).reshape(-1, 3))
         # neighbours are neighbours in memory, too
-        ordered = cKDTree(whole.nodes).indices
+        ordered = cKDTree(elements_mesh.nodes).indices
         rank = np.argsort(ordered)
         self._nodes = rank[ten_nodes(mesh) if order == 2 else mesh.tetrahedra]
         self._pulls, self._before = self._pulls[:, ordered], self._before[ordered]
@@ -120,36 +120,36 @@ class Enriched:
             raise Refused("one cut is followed at a time")
         cut = cuts[0]
         # parts of the elements that the cut divides, and the elements beside them
-        corners, at = self._mesh.tetrahedra, self._mesh.nodes
-        above = (cut.across(at) >= 0.0)[corners]
-        mixed = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
+        corners, nodes = self._mesh.tetrahedra, self._mesh.nodes
+        corner_above = (cut.across(nodes) >= 0.0)[corners]
+        mixed = np.flatnonzero(corner_above.any(axis=1) & ~corner_above.all(axis=1))
         parts, owner, crossed = self._divided(cut, mixed)
         beside = np.asarray(np.isin(corners, corners[crossed]).any(axis=1))
         beside[mixed] = False
-        parts, owner = np.concatenate([at[corners[beside]], parts]), np.append(np.flatnonzero(beside), owner)
+        parts, owner = np.concatenate([nodes[corners[beside]], parts]), np.append(np.flatnonzero(beside), owner)
         slopes, volumes = shape_gradients(TetMesh(parts.reshape(-1, 3), np.arange(4 * len(parts)).reshape(-1, 4)))
         volumes, sign = np.abs(volumes), np.where(cut.across(parts.mean(axis=1)) >= 0.0, 1.0, -1.0)
         # corners where the lips open, and integrals of the enrichment over the parts around them
         opened = self._opened(crossed, owner, volumes, sign)
         self._number = np.where(opened, np.cumsum(opened) - 1, -1)
         self._count = int(opened.sum())
-        near = np.flatnonzero(opened[corners].any(axis=1))
-        kept = opened[corners[owner]].any(axis=1)
-        flat = parts[kept].reshape(-1, 3)
-        values = np.stack([np.abs(cut.across(flat)), cut.within(flat)], axis=1).reshape(-1, 4, 2)
+        opens = np.flatnonzero(opened[corners].any(axis=1))
+        used = opened[corners[owner]].any(axis=1)
+        corners_m = parts[used].reshape(-1, 3)
+        values = np.stack([np.abs(cut.across(corners_m)), cut.within(corners_m)], axis=1).reshape(-1, 4, 2)
         number = np.zeros(len(corners), dtype=np.int64)
-        number[near] = np.arange(len(near))
+        number[opens] = np.arange(len(opens))
         moments, products = integrals(
-            parts[kept], number[owner[kept]], values, np.swapaxes(values, 1, 2) @ slopes[kept], volumes[kept],
-            sign[kept], at[corners[near, 0]], self._gradients[near], QUADRATURE_POINTS,
+            parts[used], number[owner[used]], values, np.swapaxes(values, 1, 2) @ slopes[used], volumes[used],
+            sign[used], nodes[corners[opens, 0]], self._gradients[opens], QUADRATURE_POINTS,
         )  # fmt: skip
         # stiffness between nodes and jumps, and among jumps, and its Schur complement
-        own = self._nodes[near]
-        self._around = np.unique(own)
-        moduli = np.ascontiguousarray(self._moduli[:, near])
-        places = np.searchsorted(self._around, own), self._number[corners[near]]
+        near_nodes = self._nodes[opens]
+        self._around = np.unique(near_nodes)
+        moduli = np.ascontiguousarray(self._moduli[:, opens])
+        places = np.searchsorted(self._around, near_nodes), self._number[corners[opens]]
         coupling, opening = assembled(
-            moments, products, self._slopes, self._gradients[near], moduli, *places, len(self._around), self._count
+            moments, products, self._slopes, self._gradients[opens], moduli, *places, len(self._around), self._count
         )
         self._coupling = coupling.astype(np.float32)
         self.opening_stiffness = opening
@@ -170,23 +170,23 @@ class Enriched:
         enrichment times d, and the hooks' forces change by their answers to the load B d.
         """
         pulls = self._pulls[:, self._around].reshape(len(self._pulls), -1)
-        before = self._before[self._around].ravel()
-        jumps = -self._scale * cho_solve(self._factor, self._scale * (before @ self._coupling))
+        uncut = self._before[self._around].ravel()
+        jumps = -self._scale * cho_solve(self._factor, self._scale * (uncut @ self._coupling))
         load = self._coupling @ jumps  # B d [N]
-        seen = self._before[self._seen] - combined(self._shown, self._around, load.astype(np.float32))
-        seen = self._rows @ seen + self._jumps @ jumps.reshape(-1, 3)
-        return Pulled(*self.case.parted(seen), self._forces + pulls @ load)
+        moved = self._before[self._seen] - combined(self._shown, self._around, load.astype(np.float32))
+        moved = self._rows @ moved + self._jumps @ jumps.reshape(-1, 3)
+        return Pulled(*self.case.parted(moved), self._forces + pulls @ load)
 
     def _jumping(self, cut: Cut) -> sparse.csr_array:
         """Return the values (points, jumps) of the enrichment N_i ψ at the places where answers are read."""
         rows = self._linear
-        at, columns = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), self._number[rows.indices]
-        kept = np.flatnonzero(columns >= 0)
-        near, place = np.unique(at[kept], return_inverse=True)
-        across, within = cut.across(self.case.seen[near]), cut.within(self.case.seen[near])
-        opened = np.sqrt(0.5 * np.maximum(np.hypot(across, within) + within, 0.0)) * self.case.sides([cut])[near, 0]
+        point, columns = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), self._number[rows.indices]
+        used = np.flatnonzero(columns >= 0)
+        open_places, row = np.unique(point[used], return_inverse=True)
+        across, within = cut.across(self.case.seen[open_places]), cut.within(self.case.seen[open_places])
+        psi = np.sqrt(0.5 * np.maximum(np.hypot(across, within) + within, 0.0)) * self.case.sides([cut])[open_places, 0]
         return sparse.csr_array(
-            (opened[place] * rows.data[kept], (at[kept], columns[kept])), shape=(rows.shape[0], self._count)
+            (psi[row] * rows.data[used], (point[used], columns[used])), shape=(rows.shape[0], self._count)
         )
 
     def _opened(self, crossed: np.ndarray, owner: np.ndarray, volumes: np.ndarray, sign: np.ndarray) -> np.ndarray:
@@ -195,33 +195,33 @@ class Enriched:
         owner, volumes, sign : of the parts of divided elements, their elements, volumes [m³], and sides of the cut
         """
         corners, opened = self._mesh.tetrahedra, ~self._held
-        around, each, count = corners[owner].ravel(), np.repeat(volumes, 4), len(opened)
-        sides = [np.bincount(around, each * np.repeat(sign == side, 4), minlength=count) for side in (1.0, -1.0)]
+        around, shares, count = corners[owner].ravel(), np.repeat(volumes, 4), len(opened)
+        sides = [np.bincount(around, shares * np.repeat(sign == side, 4), minlength=count) for side in (1.0, -1.0)]
         opened &= np.minimum(*sides) > LEAST_SHARE * np.add(*sides)
         return opened & np.isin(np.arange(count), corners[crossed])
 
     def _divided(self, cut: Cut, mixed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Divide the elements ``mixed`` by the cut's surface.
+        """Divide the elements ``mixed``, which have corners on both sides, by the cut's surface.
 
-        Returns the parts (n, 4, 3) [m], the elements that they are of (n,), and the elements in which some of the patch
-        lies.
+        Returns the parts, tetrahedra (n, 4, 3) [m], the element that each is of (n,), and the elements that the cut's
+        patch crosses.
         """
         mesh = self._mesh
         parts, owner, crossed = mesh.nodes[mesh.tetrahedra[mixed]], mixed, [mixed[:0]]
-        for piece in cut.pieces:
-            parts, owner, sections, of = divide(parts, owner, piece.across(parts.reshape(-1, 3)))
+        for piece in cut.pieces:  # divide along each surface in turn
+            parts, owner, sections, section_owner = divide(parts, owner, piece.across(parts.reshape(-1, 3)))
             middle = sections.mean(axis=1, keepdims=True)
             probed = np.concatenate([middle, sections, middle + INSIDE * (sections - middle)], axis=1)
             inside = (cut.within(probed.reshape(-1, 3)) > 0.0).reshape(probed.shape[:2]).any(axis=1)
-            on = np.abs(cut.across(middle[:, 0])) <= NEAR_PLANE * mesh.size
-            crossed.append(of[on & inside])
+            on_cut = np.abs(cut.across(middle[:, 0])) <= NEAR_PLANE * mesh.size
+            crossed.append(section_owner[on_cut & inside])
         solid = np.abs(np.linalg.det(parts[:, 1:] - parts[:, :1])) > 6.0 * FLAT * mesh.volumes[owner]
         return parts[solid], owner[solid], np.unique(np.concatenate(crossed))
 
 
 @numba.njit(cache=True, error_model="numpy")
 def integrals(parts, owner, values, slopes, volumes, sign, firsts, gradients, points):
-    """Integrate the gradients of N_a ψ over elements, by parts (n, 4, 3) [m] of them.
+    """Integrate the gradients of N_a ψ, shape functions times opening, over elements, by parts (n, 4, 3) [m] of them.
 
     owner, volumes, sign : (n,) whose parts they are, their volumes [m³], and on which side of the cut
     values, slopes : (n, 4, 2), (n, 2, 3) |across| and within [m] at the parts' corners, and their gradients
@@ -230,59 +230,59 @@ def integrals(parts, owner, values, slopes, volumes, sign, firsts, gradients, po
     Returns moments (m, 4, 4, 3), ∫ N_c ∇(N_a ψ), and products (m, 4, 4, 3, 3), ∫ ∇(N_a ψ) ∇(N_b ψ)ᵀ.
     """
     moments, products = np.zeros((len(firsts), 4, 4, 3)), np.zeros((len(firsts), 4, 4, 3, 3))
-    at, own, jump = np.empty(3), np.empty(4), np.empty((4, 3))
+    place, shape_values, jump_gradients = np.empty(3), np.empty(4), np.empty((4, 3))
     for p in range(len(parts)):
         e, weight = owner[p], volumes[p] / len(points)
         for q in range(len(points)):
             across = within = 0.0
-            at[:] = 0.0
+            place[:] = 0.0
             for k in range(4):
                 across += points[q, k] * values[p, k, 0]
                 within += points[q, k] * values[p, k, 1]
                 for j in range(3):
-                    at[j] += points[q, k] * parts[p, k, j]
+                    place[j] += points[q, k] * parts[p, k, j]
             for a in range(4):
-                own[a] = 1.0 if a == 0 else 0.0
+                shape_values[a] = 1.0 if a == 0 else 0.0
                 for j in range(3):
-                    own[a] += gradients[e, a, j] * (at[j] - firsts[e, j])
+                    shape_values[a] += gradients[e, a, j] * (place[j] - firsts[e, j])
             r = np.hypot(across, within)
             if within >= 0.0:
                 psi = np.sqrt(0.5 * (r + within))
-                other = 0.5 * across / psi
+                conjugate = 0.5 * across / psi
             else:
-                other = np.sqrt(0.5 * (r - within))
-                psi = 0.5 * across / other
+                conjugate = np.sqrt(0.5 * (r - within))
+                psi = 0.5 * across / conjugate
             for a in range(4):
                 for j in range(3):
-                    steep = (other * slopes[p, 0, j] + psi * slopes[p, 1, j]) / (2.0 * r)
-                    jump[a, j] = sign[p] * (psi * gradients[e, a, j] + own[a] * steep)
+                    psi_slope = (conjugate * slopes[p, 0, j] + psi * slopes[p, 1, j]) / (2.0 * r)
+                    jump_gradients[a, j] = sign[p] * (psi * gradients[e, a, j] + shape_values[a] * psi_slope)
             for a in range(4):
                 for j in range(3):
                     for c in range(4):
-                        moments[e, c, a, j] += weight * own[c] * jump[a, j]
+                        moments[e, c, a, j] += weight * shape_values[c] * jump_gradients[a, j]
                     for b in range(4):
                         for i in range(3):
-                            products[e, a, b, j, i] += weight * jump[a, j] * jump[b, i]
+                            products[e, a, b, j, i] += weight * jump_gradients[a, j] * jump_gradients[b, i]
     return moments, products
 
 
 @numba.njit(cache=True, error_model="numpy")
 def assembled(moments, products, slopes, gradients, moduli, nodes, numbers, count, jumps):
-    """Sum the stiffness [N/m] between nodes and jumps, (3 count, 3 jumps), and among jumps, over elements.
+    """Sum over elements the stiffness [N/m] between nodes and jumps, (3 count, 3 jumps), and among the jumps.
 
     slopes : (4, k, 4) of the elements' k functions at their corners, by barycentric coordinates; moduli : (2, m) μ, λ
     nodes : (m, k) in which rows they are; numbers : (m, 4) of the jumps of corners, -1 for none
     """
     coupling, opening = np.zeros((3 * count, 3 * jumps)), np.zeros((3 * jumps, 3 * jumps))
-    steep, outer = np.empty((4, 3)), np.empty((3, 3))
+    node_gradients, outer = np.empty((4, 3)), np.empty((3, 3))
     for e in range(len(nodes)):
         mu, lam = moduli[0, e], moduli[1, e]
         for n in range(nodes.shape[1]):
             for c in range(4):
                 for i in range(3):
-                    steep[c, i] = 0.0
+                    node_gradients[c, i] = 0.0
                     for k in range(4):
-                        steep[c, i] += slopes[c, n, k] * gradients[e, k, i]
+                        node_gradients[c, i] += slopes[c, n, k] * gradients[e, k, i]
             for a in range(4):
                 if numbers[e, a] < 0:
                     continue
@@ -290,7 +290,7 @@ def assembled(moments, products, slopes, gradients, moduli, nodes, numbers, coun
                 for c in range(4):
                     for i in range(3):
                         for j in range(3):
-                            outer[i, j] += steep[c, i] * moments[e, c, a, j]
+                            outer[i, j] += node_gradients[c, i] * moments[e, c, a, j]
                 _add(outer, mu, lam, coupling, 3 * nodes[e, n], 3 * numbers[e, a])
         for a in range(4):
             for b in range(4):
@@ -311,7 +311,7 @@ def _add(outer, mu, lam, matrix, row, column):
 
 @numba.njit(cache=True)
 def product_of(matrix, nodes, right):
-    """Return the rows of ``nodes`` (k,) of a node-wise ``matrix`` (3n, 3n), columns alike, times ``right`` (3k, p)."""
+    """Return the block (3k, 3k) of ``matrix`` (3n, 3n) between ``nodes`` (k,), times ``right`` (3k, p): (3k, p)."""
     product, rows = np.empty_like(right), np.empty((3 * ROWS, len(right)), dtype=right.dtype)
     for begin in range(0, len(nodes), ROWS):
         count = min(ROWS, len(nodes) - begin)

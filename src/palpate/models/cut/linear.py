@@ -49,8 +49,8 @@ class Anew(LevelModel):
     def pull(self) -> Pulled:
         cut, problem = self._opened, self._problem
         largest = float(np.linalg.norm(cut.shifts, axis=1).max())
-        response, small = problem.response(cut.shifts[problem.grasped] / largest), SMALL * problem.mesh.size
-        force = problem.free_force(cut.rest + small * response) / small
+        response, scale = problem.response(cut.shifts[problem.grasped] / largest), SMALL * problem.mesh.size
+        force = problem.free_force(cut.rest + scale * response) / scale
         return cut.answer(cut.rest + largest * response, largest * force)
 
 
@@ -78,28 +78,28 @@ class Updated(LevelModel):
         """Eliminate new nodes from the change of stiffness; factorise the capacitance matrix of its nodes and hooks."""
         cut = self._opened = self._part(cuts)
         # elements that the cut has changed, and the stiffness of their nodes before and after it
-        parted, count, given = cut.parted, len(self._held), cut.held | cut.moved
+        parted, count, prescribed = cut.parted, len(self._held), cut.held | cut.moved
         changed = (parted.origin[parted.mesh.tetrahedra] != parted.mesh.tetrahedra).any(axis=1)
         changed |= parted.body.tissue(0).share != 1.0
         changed = np.flatnonzero(changed | (np.bincount(parted.parents)[parted.parents] > 1))
         parents = np.unique(parted.parents[changed])
-        near = np.unique(np.append(parted.whole.tetrahedra[parents], parted.mesh.tetrahedra[changed]))
-        old = _stiffness(parted.whole, self.case.body.tissue(self._level), parents, near)
-        new = _stiffness(parted.mesh, parted.body.tissue(0), changed, near)
-        # old nodes, new free nodes, which are eliminated, and new nodes that are held or moved
-        self._outer = near[near < count]
+        affected = np.unique(np.append(parted.whole.tetrahedra[parents], parted.mesh.tetrahedra[changed]))
+        stiffness_before = _stiffness(parted.whole, self.case.body.tissue(self._level), parents, affected)
+        stiffness_after = _stiffness(parted.mesh, parted.body.tissue(0), changed, affected)
+        # old nodes (o), new free nodes (f), which are eliminated, and new nodes that are held or moved (p)
+        self._outer = affected[affected < count]
         self._outer = self._outer[~self._held[self._outer]]
-        self._inner = near[(near >= count) & ~given[near]]
-        self._kept = near[(near >= count) & given[near]]
-        at = [coordinates_of(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
-        (oo, of, op), (fo, ff, fp), _ = self._new = [[new[np.ix_(a, b)] for b in at] for a in at]
-        self._outward = (
-            np.linalg.solve(ff, np.hstack([fo, fp])) if len(at[1]) else np.zeros((0, len(at[0]) + len(at[2])))
+        self._inner = affected[(affected >= count) & ~prescribed[affected]]
+        self._kept = affected[(affected >= count) & prescribed[affected]]
+        dofs = [coordinates_of(np.searchsorted(affected, nodes)) for nodes in (self._outer, self._inner, self._kept)]
+        (oo, of, op), (fo, ff, fp), _ = self._new = [[stiffness_after[np.ix_(a, b)] for b in dofs] for a in dofs]
+        self._outward = (  # minus the displacement of f nodes by those of o and p
+            np.linalg.solve(ff, np.hstack([fo, fp])) if len(dofs[1]) else np.zeros((0, len(dofs[0]) + len(dofs[2])))
         )
-        change = np.hstack([oo - old[np.ix_(at[0], at[0])], op]) - of @ self._outward
-        self._change, self._pull_of_kept = change[:, : len(at[0])], change[:, len(at[0]) :]
-        # forces of the change and on held or moved old nodes
-        self._driven = np.flatnonzero(given[:count] & ~self._held)
+        change = np.hstack([oo - stiffness_before[np.ix_(dofs[0], dofs[0])], op]) - of @ self._outward
+        self._change, self._pull_of_kept = change[:, : len(dofs[0])], change[:, len(dofs[0]) :]
+        # one system for the forces of the change on old nodes (o), and those on held or moved old nodes (h)
+        self._driven = np.flatnonzero(prescribed[:count] & ~self._held)
         o, h = coordinates_of(self._outer), coordinates_of(self._driven)
         compliance = self._compliance[np.ix_(np.append(o, h), np.append(o, h))]
         capacitance = np.vstack([self._change @ compliance[: len(o)], compliance[len(o) :]])
@@ -113,17 +113,17 @@ class Updated(LevelModel):
         """Solve for the forces of the change and the hooks, and sum the whole body's responses to them."""
         cut, count = self._opened, len(self._held)
         o, h = coordinates_of(self._outer), coordinates_of(self._driven)
-        kept = cut.shifts[self._kept].ravel()
-        right = np.append(-self._pull_of_kept @ kept, self._scale * cut.shifts[self._driven].ravel())
-        forces = lu_solve(self._capacitance, right)
+        kept_shifts = cut.shifts[self._kept].ravel()
+        right_side = np.append(-self._pull_of_kept @ kept_shifts, self._scale * cut.shifts[self._driven].ravel())
+        forces = lu_solve(self._capacitance, right_side)
         moved, force = np.zeros_like(cut.rest), np.zeros_like(cut.rest)
         moved[:count] = (forces @ self._compliance[np.append(o, h)]).reshape(-1, 3)  # symmetric
         outer = moved[self._outer].ravel()
-        inner = -self._outward @ np.append(outer, kept)
+        inner = -self._outward @ np.append(outer, kept_shifts)
         moved[self._inner], moved[self._kept] = inner.reshape(-1, 3), cut.shifts[self._kept]
         force[self._driven] = -forces[len(o) :].reshape(-1, 3)
         po, pf, pp = self._new[2]
-        force[self._kept] -= (po @ outer + pf @ inner + pp @ kept).reshape(-1, 3)
+        force[self._kept] -= (po @ outer + pf @ inner + pp @ kept_shifts).reshape(-1, 3)
         return cut.answer(cut.rest + moved, force)
 
 

@@ -89,10 +89,10 @@ class Opened:
         self.case, self.parted, self.rest = case, parted, parted.mesh.nodes
         self._hooks, self.shifts = np.full(len(self.rest), -1), np.zeros_like(self.rest)
         for number, hook in enumerate(case.hooks):
-            on = np.isin(parted.origin, hook.patch.nodes_of(parted.whole)) & parted.solid
-            if not on.any():
+            hooked = np.isin(parted.origin, hook.patch.nodes_of(parted.whole)) & parted.solid
+            if not hooked.any():
                 raise NotConverged(f"no node of level {level} lies on a hook; take a finer one", [float("nan")])
-            self._hooks[on], self.shifts[on] = number, hook.shift_m
+            self._hooks[hooked], self.shifts[hooked] = number, hook.shift_m
         self.moved, self.held = self._hooks >= 0, np.isin(np.arange(len(self.rest)), parted.body.anchors[0])
         self.held |= parted.loose(self.held | self.moved)
         self._skin = parted.interpolation(skin, case.sides(cuts))
@@ -120,7 +120,7 @@ class LevelModel:
 
 
 def before_cut(case: CutCase, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return displacements (n, 3) [m] on a ``level`` and the hooks' forces [N] of quadratic elements before the cut."""
+    """Return displacements (n, 3) [m] of a level's n nodes and the hooks' forces [N] by quadratic elements, uncut."""
     body = with_midpoints(case.body, level)
     patch = GraspedPatch(np.concatenate([hook.patch.corners for hook in case.hooks]))
     problem = Grasping(body, level, 2, patch)

@@ -47,7 +47,7 @@ def _nodal_rotations(displacement, tetrahedra, gradients, volumes, means):
     for e in range(len(tetrahedra)):
         for i in range(3):
             for j in range(3):
-                f[i, j] = volumes[e] if i == j else 0.0
+                f[i, j] = volumes[e] if i == j else 0.0  # volume times deformation gradient
                 for a in range(4):
                     f[i, j] += volumes[e] * displacement[tetrahedra[e, a], i] * gradients[e, a, j]
         for a in range(4):
@@ -84,27 +84,27 @@ def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, train
     whether it is 1 instead.
     """
     peaks = training.db.peaks
-    inner = _inner(detail, detail) / peaks**2
-    across = _inner(missing - detail, detail) / peaks**2
+    detail_square = _inner(detail, detail) / peaks**2
+    missing_by_detail = _inner(missing - detail, detail) / peaks**2
     unexplained = _inner(missing - detail, missing - detail) / peaks**2
 
     def solve(samples: np.ndarray, penalty: float, bounded: bool) -> Scale:
         regressors = ratios[samples] - 1.0
-        normal = regressors.T @ (regressors * inner[samples, None])
+        normal = regressors.T @ (regressors * detail_square[samples, None])
         if not normal.trace() > 0.0:
             return Scale(np.zeros(2))
         ridge = penalty * normal.trace() * np.eye(2)
-        fitted = Scale(np.linalg.solve(normal + ridge, regressors.T @ across[samples]))
+        fitted = Scale(np.linalg.solve(normal + ridge, regressors.T @ missing_by_detail[samples]))
         scales = fitted.of(ratios[samples])
         return Scale(fitted.beta, float(scales.min()), float(scales.max())) if bounded else fitted
 
     def error(samples: np.ndarray, scale: Scale) -> float:
-        extra = scale.of(ratios[samples]) - 1.0
-        squared = unexplained[samples] - 2.0 * extra * across[samples] + extra**2 * inner[samples]
+        extra = scale.of(ratios[samples]) - 1.0  # of the detail, beside its scale of 1
+        squared = unexplained[samples] - 2.0 * extra * missing_by_detail[samples] + extra**2 * detail_square[samples]
         return float(np.sqrt(np.maximum(squared, 0.0)).sum())
 
     candidates = [(penalty, bounded) for bounded in (True, False) for penalty in PENALTIES]
-    scores = [sum(error(part, solve(rest, *each)) for rest, part in training.folds) for each in candidates]
+    scores = [sum(error(held_out, solve(learnt, *each)) for learnt, held_out in training.folds) for each in candidates]
     everything = np.arange(len(ratios))
     if min(scores) >= error(everything, Scale(np.zeros(2))):
         return Scale(np.zeros(2))
@@ -167,12 +167,12 @@ class DetailCorrection(Method):
         ratios, detail = np.array([q.ratios for q in queries]), np.array([q.detail for q in queries])
         self.scale = fit_scale(ratios, detail, missing, training)
         residual = missing - self.scale.of(ratios)[:, None, None] * detail
-        plain = np.sqrt(np.mean(np.sum(residual**2, axis=2), axis=1)) / db.peaks
-        turns = [q.turned.transpose(0, 2, 1) for q in queries if q.turned is not None]
-        unturned = np.array([_turn(*pair).ravel() for pair in zip(turns, residual, strict=True)])
+        plain_errors = np.sqrt(np.mean(np.sum(residual**2, axis=2), axis=1)) / db.peaks
+        turns_back = [q.turned.transpose(0, 2, 1) for q in queries if q.turned is not None]
+        unturned = np.array([_turn(*pair).ravel() for pair in zip(turns_back, residual, strict=True)])
         described = training.coarse[:, self._surface].reshape(len(queries), -1)
         learnt = KernelRidge(described, unturned, training)
-        if convinces(learnt.errors, plain, training.fold):
+        if convinces(learnt.errors, plain_errors, training.fold):
             self._residual, self.sigma_m = learnt, learnt.sigma_m
         return self
 
@@ -185,14 +185,14 @@ class DetailCorrection(Method):
 
     def _query(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> Query:
         """Return the parts of a fine answer for the displacement ``coarse`` (N, 3) [m] of all coarse nodes."""
-        row, local = self._compliance.row(contact), force
+        row, turned_back = self._compliance.row(contact), force
         if self._rotations:
             nodal = self._rotations.at(coarse)
-            local = nodal[contact].T @ force
-        detail = np.tensordot(local, self._detail[row], 1)
-        linear = np.tensordot(local, self._seen[row], 1)
-        near = self._neighbours[contact]
-        pairs = [(v[contact], v[contact] - v[near].mean(axis=0)) for v in (coarse, linear)]
+            turned_back = nodal[contact].T @ force
+        detail = np.tensordot(turned_back, self._detail[row], 1)
+        linear_coarse = np.tensordot(turned_back, self._seen[row], 1)
+        neighbours = self._neighbours[contact]
+        pairs = [(v[contact], v[contact] - v[neighbours].mean(axis=0)) for v in (coarse, linear_coarse)]
         with np.errstate(over="ignore"):
             moved, expected = np.linalg.norm(pairs, axis=2)
         ratios = np.minimum(np.divide(moved, expected, out=np.ones(2), where=expected > 0.0), FARTHEST)

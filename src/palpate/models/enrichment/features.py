@@ -21,7 +21,7 @@ TIE = 1e-9  # lengths closer than this, relative to the body's size, are equal
 
 
 def levels(values: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return integers in the order of ``values``, equal for neighbours in that order within ``tolerance``.
+    """Return integers (n,) that rank ``values`` (n,), equal for neighbours in their order within ``tolerance``.
 
     Rounding to multiples of the tolerance would part equal values that straddle a boundary; gaps do not.
     """
@@ -36,26 +36,26 @@ def nearest_first(points: np.ndarray, contact: np.ndarray, size: float, frame: n
 
     Ties within TIE of ``size`` [m] go by the position along the columns of ``frame``, if given, and then by number.
     """
-    away = points - contact
-    distance = levels(np.linalg.norm(away, axis=1), TIE * size)
+    from_contact = points - contact
+    distance = levels(np.linalg.norm(from_contact, axis=1), TIE * size)
     if frame is None:
         return np.argsort(distance, kind="stable")
-    along = [levels(values, TIE * size) for values in (away @ frame).T]
+    along = [levels(values, TIE * size) for values in (from_contact @ frame).T]
     return np.lexsort([*along[::-1], distance])
 
 
 def body_axis(points: np.ndarray) -> np.ndarray:
-    """Return the principal axis (3,) whose spread of ``points`` (n, 3) differs most from the others; z if none does.
+    """Return the principal axis (3,) along which ``points`` (n, 3) spread most unlike along the others; z if none.
 
     On a body of revolution it is the axis of revolution. Its largest component is positive. The other two axes are not
     used: on such a body rounding alone decides where they point.
     """
     centred = points - points.mean(axis=0)
     spread, axes = np.linalg.eigh(centred.T @ centred)
-    low, high = np.diff(spread)
-    if max(low, high) < 1e-6 * spread[2]:
+    low_gap, high_gap = np.diff(spread)
+    if max(low_gap, high_gap) < 1e-6 * spread[2]:
         return np.array([0.0, 0.0, 1.0])
-    axis = axes[:, 2] if high >= low else axes[:, 0]
+    axis = axes[:, 2] if high_gap >= low_gap else axes[:, 0]
     return axis * np.sign(axis[np.abs(axis).argmax()])
 
 
@@ -150,8 +150,8 @@ class Ordered:
             outward = position - self._centre
             outward = outward / np.linalg.norm(outward)
             frame = contact_frame(self._normals[row], np.array([self._axis, outward]))
-        near, slots = (nearest_first(nodes, position, self._size, frame) for nodes in (self._surface, self._fine))
-        return View(self._numbers[near[: self._neighbours]], slots, np.argsort(slots), frame)
+        nearest, slots = (nearest_first(nodes, position, self._size, frame) for nodes in (self._surface, self._fine))
+        return View(self._numbers[nearest[: self._neighbours]], slots, np.argsort(slots), frame)
 
 
 Features = Unordered | Ordered

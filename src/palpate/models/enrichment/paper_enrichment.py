@@ -69,8 +69,8 @@ def inverse(phi: np.ndarray) -> np.ndarray:
     there; with it training samples are no longer reproduced exactly where it bites.
     """
     values, vectors = eigen(phi)
-    kept = values > SINGULAR * values[-1]
-    return (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+    regular = values > SINGULAR * values[-1]
+    return (vectors[:, regular] / values[regular]) @ vectors[:, regular].T
 
 
 class BlendWeights:

@@ -64,8 +64,8 @@ class PodRbf(Method):
                 candidates += [1 / k + centre @ (vectors[:, :m] @ (vectors[:, :m].T @ weights)) for m in counts]
             return np.array(candidates)
 
-        best = int(training.errors(gram, blends).mean(axis=1).argmin())
-        return *KERNELS[best // len(counts)], int(counts[best % len(counts)])
+        best_candidate = int(training.errors(gram, blends).mean(axis=1).argmin())
+        return *KERNELS[best_candidate // len(counts)], int(counts[best_candidate % len(counts)])
 
 
 def _interpolator(points: np.ndarray, values: np.ndarray, kernel: str, shape: float) -> RBFInterpolator:

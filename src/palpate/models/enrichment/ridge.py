@@ -17,7 +17,7 @@ LAMBDAS = np.geomspace(1e-12, 1e2, 29)  # the λ tried, relative to the mean eig
 
 
 def dual_weights(among: np.ndarray, across: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
-    """Return (K + λ I)⁻¹ k of every λ and query, (λ, known, asked), from K (known, known) and k (known, asked)."""
+    """Return (K + λ I)⁻¹ k of every λ and query, (λ, s, q): K = ``among`` (s, s) samples, k = ``across`` (s, q)."""
     values, vectors = eigen(among)
     damped = np.maximum(values, 0.0) + lambdas[:, None] * among.trace() / len(among)
     return vectors @ ((vectors.T @ across) / damped[:, :, None])
@@ -33,8 +33,8 @@ def _choose(training: Training, kernel: np.ndarray, gram: np.ndarray) -> tuple[n
         return dual_weights(kernel[np.ix_(train, train)], kernel[np.ix_(train, validation)], LAMBDAS)
 
     errors = training.errors(gram, blends)
-    best = int(errors.mean(axis=1).argmin())
-    return errors[best], float(LAMBDAS[best])
+    best_row = int(errors.mean(axis=1).argmin())
+    return errors[best_row], float(LAMBDAS[best_row])
 
 
 def _solve(kernel: np.ndarray, targets: np.ndarray, relative: float) -> np.ndarray:
@@ -62,13 +62,13 @@ class RidgeUpsampling(Method):
     def __init__(self, training: Training):
         self._surface, self._described = training.db.coarse_surface, _described(training)
         kernel = self._described @ self._described.T
-        whole, detail = training.db.fine.reshape(len(kernel), -1), _detail(training)
+        fine, detail = training.db.fine.reshape(len(kernel), -1), _detail(training)
         (to_zero, zero_lambda), (to_linear, linear_lambda) = (
-            _choose(training, kernel, targets @ targets.T) for targets in (whole, detail)
+            _choose(training, kernel, targets @ targets.T) for targets in (fine, detail)
         )
         linear = to_linear.mean() <= to_zero.mean()
         self._prolongation = training.db.prolongation if linear else None
-        self._dual = _solve(kernel, detail, linear_lambda) if linear else _solve(kernel, whole, zero_lambda)
+        self._dual = _solve(kernel, detail, linear_lambda) if linear else _solve(kernel, fine, zero_lambda)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         blend = ((self._described @ coarse[self._surface].ravel()) @ self._dual).reshape(-1, 3)
@@ -90,10 +90,10 @@ class KernelRidge:
         sigmas = median_distance(squared) * np.geomspace(widths.min, widths.max, widths.count)
         gram = targets @ targets.T
         candidates = [_choose(training, products * gaussian(squared, sigma), gram) for sigma in sigmas]
-        best = min(range(len(candidates)), key=lambda i: float(candidates[i][0].mean()))
-        self.sigma_m, self.errors = float(sigmas[best]), candidates[best][0]
+        best_sigma = min(range(len(candidates)), key=lambda i: float(candidates[i][0].mean()))
+        self.sigma_m, self.errors = float(sigmas[best_sigma]), candidates[best_sigma][0]
         self.score = float(self.errors.mean())
-        self._dual = _solve(products * gaussian(squared, self.sigma_m), targets, candidates[best][1])
+        self._dual = _solve(products * gaussian(squared, self.sigma_m), targets, candidates[best_sigma][1])
 
     def predict(self, query: np.ndarray) -> np.ndarray:
         """Return displacements (n, 3) [m] for one description (r,) [m]."""

@@ -59,7 +59,7 @@ class Training:
         gram : (k, k) inner products of the blended vectors [m²]
         blends(known, asked) : weights (candidates, known, asked) found from the known samples only
         """
-        parts, order = [], []
+        fold_errors, order = [], []
         for train, validation in self.folds:
             squared = blend_errors(
                 blends(train, validation),
@@ -67,9 +67,9 @@ class Training:
                 gram[np.ix_(train, validation)],
                 gram.diagonal()[validation],
             )
-            parts.append(np.sqrt(squared / self.db.fine.shape[1]) / self.db.peaks[validation])
+            fold_errors.append(np.sqrt(squared / self.db.fine.shape[1]) / self.db.peaks[validation])
             order.append(validation)
-        return np.concatenate(parts, axis=-1)[..., np.argsort(np.concatenate(order))]
+        return np.concatenate(fold_errors, axis=-1)[..., np.argsort(np.concatenate(order))]
 
 
 def gather(db: Database, protocol: str, options: FitOptions, responses: Compliance | None = None) -> Training:
@@ -110,7 +110,7 @@ def convinces(errors: np.ndarray, plain: np.ndarray, fold: np.ndarray) -> bool:
 def blend_errors(weights: np.ndarray, among: np.ndarray, across: np.ndarray, own: np.ndarray) -> np.ndarray:
     """Return the squared error ‖Σᵢ wᵢ fᵢ − f‖² [m²] of every blend from inner products alone, (..., q).
 
-    weights : (..., k, q); among : (k, k) of the known fᵢ; across : (k, q) of known and asked; own : (q,) ‖f‖²
+    weights : (..., k, q); among : (k, k) products fᵢ·fⱼ; across : (k, q) products fᵢ·f; own : (q,) ‖f‖²
     Ordering and turning change no inner product, so this is the error on the body too. Cancellation leaves
     about 1e-8 of ‖f‖: enough to compare settings, not to show that a sample reproduces itself.
     """

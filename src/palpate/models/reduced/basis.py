@@ -24,17 +24,17 @@ def products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def independent(square: np.ndarray, sizes: np.ndarray | None = None, least: float = DEPENDENT) -> np.ndarray:
-    """Return combinations (k, r) of k columns that are orthonormal, ``square`` (k, k) being the columns' products.
+    """Return weights (k, r) of k columns whose r sums are orthonormal; ``square`` (k, k) : the columns' products.
 
     sizes : (k,) by which columns are divided first; None: their own norms
     least : eigenvalues of the scaled products below this part of the largest are left out as dependent
     The last combinations hold most of the columns (method of snapshots, Sirovich 1987).
     """
     sizes = np.sqrt(square.diagonal()) if sizes is None else sizes
-    over = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
-    values, turns = np.linalg.eigh(over[:, None] * square * over)
+    inverse_sizes = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
+    values, turns = np.linalg.eigh(inverse_sizes[:, None] * square * inverse_sizes)
     kept = values > least * values[-1]
-    return over[:, None] * turns[:, kept] / np.sqrt(values[kept])
+    return inverse_sizes[:, None] * turns[:, kept] / np.sqrt(values[kept])
 
 
 def orthonormal(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
@@ -68,16 +68,16 @@ def bending_loads(elements: ElementsAtRest, columns: np.ndarray, others: np.ndar
         return [np.ascontiguousarray(each) for each in small.transpose(2, 0, 1)]
 
     def bent(u: np.ndarray) -> np.ndarray:
-        return elements.force(u) + elements.force(-u)
+        return elements.force(u) + elements.force(-u)  # f″(u, u) to second order
 
-    first = scaled(columns)
-    second = first if others is None else scaled(others)
-    own = [bent(u) for u in first]
-    other = own if others is None else [bent(u) for u in second]
-    every = range(len(first)), range(len(second))
-    pairs = combinations_with_replacement(every[0], 2) if others is None else product(*every)
+    u_a = scaled(columns)
+    u_b = u_a if others is None else scaled(others)
+    bend_a = [bent(u) for u in u_a]
+    bend_b = bend_a if others is None else [bent(u) for u in u_b]
+    numbers = range(len(u_a)), range(len(u_b))
+    pairs = combinations_with_replacement(numbers[0], 2) if others is None else product(*numbers)
     loads = [
-        own[a] if others is None and a == b else 0.5 * (bent(first[a] + second[b]) - own[a] - other[b])
+        bend_a[a] if others is None and a == b else 0.5 * (bent(u_a[a] + u_b[b]) - bend_a[a] - bend_b[b])
         for a, b in pairs
     ]
     return np.stack(loads, axis=2)

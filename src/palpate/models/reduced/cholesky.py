@@ -14,14 +14,14 @@ def factor(matrix):
     """
     for i in range(len(matrix)):
         for j in range(i):
-            known = 0.0
+            subtracted = 0.0
             for k in range(j):
-                known += matrix[i, k] * matrix[j, k]
-            matrix[i, j] = (matrix[i, j] - known) * matrix[j, j]
-        known = 0.0
+                subtracted += matrix[i, k] * matrix[j, k]
+            matrix[i, j] = (matrix[i, j] - subtracted) * matrix[j, j]
+        subtracted = 0.0
         for k in range(i):
-            known += matrix[i, k] * matrix[i, k]
-        pivot = matrix[i, i] - known
+            subtracted += matrix[i, k] * matrix[i, k]
+        pivot = matrix[i, i] - subtracted
         if not pivot > 0.0:
             return False
         matrix[i, i] = 1.0 / pivot**0.5
@@ -32,10 +32,10 @@ def factor(matrix):
 def solve(factored, b):
     """Write the solution with a matrix that ``factor`` has ``factored`` (r, r) into ``b`` (r,)."""
     for i in range(len(b)):
-        known = 0.0
+        subtracted = 0.0
         for j in range(i):
-            known += factored[i, j] * b[j]
-        b[i] = (b[i] - known) * factored[i, i]
+            subtracted += factored[i, j] * b[j]
+        b[i] = (b[i] - subtracted) * factored[i, i]
     for i in range(len(b) - 1, -1, -1):
         b[i] *= factored[i, i]
         for j in range(i):

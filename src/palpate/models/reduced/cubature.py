@@ -22,11 +22,11 @@ def rings_around(elements: ElementsAtRest, nodes: np.ndarray, rings: int) -> np.
     """Return which elements (m,) bool touch ``nodes`` (k,) or lie in so many ``rings`` of elements around them."""
     marked = np.zeros(len(elements.rest), dtype=bool)
     marked[nodes] = True
-    near = marked[elements.couples].any(axis=1)
+    in_rings = marked[elements.couples].any(axis=1)
     for _ in range(rings):
-        marked[elements.couples[near]] = True
-        near = marked[elements.couples].any(axis=1)
-    return near
+        marked[elements.couples[in_rings]] = True
+        in_rings = marked[elements.couples].any(axis=1)
+    return in_rings
 
 
 def points_and_means(
@@ -38,14 +38,14 @@ def points_and_means(
     together : how many consecutive elements share one mean where none of them is exact: 1, or 8 if they come from split
         elements
     """
-    few = exact if together == 1 else np.repeat(exact.reshape(-1, together).any(axis=1), together)
+    with_exact = exact if together == 1 else np.repeat(exact.reshape(-1, together).any(axis=1), together)
     parts = [_integration_points(elements, modes, np.flatnonzero(np.repeat(exact, elements.points)))]
-    for chosen, size in ((np.flatnonzero(few & ~exact), 1), (np.flatnonzero(~few), together)):
+    for chosen, size in ((np.flatnonzero(with_exact & ~exact), 1), (np.flatnonzero(~with_exact), together)):
         if len(chosen):
             means = _with_gradients(elements, modes, chosen, elements.mean_gradients(chosen), elements.volumes[chosen])
             parts.append(_averaged(means, size))
-    slopes, *rest = zip(*parts, strict=True)
-    return CubaturePoints(np.concatenate(slopes, axis=1), *(np.concatenate(each) for each in rest))
+    slopes, *fields = zip(*parts, strict=True)
+    return CubaturePoints(np.concatenate(slopes, axis=1), *(np.concatenate(each) for each in fields))
 
 
 def _averaged(points: CubaturePoints, together: int) -> CubaturePoints:
@@ -84,10 +84,10 @@ def _with_gradients(
     elements: ElementsAtRest, modes: np.ndarray, source: np.ndarray, gradients: np.ndarray, volumes: np.ndarray
 ) -> CubaturePoints:
     """Return cubature points in elements ``source`` (k,), where shape functions have ``gradients`` (k, a, 3) [1/m]."""
-    (count, corners), wide = gradients.shape[:2], modes.shape[2]
-    moved = modes[elements.couples[source]].transpose(0, 2, 3, 1).reshape(count, 3 * wide, corners)
-    slopes = np.matmul(moved, gradients).reshape(count, 3, wide, 3).transpose(0, 1, 3, 2)
-    flat = slopes.reshape(count, 9, wide).transpose(1, 0, 2)
+    (count, corners), r = gradients.shape[:2], modes.shape[2]
+    moved = modes[elements.couples[source]].transpose(0, 2, 3, 1).reshape(count, 3 * r, corners)
+    slopes = np.matmul(moved, gradients).reshape(count, 3, r, 3).transpose(0, 1, 3, 2)
+    flat = slopes.reshape(count, 9, r).transpose(1, 0, 2)
     return CubaturePoints(np.ascontiguousarray(flat), volumes, *(modulus[source] for modulus in elements.moduli))
 
 
@@ -97,11 +97,11 @@ weights."""
 
 
 def sparse_weights(pulls: np.ndarray, target: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return numbers (k,) and weights (k,) > 0 of few rows whose weighted sum is ``target``, to ``tolerance``.
+    """Return numbers (k,) and weights (k,) > 0 of few rows of ``pulls`` whose weighted sum is near ``target`` (m,).
 
     pulls : (n, m), the forces of each of n cubature points under training loads; target : (m,), the forces of all
         elements
-    tolerance : relative
+    tolerance : of the remainder, relative to the target
     By non-negative least squares that end early (Lawson and Hanson 1974, chapter 23; Farhat, Chapman and Avery 2015,
     algorithm 1): the row that is most like the remainder is added, until the remainder is small.
     """
@@ -110,32 +110,32 @@ def sparse_weights(pulls: np.ndarray, target: np.ndarray, tolerance: float) -> t
     rough = pulls.T.astype(np.float32)  # enough to choose by, and half as long
     chosen: np.ndarray = np.empty(0, dtype=int)
     weights: np.ndarray = np.empty(0)
-    left = target
-    square, aim = np.empty((0, 0)), np.empty(0)  # the products of the chosen with each other, and with the target
-    while np.linalg.norm(left) > tolerance * np.linalg.norm(target) and len(chosen) < min(pulls.shape):
-        likeness = (left.astype(np.float32) @ rough) / size
-        likeness[chosen] = -np.inf
-        best = int(np.argmax(likeness))
-        if not likeness[best] > 0.0:
+    remainder = target
+    square, rhs = np.empty((0, 0)), np.empty(0)  # the products of the chosen with each other, and with the target
+    while np.linalg.norm(remainder) > tolerance * np.linalg.norm(target) and len(chosen) < min(pulls.shape):
+        likeness = (remainder.astype(np.float32) @ rough) / size
+        likeness[chosen] = -np.inf  # none is taken twice
+        added = int(np.argmax(likeness))
+        if not likeness[added] > 0.0:
             break
-        chosen, weights = np.append(chosen, best), np.append(weights, 0.0)
-        row = pulls[chosen] @ pulls[best]
-        row[-1] *= 1.0 + 1e-12
-        square, aim = np.block([[square, row[:-1, None]], [row]]), np.append(aim, pulls[best] @ target)
-        while len(chosen):
-            fitted = np.linalg.solve(square, aim)
+        chosen, weights = np.append(chosen, added), np.append(weights, 0.0)
+        row = pulls[chosen] @ pulls[added]
+        row[-1] *= 1.0 + 1e-12  # so that nearly equal rows keep the products regular
+        square, rhs = np.block([[square, row[:-1, None]], [row]]), np.append(rhs, pulls[added] @ target)
+        while len(chosen):  # fit weights until none is negative
+            fitted = np.linalg.solve(square, rhs)
             if fitted.min() > 0.0:
                 weights = fitted
                 break
-            # as far towards the fit as no weight is negative, without those that are zero there
+            # go towards the fit until the first weight is zero, and leave out the rows of zero weight
             falling = fitted <= 0.0
             ratio = weights[falling] / np.maximum(weights[falling] - fitted[falling], 1e-300)
             weights = weights + ratio.min() * (fitted - weights)
             kept = weights > 1e-14 * max(float(weights.max()), 1e-300)
             if kept.all():
                 kept[np.argmin(fitted)] = False
-            chosen, weights, aim, square = chosen[kept], weights[kept], aim[kept], square[np.ix_(kept, kept)]
-        left = target - weights @ pulls[chosen]
+            chosen, weights, rhs, square = chosen[kept], weights[kept], rhs[kept], square[np.ix_(kept, kept)]
+        remainder = target - weights @ pulls[chosen]
     return chosen, weights
 
 
@@ -146,7 +146,7 @@ def hyper_reduced(
 
     Only the nonlinear part of the forces is fitted, that of each state relative to its size; the linear part stays
     exact.
-    wanted : (s, r), the nonlinear forces to fit, where those of the model's own points are not meant
+    wanted : (s, r), the nonlinear forces to fit, if they are others than those of all points of the model
     """
     pulls = nonlinear_pulls(model.points, model.law, states)
     sums = pulls.sum(axis=0) if wanted is None else wanted
@@ -172,7 +172,7 @@ def energy_of_elements(
         them
     """
     moved, count = [modes @ q for q in states] if moved is None else moved, modes.shape[2]
-    pulls = -np.array([elements.force(each).ravel() for each in moved]) @ modes.reshape(-1, count) - states
+    pulls = -np.array([elements.force(each).ravel() for each in moved]) @ modes.reshape(-1, count) - states  # nonlinear
     loads = np.empty((count, 0)) if loads is None else loads
     model = ReducedEnergy(candidate_points(elements, modes, near, rng), loads, elements.law, np.zeros((count, count)))
     return hyper_reduced(model, states, tolerance, pulls)
@@ -187,8 +187,8 @@ def nonlinear_pulls(points: CubaturePoints, law: Law, states: np.ndarray) -> np.
     pulls = np.empty((count, *states.shape))
     for s, q in enumerate(np.ascontiguousarray(states)):
         point_stresses(q, flat, volumes, mu, lam, *law, f, p, energies, accepted)
-        moved = f.reshape(3, 3, count) - np.eye(3)[:, :, None]
-        strain = 0.5 * (moved + moved.transpose(1, 0, 2)).reshape(9, count)
+        gradient = f.reshape(3, 3, count) - np.eye(3)[:, :, None]
+        strain = 0.5 * (gradient + gradient.transpose(1, 0, 2)).reshape(9, count)
         linear = 2.0 * mu * strain
         linear[[0, 4, 8]] += lam * (strain[0] + strain[4] + strain[8])
         pulled_by_each(p - linear * volumes, slopes, pulls[:, s])
@@ -209,10 +209,10 @@ def energy_for_motions(
     held_out: np.ndarray,
     tolerance: float,
 ) -> tuple[ReducedEnergy, float]:
-    """Choose few weighted points that move a body as all elements do; return their energy and its error.
+    """Choose few weighted cubature points that move a body as all elements do; return their energy and its error.
 
-    modes, masses : (n, 3, r) and (r,), in which mass is diagonal; near : (n_elements,) bool, whose points are all
-        candidates
+    modes, masses : (n, 3, r) and (r,), in which mass is diagonal; near : (n_elements,) bool, elements of which all
+        points are candidates
     hessian : function of coordinates (r,), about the Hessian of the energy, which turns errors of forces into
         displacements
     states, held_out : coordinates (k, r) of motions that weights are fitted to, and of motions that they are not fitted
@@ -225,25 +225,25 @@ def energy_for_motions(
     r, count = len(masses), len(states)
     stiffness = products(modes, elements.multiply(modes))
     points = candidate_points(elements, modes, near, np.random.default_rng(0))
-    every, root = np.concatenate([states, held_out]), np.sqrt(masses)
-    moves = [root[:, None] * np.linalg.inv(hessian(q)) / np.linalg.norm(root * q) for q in every]
-
-    beyond = [-np.tensordot(elements.force(modes @ q), modes, 2) - stiffness @ q for q in every]
-    wanted = np.array([move @ pull for move, pull in zip(moves, beyond, strict=True)])
-    pulls = nonlinear_pulls(points, elements.law, every)
-    rows = np.einsum("sij,ksj->ski", np.array(moves), pulls).transpose(0, 2, 1)
+    all_states, root = np.concatenate([states, held_out]), np.sqrt(masses)
+    to_displacements = [root[:, None] * np.linalg.inv(hessian(q)) / np.linalg.norm(root * q) for q in all_states]
+    # nonlinear forces as relative displacements: those of all elements, ``needed``, and of each point; with stiffness
+    nonlinear_forces = [-np.tensordot(elements.force(modes @ q), modes, 2) - stiffness @ q for q in all_states]
+    needed = np.array([move @ pull for move, pull in zip(to_displacements, nonlinear_forces, strict=True)])
+    pulls = nonlinear_pulls(points, elements.law, all_states)
+    displacements = np.einsum("sij,ksj->ski", np.array(to_displacements), pulls).transpose(0, 2, 1)
     share, upper = np.sqrt(count / r), np.triu_indices(r)
-    twice = share * np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
-    of_each = points.stiffnesses()[:, *upper] * twice
-    fitted = np.vstack([rows[:count].reshape(-1, len(pulls)), of_each.T]).T
-    target = np.append(wanted[:count].ravel(), np.eye(r)[upper] * twice)
-    enough = tolerance * np.sqrt(count) / np.linalg.norm(target)
-    for _ in range(TIGHTENINGS):
-        chosen, weights = sparse_weights(fitted, target, enough)
-        missed = np.linalg.norm(rows[count:, :, chosen] @ weights - wanted[count:], axis=1).max()
+    entry_weights = share * np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
+    stiffness_rows = points.stiffnesses()[:, *upper] * entry_weights
+    fitted = np.vstack([displacements[:count].reshape(-1, len(pulls)), stiffness_rows.T]).T
+    target = np.append(needed[:count].ravel(), np.eye(r)[upper] * entry_weights)
+    fit_tolerance = tolerance * np.sqrt(count) / np.linalg.norm(target)
+    for _ in range(TIGHTENINGS):  # until motions that were not fitted to are met, too
+        chosen, weights = sparse_weights(fitted, target, fit_tolerance)
+        missed = np.linalg.norm(displacements[count:, :, chosen] @ weights - needed[count:], axis=1).max()
         if missed <= tolerance:
             return ReducedEnergy(points.take(chosen, weights), np.zeros((r, 1)), elements.law), float(missed)
-        enough *= TIGHTER
+        fit_tolerance *= TIGHTER
     raise NotConverged(
         f"cells of a reduced body misplace it by {missed:.2g} of its displacement in motions that they were not fitted "
         f"to, above {tolerance:g}; allow more, or take more vibrations",

@@ -22,9 +22,9 @@ def point_stresses(q, slopes, volumes, mu, lam, shape, measure, volume, f, p, en
     count = len(volumes)
     moved = np.dot(slopes, q)
     for i in range(9):
-        one = 1.0 if i % 4 == 0 else 0.0
+        diagonal = 1.0 if i % 4 == 0 else 0.0
         for k in range(count):
-            f[i, k] = moved[i * count + k] + one
+            f[i, k] = moved[i * count + k] + diagonal
     if shape is None:
         stresses(f, p, count, mu, lam, energies, accepted)
     else:
@@ -99,7 +99,7 @@ def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
     axes[::4] = 1.0
     rotations(f, rotated, size, sure)
     turned(f, axes, volumes[begin:end], size, mu[begin:end], lam[begin:end], rotated)
-    rows, bent = np.empty((4 * size, r)), np.empty((4 * size, r))
+    rows, stiff_rows = np.empty((4 * size, r)), np.empty((4 * size, r))
     for k in range(size):
         if not sure[k]:
             return np.full((r, r), np.nan)
@@ -117,17 +117,17 @@ def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
             v = g02 * x0 - g00 * z0 + g12 * x1 - g10 * z1 + g22 * x2 - g20 * z2
             w = g00 * y0 - g01 * x0 + g10 * y1 - g11 * x1 + g20 * y2 - g21 * x2
             rows[4 * k, m], rows[4 * k + 1, m], rows[4 * k + 2, m], rows[4 * k + 3, m] = s, u, v, w
-            bent[4 * k, m], bent[4 * k + 1, m] = share * s, a * u + b * v + c * w
-            bent[4 * k + 2, m], bent[4 * k + 3, m] = b * u + d * v + e * w, c * u + e * v + g * w
-    return np.dot(rows.T, bent)
+            stiff_rows[4 * k, m], stiff_rows[4 * k + 1, m] = share * s, a * u + b * v + c * w
+            stiff_rows[4 * k + 2, m], stiff_rows[4 * k + 3, m] = b * u + d * v + e * w, c * u + e * v + g * w
+    return np.dot(rows.T, stiff_rows)
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, definite):
-    """Return the Hessian (r, r) of the points ``begin`` to ``end`` by any law; ``definite``: each point's clamped."""
+    """Return the energy's Hessian (r, r) of points ``begin`` to ``end`` by any law; ``definite``: each's is clamped."""
     r, size = len(q), end - begin
     f, axes, blocks = np.empty((9, BLOCK)), np.zeros((9, BLOCK)), np.empty((54, BLOCK))
-    pulls, stiffnesses, bent = np.empty((15, BLOCK)), np.empty(BLOCK), np.zeros((9, size, r))
+    pulls, stiffnesses, stiff_slopes = np.empty((15, BLOCK)), np.empty(BLOCK), np.zeros((9, size, r))
     for i in range(9):
         f[i, :size] = np.dot(slopes[i, begin:end], q)
     f[::4] += 1.0
@@ -137,7 +137,7 @@ def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume
         hessians(f, axes, volumes[begin:end], size, *moduli, definite, pulls, blocks)
     else:
         principal.hessians(f, axes, volumes[begin:end], size, 1, *moduli, *law, definite, blocks, pulls, stiffnesses)
-    near = slopes[:, begin:end].copy()
+    own_slopes = slopes[:, begin:end].copy()
     for pair in range(6):
         c, d = principal.PAIRS[pair]
         for n in range(9):
@@ -145,11 +145,11 @@ def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume
             for k in range(size):
                 block = blocks[9 * pair + n, k]
                 for m in range(r):
-                    bent[3 * i + c, k, m] += block * near[3 * j + d, k, m]
+                    stiff_slopes[3 * i + c, k, m] += block * own_slopes[3 * j + d, k, m]
                 if c != d:
                     for m in range(r):
-                        bent[3 * j + d, k, m] += block * near[3 * i + c, k, m]
-    return np.dot(near.reshape(9 * size, r).T, bent.reshape(9 * size, r))
+                        stiff_slopes[3 * j + d, k, m] += block * own_slopes[3 * i + c, k, m]
+    return np.dot(own_slopes.reshape(9 * size, r).T, stiff_slopes.reshape(9 * size, r))
 
 
 @numba.njit(cache=True, error_model="numpy")

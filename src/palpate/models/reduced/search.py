@@ -23,37 +23,37 @@ def settle(q, load, body, touch, tolerance, iterations):
     The method is L-BFGS from the identity under a load, and Newton's under an instrument. The residual is relative to
     the load or the pull of contact, and above ``tolerance`` where the search ended without a minimum.
     """
-    scratch, none = scratch_of(body), np.empty((0, 0))
+    scratch, no_factor = scratch_of(body), np.empty((0, 0))
     steps, turns, scale = np.empty((MEMORY, len(q))), np.empty((MEMORY, len(q))), np.empty(MEMORY)
-    energy, gradient, over = valued(q, load, body, scratch, touch)
-    left, kept = np.inf, 0
-    for count in range(iterations + 1):
-        size = np.sqrt(np.dot(gradient, gradient))
-        left = 0.0 if size == 0.0 else size / over
-        if left <= tolerance or count == iterations:
+    energy, gradient, scale_n = valued(q, load, body, scratch, touch)
+    residual, stored = np.inf, 0
+    for iteration in range(iterations + 1):
+        norm = np.sqrt(np.dot(gradient, gradient))
+        residual = 0.0 if norm == 0.0 else norm / scale_n
+        if residual <= tolerance or iteration == iterations:
             break
         if touch is None:
-            ahead = directed(none, -gradient, steps, turns, scale, kept)
+            direction = directed(no_factor, -gradient, steps, turns, scale, stored)
         else:
-            ahead = newton(q, -gradient, body, touch)
-        slope, length, accepted = np.dot(gradient, ahead), 1.0, False
-        while slope < 0.0 and length > 1e-4:
-            reached = q + length * ahead
-            lower, bent, pull = valued(reached, load, body, scratch, touch)
-            if lower <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
+            direction = newton(q, -gradient, body, touch)
+        slope, length, accepted = np.dot(gradient, direction), 1.0, False
+        while slope < 0.0 and length > 1e-4:  # halve the step until the energy falls
+            trial = q + length * direction
+            trial_energy, trial_gradient, pull = valued(trial, load, body, scratch, touch)
+            if trial_energy <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
                 accepted = True
                 break
             length *= 0.5
         if accepted:
             if touch is None:
-                kept = remember(reached - q, bent - gradient, steps, turns, scale, kept)
-            q[:], gradient, energy = reached, bent, lower
-            over = pull if pull > 0.0 else over
-        elif kept > 0:
-            kept = 0
+                stored = remember(trial - q, trial_gradient - gradient, steps, turns, scale, stored)
+            q[:], gradient, energy = trial, trial_gradient, trial_energy
+            scale_n = pull if pull > 0.0 else scale_n
+        elif stored > 0:  # once more along the gradient
+            stored = 0
         else:
             break
-    return left
+    return residual
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -68,15 +68,15 @@ def valued(q, load, body, scratch, touch):
 
 @numba.njit(cache=True, error_model="numpy")
 def remember(step, turn, steps, turns, scale, kept):
-    """Store a ``step`` and the change ``turn`` of the gradient along it for L-BFGS; return how many pairs were stored.
+    """Store a ``step`` and the gradient's change ``turn`` over it for L-BFGS; return how many pairs were stored so far.
 
     steps, turns, scale : where the last pairs and the inverses of their products are; a pair of negative curvature is
         left out
     """
-    m, curvature = kept % len(steps), np.dot(step, turn)
+    slot, curvature = kept % len(steps), np.dot(step, turn)
     if not curvature > 0.0:
         return kept
-    steps[m], turns[m], scale[m] = step, turn, 1.0 / curvature
+    steps[slot], turns[slot], scale[slot] = step, turn, 1.0 / curvature
     return kept + 1
 
 
@@ -88,16 +88,16 @@ def directed(factored, right, steps, turns, scale, kept):
     steps, turns, scale, kept : as of ``remember``
     """
     direction, size = right.copy(), len(steps)
-    part, oldest = np.empty(size), max(0, kept - size)
-    for j in range(kept - 1, oldest - 1, -1):
-        m = j % size
-        part[m] = scale[m] * np.dot(steps[m], direction)
-        direction -= part[m] * turns[m]
+    projections, oldest = np.empty(size), max(0, kept - size)
+    for j in range(kept - 1, oldest - 1, -1):  # from the last pair to the oldest
+        slot = j % size
+        projections[slot] = scale[slot] * np.dot(steps[slot], direction)
+        direction -= projections[slot] * turns[slot]
     if len(factored):
         solve(factored, direction)
     for j in range(oldest, kept):
-        m = j % size
-        direction += (part[m] - scale[m] * np.dot(turns[m], direction)) * steps[m]
+        slot = j % size
+        direction += (projections[slot] - scale[slot] * np.dot(turns[slot], direction)) * steps[slot]
     return direction
 
 
@@ -109,12 +109,12 @@ def touched(q, touch):
         (3 p, r), areas (p,) [m²] and penalties (p,) [Pa/m]; an instrument's tip, axes and shape; places, gaps, normals
         and pressures of the points, which are written
     """
-    _, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures = touch
-    moved, energy, pull = rest + np.dot(modes, q), 0.0, np.zeros(len(q))
+    _, rest, modes, areas, penalty, tip, axes, shape, places, gaps, normals, pressures = touch
+    now, energy, pull = rest + np.dot(modes, q), 0.0, np.zeros(len(q))
     for n in range(len(areas)):
         for i in range(3):
-            at[n, i] = moved[3 * n + i]
-    distances(at, tip, axes, shape, gaps, normals)
+            places[n, i] = now[3 * n + i]
+    distances(places, tip, axes, shape, gaps, normals)
     for n in range(len(areas)):
         pressures[n] = max(-penalty[n] * gaps[n], 0.0)
         if pressures[n] > 0.0:
@@ -134,24 +134,24 @@ def newton(q, right, body, touch):
     identity, takes its place.
     """
     slopes, volumes, mu, lam, _, law, measure, volume = body
-    base, _, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures = touch
-    r, near = len(q), np.flatnonzero(pressures > 0.0)
-    rows, bent, bends = np.empty((3 * len(near), r)), np.empty((3 * len(near), r)), np.empty((1, 3, 3))
+    base, _, modes, areas, penalty, tip, axes, shape, places, gaps, normals, pressures = touch
+    r, pressed = len(q), np.flatnonzero(pressures > 0.0)
+    rows, stiff_rows, curvature = np.empty((3 * len(pressed), r)), np.empty((3 * len(pressed), r)), np.empty((1, 3, 3))
     step = right.copy()
     for curved in (True, False):  # with the tangent, or without what may make it indefinite
-        for j in range(len(near)):
-            n = near[j]
-            one = slice(n, n + 1)
-            curvatures(at[one], tip, axes, shape, gaps[one], normals[one], bends)
-            push, firm = areas[n] * pressures[n] if curved else 0.0, areas[n] * penalty[n]
+        for j in range(len(pressed)):  # contact's stiffness times modes, point by point
+            n = pressed[j]
+            only = slice(n, n + 1)
+            curvatures(places[only], tip, axes, shape, gaps[only], normals[only], curvature)
+            push, stiff_n = areas[n] * pressures[n] if curved else 0.0, areas[n] * penalty[n]
             for i in range(3):
                 rows[3 * j + i] = modes[3 * n + i]
-                a = firm * normals[n, i] * normals[n, 0] - push * bends[0, i, 0]
-                b = firm * normals[n, i] * normals[n, 1] - push * bends[0, i, 1]
-                c = firm * normals[n, i] * normals[n, 2] - push * bends[0, i, 2]
+                a = stiff_n * normals[n, i] * normals[n, 0] - push * curvature[0, i, 0]
+                b = stiff_n * normals[n, i] * normals[n, 1] - push * curvature[0, i, 1]
+                c = stiff_n * normals[n, i] * normals[n, 2] - push * curvature[0, i, 2]
                 for h in range(r):
-                    bent[3 * j + i, h] = a * modes[3 * n, h] + b * modes[3 * n + 1, h] + c * modes[3 * n + 2, h]
-        tangent = np.dot(rows.T, bent)
+                    stiff_rows[3 * j + i, h] = a * modes[3 * n, h] + b * modes[3 * n + 1, h] + c * modes[3 * n + 2, h]
+        tangent = np.dot(rows.T, stiff_rows)
         if curved:
             tangent += base
             for block in range(len(slopes)):

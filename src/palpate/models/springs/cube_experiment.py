@@ -126,18 +126,18 @@ def paper_cube(side_m: float) -> TetMesh:
 def middle(mesh: TetMesh, face: str) -> tuple[int, np.ndarray]:
     """Find the node nearest to the middle of a face of a cube, one of ``FACES``, and its inward normal (3,)."""
     axis, upper = FACES[face]
-    low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
-    point, inward = 0.5 * (low + high), np.zeros(3)
-    point[axis] = high[axis] if upper else low[axis]
+    lowest, highest = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
+    point, inward = 0.5 * (lowest + highest), np.zeros(3)
+    point[axis] = highest[axis] if upper else lowest[axis]
     inward[axis] = -1.0 if upper else 1.0
     return int(np.argmin(np.linalg.norm(mesh.nodes - point, axis=1))), inward
 
 
 def _points(seed: int) -> np.ndarray:
-    """Return nodes in the unit cube; those of a face stay in it, those of edges and middles of faces do not move."""
+    """Return random nodes in the unit cube; those of faces stay in them, those of edges and face middles are fixed."""
     rng = np.random.default_rng(seed)
     grid = np.stack(np.meshgrid(*[np.arange(5) / 4.0] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    outer = (grid == 0.0) | (grid == 1.0)
+    outer = (grid == 0.0) | (grid == 1.0)  # coordinates that put a node on a face
     faces = (outer.sum(axis=1) == 1) & ((grid == 0.5).sum(axis=1) < 2)
     inside = ~outer.any(axis=1)
     # not on the three pressed faces
@@ -148,24 +148,24 @@ def _points(seed: int) -> np.ndarray:
 
 
 def _remove_edge(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
-    """Return ``tetrahedra`` with the three around an edge replaced by two, where the worst angle gains most."""
-    worst = dihedral_angles(TetMesh(points, tetrahedra)).min(axis=1)
+    """Return ``tetrahedra`` with three around an edge replaced by two, where the least dihedral angle grows most."""
+    least_angles = dihedral_angles(TetMesh(points, tetrahedra)).min(axis=1)
     ends = np.sort(tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
     edges, number, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
-    best, chosen = -np.inf, (np.empty(0, dtype=np.int64), np.empty((0, 4), dtype=np.int64))
-    for edge in np.flatnonzero(count == 3):
-        old = np.flatnonzero(number.ravel() == edge) // len(EDGES)
-        ring = np.setdiff1d(tetrahedra[old], edges[edge])
+    best_gain, chosen = -np.inf, (np.empty(0, dtype=np.int64), np.empty((0, 4), dtype=np.int64))
+    for edge in np.flatnonzero(count == 3):  # each edge with three tetrahedra around it
+        removed = np.flatnonzero(number.ravel() == edge) // len(EDGES)
+        ring = np.setdiff1d(tetrahedra[removed], edges[edge])  # the three nodes around it
         if len(ring) > 3:  # on the surface
             continue
-        new = np.array([[*ring, edges[edge][0]], [*ring[::-1], edges[edge][1]]])
-        volumes = TetMesh(points, new).volumes
+        added = np.array([[*ring, edges[edge][0]], [*ring[::-1], edges[edge][1]]])
+        volumes = TetMesh(points, added).volumes
         if volumes[0] < 0.0:
-            new, volumes = new[:, [1, 0, 2, 3]], -volumes
+            added, volumes = added[:, [1, 0, 2, 3]], -volumes
         if volumes.min() <= 0.0:
             continue
-        gain = dihedral_angles(TetMesh(points, new)).min() - worst[old].min()
-        if gain > best:
-            best, chosen = gain, (old, new)
-    old, new = chosen
-    return np.concatenate([np.delete(tetrahedra, old, axis=0), new])
+        gain = dihedral_angles(TetMesh(points, added)).min() - least_angles[removed].min()
+        if gain > best_gain:
+            best_gain, chosen = gain, (removed, added)
+    removed, added = chosen
+    return np.concatenate([np.delete(tetrahedra, removed, axis=0), added])

@@ -44,8 +44,8 @@ def pull_back(
         x, v, by_x, by_v, settings.every, settings.keys.corners, settings.keys.shares, stiffness, damping, pairs, rest,
         tetrahedra, volume_rest, volume, mobility, h, by_stiffness, by_damping, by_volume,
     )  # fmt: skip
-    by_stiffness += by_damping * damping / (2.0 * stiffness)
-    halves = np.repeat(0.5 * by_stiffness * model.weights, 2)
+    by_stiffness += by_damping * damping / (2.0 * stiffness)  # damping goes as its root
+    halves = np.repeat(0.5 * by_stiffness * model.weights, 2)  # to each end's modulus
     return np.bincount(pairs.ravel(), halves, minlength=len(young)), float(by_volume[0])
 
 
@@ -54,11 +54,11 @@ def _backwards(
     x, v, by_x, by_v, every, corners, shares, stiffness, damping, pairs, rest, tetrahedra, volume_rest, volume,
     mobility, h, by_stiffness, by_damping, by_volume,
 ):  # fmt: skip
-    """Step the adjoint backwards through a motion; add derivatives to the last three arrays, (s,), (s,) and (1,)."""
+    """Step a = ∂L/∂x, b = ∂L/∂v backwards through a motion; add ∂L by stiffness, damping and κ to the last arrays."""
     a, b, w = np.zeros_like(x[0]), np.zeros_like(x[0]), np.empty_like(x[0])
-    for s in range(len(x) - 2, -1, -1):
+    for s in range(len(x) - 2, -1, -1):  # from the last step to the first
         frame = s // every
-        for p in range(len(corners) if (s + 1) % every == 0 else 0):
+        for p in range(len(corners) if (s + 1) % every == 0 else 0):  # key points
             for c in range(4):
                 for i in range(3):
                     a[corners[p, c], i] += shares[p, c] * by_x[frame, p, i]
@@ -74,52 +74,52 @@ def _backwards(
 
 @numba.njit(cache=True, error_model="numpy")
 def _through_springs(x, v, w, stiffness, damping, pairs, rest, a, b, by_stiffness, by_damping):
-    """Add the derivatives of one step through the springs.
+    """Add the derivatives of w·f by positions to ``a``, velocities to ``b``, stiffness and damping, f of all springs.
 
-    w·f of a spring is T n·d with d = w₁ − w₂; its derivatives by the second end are minus those by the first.
+    w·f of one is T n·d with unit vector n, tension T and d = w₁ − w₂; those by its first end are minus the second's.
     """
-    n, d, rate_by = np.empty(3), np.empty(3), np.empty(3)
+    n, d, relative_v = np.empty(3), np.empty(3), np.empty(3)
     for e in range(len(pairs)):
-        first, second = pairs[e, 0], pairs[e, 1]
+        node_1, node_2 = pairs[e, 0], pairs[e, 1]
         length = 0.0
         for i in range(3):
-            n[i] = x[second, i] - x[first, i]
+            n[i] = x[node_2, i] - x[node_1, i]
             length += n[i] * n[i]
         length = np.sqrt(length)
-        rate = along = 0.0
+        rate = d_along = 0.0
         for i in range(3):
             n[i] /= length
-            rate_by[i] = v[second, i] - v[first, i]
-            d[i] = w[first, i] - w[second, i]
-            rate += n[i] * rate_by[i]
-            along += n[i] * d[i]
+            relative_v[i] = v[node_2, i] - v[node_1, i]
+            d[i] = w[node_1, i] - w[node_2, i]
+            rate += n[i] * relative_v[i]
+            d_along += n[i] * d[i]
         stretch = length - rest[e]
         tension = stiffness[e] * stretch + damping[e] * rate
-        by_stiffness[e] += stretch * along
-        by_damping[e] += rate * along
+        by_stiffness[e] += stretch * d_along
+        by_damping[e] += rate * d_along
         for i in range(3):
-            rotation = damping[e] * along * (rate_by[i] - rate * n[i]) + tension * (d[i] - along * n[i])
-            by_end = stiffness[e] * along * n[i] + rotation / length
-            a[second, i] += by_end
-            a[first, i] -= by_end
-            b[second, i] += damping[e] * along * n[i]
-            b[first, i] -= damping[e] * along * n[i]
+            rotation = damping[e] * d_along * (relative_v[i] - rate * n[i]) + tension * (d[i] - d_along * n[i])
+            by_end = stiffness[e] * d_along * n[i] + rotation / length
+            a[node_2, i] += by_end
+            a[node_1, i] -= by_end
+            b[node_2, i] += damping[e] * d_along * n[i]
+            b[node_1, i] -= damping[e] * d_along * n[i]
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _through_volume(x, w, tetrahedra, volume_rest, volume, a, by_volume):
-    """Add the derivatives of one step through the volume force.
+    """Add the derivatives of w·f by positions to ``a`` and by κ = ``volume`` to ``by_volume``, f the volume force.
 
-    w·f of a tetrahedron is −κ (L − L₀) g·w with g = ∂L/∂x; its Hessian is symmetric, so it is its own transpose.
+    w·f of a tetrahedron is −κ (S − S₀) g·w, S its sum of distances to the middle, g = ∂S/∂x; ∂²S/∂x² is symmetric.
     """
     lengths, u, projected = np.empty(4), np.empty((8, 3)), np.empty((4, 3))
     for e in range(len(tetrahedra)):
         stretch = distance_sum(x, tetrahedra[e], lengths, u) - volume_rest[e]
-        along = 0.0
+        g_dot_w = 0.0
         for c in range(4):
             for i in range(3):
-                along += u[4 + c, i] * w[tetrahedra[e, c], i]
-        by_volume[0] -= stretch * along
+                g_dot_w += u[4 + c, i] * w[tetrahedra[e, c], i]
+        by_volume[0] -= stretch * g_dot_w
         for i in range(3):
             mean = 0.0
             for c in range(4):
@@ -127,15 +127,15 @@ def _through_volume(x, w, tetrahedra, volume_rest, volume, a, by_volume):
             for c in range(4):
                 projected[c, i] = w[tetrahedra[e, c], i] - mean
         for c in range(4):
-            out = 0.0
+            radial = 0.0
             for i in range(3):
-                out += u[c, i] * projected[c, i]
+                radial += u[c, i] * projected[c, i]
             for i in range(3):
-                projected[c, i] = (projected[c, i] - out * u[c, i]) / lengths[c] if lengths[c] > 0.0 else 0.0
+                projected[c, i] = (projected[c, i] - radial * u[c, i]) / lengths[c] if lengths[c] > 0.0 else 0.0
         for i in range(3):
             mean = 0.25 * (projected[0, i] + projected[1, i] + projected[2, i] + projected[3, i])
             for c in range(4):
-                change = along * u[4 + c, i] + stretch * (projected[c, i] - mean)
+                change = g_dot_w * u[4 + c, i] + stretch * (projected[c, i] - mean)
                 a[tetrahedra[e, c], i] -= volume * change
 
 
@@ -155,8 +155,8 @@ def value_and_gradient(fitness: Fitness, young: np.ndarray, volume_n_m: float) -
     model, press, settings = fitness.model, fitness.press, replace(fitness.settings, volume_n_m=volume_n_m)
     motion = spring_motion.trajectory(model, young, press, settings)
     value, by_motion = 0.0, []
-    for kept, wanted, weight in zip(motion, (fitness.positions, fitness.velocities), (1.0, ALPHA_S), strict=True):
-        residual = settings.compared(kept) - wanted
+    for simulated, wanted, weight in zip(motion, (fitness.positions, fitness.velocities), (1.0, ALPHA_S), strict=True):
+        residual = settings.compared(simulated) - wanted
         norms = np.linalg.norm(residual, axis=2, keepdims=True)
         value -= weight * float(norms.sum())
         by_motion.append(-weight * np.divide(residual, norms, out=np.zeros_like(residual), where=norms > 0.0))
@@ -172,7 +172,7 @@ def descend(
     most_n_m : the largest stiffness of the volume force, if that is searched for too; None leaves it as it is
     The history has a row per evaluation of all presses. NotConverged if a motion diverges.
     """
-    n, begin, initial_n_m = len(start_pa), perf_counter(), presses[0].settings.volume_n_m
+    n, started, initial_n_m = len(start_pa), perf_counter(), presses[0].settings.volume_n_m
     history: list[list[float]] = []
     best = (-np.inf, start_pa, initial_n_m)
 
@@ -184,7 +184,7 @@ def descend(
         value, by_young, by_volume = map(sum, zip(*of_presses, strict=True))
         if value > best[0]:
             best = (value, young, volume)
-        history.append([len(history) + 1, perf_counter() - begin, best[0]])
+        history.append([len(history) + 1, perf_counter() - started, best[0]])
         return -value, -np.append(by_young * young, [] if most_n_m is None else most_n_m * by_volume)
 
     start, bounds = np.log(np.clip(start_pa, *limits)), [tuple(np.log(limits))] * n

@@ -118,34 +118,34 @@ def _evaluate(
     fitness, stiffness, damping, corners, shares, positions, velocities, every,
     nodes, pairs, rest, tetrahedra, volume_rest, volume, mobility, load, factors, h,
 ):  # fmt: skip
-    """Write the ``fitness`` of each lane of each block: less its distances from the reference, summed on the way."""
+    """Write ``fitness`` for each lane of each block: minus the summed distances of its motion from the reference."""
     k = len(LANES)
     for block in numba.prange(len(stiffness)):
         x = nodes.repeat(k).reshape((len(nodes), 3 * k))
         v, force, work = np.zeros_like(x), np.empty_like(x), np.empty(12 * k)
-        total, part = np.zeros(k), np.empty(k)
+        total, distances = np.zeros(k), np.empty(k)
         for s in range(len(factors)):
             advance(
                 x, v, force, work, stiffness[block], damping[block], pairs, rest, tetrahedra, volume_rest, volume,
                 mobility, load, factors[s], h, LANES,
             )  # fmt: skip
             if (s + 1) % every == 0:
-                _sum_distances(x, corners, shares, positions[s // every], work, part)
-                total += part
-                _sum_distances(v, corners, shares, velocities[s // every], work, part)
-                total += ALPHA_S * part
+                _sum_distances(x, corners, shares, positions[s // every], work, distances)
+                total += distances
+                _sum_distances(v, corners, shares, velocities[s // every], work, distances)
+                total += ALPHA_S * distances
         fitness[block * k : (block + 1) * k] = -total
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _sum_distances(values, corners, shares, wanted, work, total):
-    """Sum the distances of the key points from their reference, in each lane, into ``total`` (lanes,)."""
+    """Write into ``total`` (lanes,) the summed distances of the key points in ``values`` from ``wanted`` (p, 3)."""
     k = len(LANES)
     total[:] = 0.0
     for p in range(len(corners)):
         for i in range(3):
             for j in range(i * k, (i + 1) * k):
-                work[j] = -wanted[p, i]
+                work[j] = -wanted[p, i]  # differences of the three coordinates, by lane
         for c in range(4):
             corner, share = values[corners[p, c]], shares[p, c]
             for j in range(3 * k):
@@ -186,15 +186,15 @@ CLOSED = {"van_gelder": van_gelder, "lloyd": lloyd}
 def uniform(fitness: Callable[[np.ndarray], np.ndarray], nodes: int, limits: Range) -> Fit:
     """Return the fittest modulus common to all ``nodes``: by even steps of log E, then Brent's method at the best."""
     track = Track(fitness)
-    low, high = np.log(limits)
-    logs = np.linspace(low, high, STARTS)
-    best = int(np.argmax(track(np.exp(np.repeat(logs[:, None], nodes, axis=1)))))
-    around = (logs[max(best - 1, 0)], logs[min(best + 1, STARTS - 1)])
+    log_low, log_high = np.log(limits)
+    logs = np.linspace(log_low, log_high, STARTS)
+    best_row = int(np.argmax(track(np.exp(np.repeat(logs[:, None], nodes, axis=1)))))
+    bracket = (logs[max(best_row - 1, 0)], logs[min(best_row + 1, STARTS - 1)])
 
     def unfitness(log: float) -> float:
         return -float(track(np.full((1, nodes), np.exp(log)))[0])
 
-    minimize_scalar(unfitness, bounds=around, method="bounded", options={"xatol": 1e-4})
+    minimize_scalar(unfitness, bounds=bracket, method="bounded", options={"xatol": 1e-4})
     return track.fit()
 
 

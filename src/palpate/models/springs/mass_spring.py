@@ -82,7 +82,7 @@ class LoadedSprings:
         return self._system.potential_force(x) + self._load
 
     def stiffness(self, x: np.ndarray, definite: bool = False) -> sparse.bsr_array:
-        """Return the stiffness (3n, 3n) [N/m] at ``x``, held nodes apart, with parts clamped if ``definite``."""
+        """Return the stiffness (3n, 3n) [N/m] at ``x``, held nodes decoupled; ``definite``: clamped per spring."""
         stiffness = self._system.stiffness(x, definite)
         self._system.hold(stiffness)
         return stiffness
@@ -167,9 +167,9 @@ def fit_moduli(network: Network, samples: Database, nodal: bool, volume: bool, e
     search = _Search(network, samples, volume)
     search.descend(1, evaluations[0], np.append(np.zeros(1), [1.0 / WIDTH] if volume else []))
     if nodal:
-        best = search.best
-        young = np.log(best.young_pa / network.particles.material.young_pa)
-        start = np.append(young, [best.volume_n_m / search.stiff] if volume else [])
+        uniform = search.best
+        young = np.log(uniform.young_pa / network.particles.material.young_pa)
+        start = np.append(young, [uniform.volume_n_m / search.stiff] if volume else [])
         search.descend(len(young), evaluations[1], start)
     if not search.best.misfit < 1.0:
         raise NotConverged(f"{network.particles.name}: no moduli of springs fit the samples; choose lower loads", [])
@@ -193,7 +193,7 @@ class _Search:
 
     def descend(self, count: int, evaluations: int, start: np.ndarray) -> None:
         """Lower the misfit by L-BFGS from ``start``, whose first ``count`` unknowns are moduli; ``best`` is updated."""
-        steepness = float(np.linalg.norm(self._evaluate(start, count)[1]))
+        steepness = float(np.linalg.norm(self._evaluate(start, count)[1]))  # gradient's norm at the start
         if steepness == 0.0:
             return
         widest = float(np.log(WIDTH))
@@ -212,44 +212,44 @@ class _Search:
         young = self._young * np.exp(np.broadcast_to(unknowns[:count], nodes))
         volume = float(unknowns[-1]) * self.stiff
         self._network.stiffen(young, volume)
-        parts = [self._sample(i) for i in range(samples)]
-        misfit = sum(part[0] for part in parts) / samples
+        of_samples = [self._sample(i) for i in range(samples)]
+        misfit = sum(sample[0] for sample in of_samples) / samples
         if misfit < self.best.misfit:
             self.best = Moduli(young, volume, misfit)
-        slopes = young * sum(part[1] for part in parts)
+        slopes = young * sum(sample[1] for sample in of_samples)
         slopes = slopes if count > 1 else slopes.sum(keepdims=True)
-        by_volume = [self.stiff * sum(part[2] for part in parts)] if self.stiff else []
+        by_volume = [self.stiff * sum(sample[2] for sample in of_samples)] if self.stiff else []
         return misfit, np.append(slopes, by_volume) / samples
 
     def _sample(self, i: int) -> tuple[float, np.ndarray, float]:
         """Return sample ``i``'s RMSE of peak, and its gradient by the moduli (n,) [1/Pa] and by κ [m/N]."""
-        network, nothing = self._network, (np.zeros(len(self._network.rest)), 0.0)
+        network, no_gradient = self._network, (np.zeros(len(self._network.rest)), 0.0)
         network.press(int(self._samples.contact[i]), self._samples.force[i])
         try:
             x = network.settle(self._reached[i])
         except NotConverged:
             self._reached[i] = network.rest
-            return (1.0, *nothing)
+            return (1.0, *no_gradient)
         self._reached[i] = x
-        off = network.up @ (x - network.rest) - self._samples.fine[i]
-        rmse = float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+        error = network.up @ (x - network.rest) - self._samples.fine[i]
+        rmse = float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
         if rmse == 0.0:
-            return (0.0, *nothing)
-        adjoint = network.adjoint(x, network.up.T @ (off / (rmse * self._peaks[i] * len(off))))
+            return (0.0, *no_gradient)
+        adjoint = network.adjoint(x, network.up.T @ (error / (rmse * self._peaks[i] * len(error))))
         return (rmse / float(self._peaks[i]), *_slopes(network, x, adjoint))
 
 
 def _slopes(network: Network, x: np.ndarray, adjoint: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the derivatives by the moduli and by κ of the forces at ``x``, multiplied by ``adjoint`` (n, 3)."""
+    """Return the derivatives of ``adjoint`` · f, f the forces at ``x`` (n, 3) [m], by the nodes' moduli and by κ."""
     pairs, model = network.model.pairs, network.model
-    ends = x[pairs[:, 1]] - x[pairs[:, 0]]
-    length = np.linalg.norm(ends, axis=1)
+    span = x[pairs[:, 1]] - x[pairs[:, 0]]
+    length = np.linalg.norm(span, axis=1)
     stretch = np.divide(length - model.rest_m, length, out=np.zeros_like(length), where=length > 0.0)
-    along = stretch * np.einsum("si,si->s", ends, adjoint[pairs[:, 0]] - adjoint[pairs[:, 1]])
+    along = stretch * np.einsum("si,si->s", span, adjoint[pairs[:, 0]] - adjoint[pairs[:, 1]])
     by_young = np.bincount(pairs.ravel(), np.repeat(0.5 * model.weights * along, 2), minlength=len(x))
-    unit = np.zeros_like(x)
-    Volume(network.particles, 1.0).add_force(x, None, unit)
-    return by_young, float(np.vdot(adjoint, unit))
+    unit_force = np.zeros_like(x)
+    Volume(network.particles, 1.0).add_force(x, None, unit_force)
+    return by_young, float(np.vdot(adjoint, unit_force))
 
 
 EVALUATIONS = 8, 40
@@ -356,16 +356,16 @@ class Torn(Parted):
     cuts: Sequence[Cut]
 
     def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
-        """Return ``rows`` without shares of corners on another side than the points, ``sides`` (k, cuts)."""
+        """Return interpolation ``rows`` to k points, less corners on another side of a cut than ``sides`` (k, cuts)."""
         rows = sparse.csr_array(rows)
-        at, places = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), rows @ self.whole.nodes
-        own = np.ones(len(at), dtype=bool)
+        entry_row, places = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr)), rows @ self.whole.nodes
+        same_side = np.ones(len(entry_row), dtype=bool)
         for c, cut in enumerate(self.cuts):
-            of_nodes = np.where(cut.across(self.whole.nodes) >= 0.0, 1, -1)
-            own &= (of_nodes[rows.indices] == sides[at, c]) | (cut.within(places) <= 0.0)[at]
-        own |= (np.bincount(at, own * rows.data, minlength=rows.shape[0]) <= 0.0)[at]
-        sums = np.bincount(at, own * rows.data, minlength=rows.shape[0])
-        return sparse.csr_array((own * rows.data / sums[at], rows.indices, rows.indptr), shape=rows.shape)
+            node_sides = np.where(cut.across(self.whole.nodes) >= 0.0, 1, -1)
+            same_side &= (node_sides[rows.indices] == sides[entry_row, c]) | (cut.within(places) <= 0.0)[entry_row]
+        same_side |= (np.bincount(entry_row, same_side * rows.data, minlength=rows.shape[0]) <= 0.0)[entry_row]
+        sums = np.bincount(entry_row, same_side * rows.data, minlength=rows.shape[0])
+        return sparse.csr_array((same_side * rows.data / sums[entry_row], rows.indices, rows.indptr), shape=rows.shape)
 
 
 class CutSprings(LevelModel):
@@ -375,8 +375,8 @@ class CutSprings(LevelModel):
         super().__init__(case, level, way)
         self._iterations, self._factor = CALIBRATING_ITERATIONS, 1.0
         self._ready(self._looked_at(whole(case.body, level, 0)))
-        before, right = self.pull().force, before_cut(case, level)[1]
-        self._factor, self._iterations = float(before @ right / (before @ before)), iterations
+        own_force, reference_force = self.pull().force, before_cut(case, level)[1]
+        self._factor, self._iterations = float(own_force @ reference_force / (own_force @ own_force)), iterations
 
     def cut(self, cuts: Sequence[Cut]) -> None:
         if self._way != DELETED:
@@ -390,11 +390,11 @@ class CutSprings(LevelModel):
         self._opened, rest = cut, cut.rest
         particles = particles_of(cut.parted.body, 0, surface=False)
         model = spring_model(particles)
-        kept = np.ones(len(model.pairs), dtype=bool)
+        uncrossed = np.ones(len(model.pairs), dtype=bool)
         for each in deleted:
-            kept &= ~each.severs(*np.swapaxes(rest[model.pairs], 0, 1))
+            uncrossed &= ~each.severs(*np.swapaxes(rest[model.pairs], 0, 1))
         stiffness = particles.material.young_pa * model.weights
-        self._springs = Springs(model.pairs[kept], stiffness[kept], model.rest_m[kept])
+        self._springs = Springs(model.pairs[uncrossed], stiffness[uncrossed], model.rest_m[uncrossed])
         self._still = cut.held | cut.moved
         # the stiffness at rest, lifted where nodes hang loosely, and its inverse with still nodes apart
         pattern = pattern_of(self._springs.couples, len(rest))
@@ -403,14 +403,14 @@ class CutSprings(LevelModel):
         values[pattern.diagonal] += LIFT * np.trace(values[pattern.diagonal].mean(axis=0)) / 3.0 * np.eye(3)
         matrix = pattern.matrix(values)
         self._stiffness = product(matrix)
-        bound = matrix.copy()
-        hold(bound.indptr, bound.indices, bound.data, self._still)
-        self._solve = Factor(bound).solve
+        clamped = matrix.copy()
+        hold(clamped.indptr, clamped.indices, clamped.data, self._still)
+        self._solve = Factor(clamped).solve
 
     def pull(self) -> Pulled:
         cut, start = self._opened, self._linear()
-        scale = cut_truth.TOLERANCE * float(np.linalg.norm(self._free_force(start)[cut.moved]))
-        descent = minimise_by_lbfgs(self, self._solve, start, scale, self._iterations)
+        tolerance_n = cut_truth.TOLERANCE * float(np.linalg.norm(self._free_force(start)[cut.moved]))
+        descent = minimise_by_lbfgs(self, self._solve, start, tolerance_n, self._iterations)
         if not np.isfinite(descent.x).all():
             raise NotConverged("springs left the finite numbers", descent.forces)
         return cut.answer(descent.x, self._factor * self._free_force(descent.x))

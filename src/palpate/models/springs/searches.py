@@ -57,10 +57,10 @@ class Genetic:
     def _child(self) -> np.ndarray:
         """Return a new individual (n,) [Pa]: two parents' recombination or a copy of one, perhaps mutated."""
         random, limits, n = self._random, self._limits, self.generation
-        first, second = self.individuals[random.integers(len(self.individuals), size=2)]
-        child = first.copy()
+        parent, other_parent = self.individuals[random.integers(len(self.individuals), size=2)]
+        child = parent.copy()
         if random.random() < 0.9:
-            child += random.uniform(-EXTENSION, 1.0 + EXTENSION, len(child)) * (second - first)
+            child += random.uniform(-EXTENSION, 1.0 + EXTENSION, len(child)) * (other_parent - parent)
         if random.random() < 1.0 / (n + 2) + 0.002:  # eq. 7
             chosen = random.random(len(child)) < 0.5
             sigma = (limits.high_pa - limits.low_pa) * (1.0 / (n + 1) + 0.002)  # eq. 8
@@ -143,9 +143,9 @@ def find(
         return np.sum([press(young) for press in presses], axis=0)
 
     if method in CLOSED:
-        begin = perf_counter()
+        started = perf_counter()
         model, young = CLOSED[method](model, material)
-        seconds = perf_counter() - begin
+        seconds = perf_counter() - started
         value = float(np.sum([press.of(model)(young[None]) for press in presses]))
         return model, Fit(young, value, np.array([[0, seconds, value]]))
     if method == "uniform":

@@ -57,10 +57,10 @@ def spring_model(particles: Particles) -> SpringModel:
     """Build the network of a solid's tetrahedra."""
     stiffer = particles.tissue.young_pa / particles.material.young_pa
     volumes = TetMesh(particles.nodes, particles.tetrahedra).volumes
-    pairs, around = sum_around_edges(particles.tetrahedra, stiffer * volumes)
-    rest = rest_lengths(particles.nodes, pairs)
+    pairs, volume = sum_around_edges(particles.tetrahedra, stiffer * volumes)
+    rest_m = rest_lengths(particles.nodes, pairs)
     held = np.array(particles.held)
-    return SpringModel(particles.nodes, particles.tetrahedra, pairs, rest, around / rest**2, particles.masses, held)
+    return SpringModel(particles.nodes, particles.tetrahedra, pairs, rest_m, volume / rest_m**2, particles.masses, held)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,17 +81,17 @@ def key_points(nodes: np.ndarray, tetrahedra: np.ndarray, points_m: np.ndarray) 
     edges = np.swapaxes(nodes[tetrahedra[:, 1:]] - origin[:, None], 1, 2)
     corners, shares = [], []
     for number, point in enumerate(np.asarray(points_m, dtype=float).reshape(-1, 3)):
-        local = np.linalg.solve(edges, (point - origin)[:, :, None])[:, :, 0]
-        inside = np.column_stack([1.0 - local.sum(axis=1), local])
-        best = int(np.argmax(inside.min(axis=1)))
-        if not inside[best].min() >= -INSIDE_TOLERANCE:  # a NaN is outside, too
-            low, high = nodes.min(axis=0), nodes.max(axis=0)
+        last_three = np.linalg.solve(edges, (point - origin)[:, :, None])[:, :, 0]
+        barycentric = np.column_stack([1.0 - last_three.sum(axis=1), last_three])
+        nearest = int(np.argmax(barycentric.min(axis=1)))
+        if not barycentric[nearest].min() >= -INSIDE_TOLERANCE:  # a NaN is outside, too
+            lowest, highest = nodes.min(axis=0), nodes.max(axis=0)
             raise InputError(
                 f"springs.key_points_m[{number}] is {point.tolist()}, which is outside the mesh; "
-                f"give a point in it, in metres, its nodes being from {low.tolist()} to {high.tolist()}."
+                f"give a point in it, in metres, its nodes being from {lowest.tolist()} to {highest.tolist()}."
             )
-        corners.append(tetrahedra[best])
-        shares.append(inside[best])
+        corners.append(tetrahedra[nearest])
+        shares.append(barycentric[nearest])
     return KeyPoints(np.array(corners), np.array(shares))
 
 
@@ -218,10 +218,10 @@ def advance(
             rate = d0 * (vb[i] - va[i]) + d1 * (vb[k + i] - va[k + i]) + d2 * (vb[2 * k + i] - va[2 * k + i])
             tension = (stiff[i] * (length - rest_length) + damped[i] * (rate / length)) / length
             work[i], work[k + i], work[2 * k + i] = tension * d0, tension * d1, tension * d2
-        first, second = force[pairs[e, 0]], force[pairs[e, 1]]
+        force_a, force_b = force[pairs[e, 0]], force[pairs[e, 1]]
         for i in range(3 * k):
-            first[i] += work[i]
-            second[i] -= work[i]
+            force_a[i] += work[i]
+            force_b[i] -= work[i]
     if volume > 0.0:
         add_forces(x, tetrahedra, volume_rest, volume, force, work, lanes)
     for a in range(len(x)):
@@ -269,7 +269,7 @@ def reference_motion(
     integrator = BackwardEuler(system, BALANCE_TOLERANCE)
     x, v = particles.nodes, np.zeros_like(particles.nodes)
     positions, velocities = [], []
-    for load.factor in press.factors(settings.step_s / substeps, settings.steps * substeps):
+    for load.factor in press.factors(settings.step_s / substeps, settings.steps * substeps):  # sets the load's share
         x, v = integrator.step(x, v, settings.step_s / substeps)
         positions.append(x)
         velocities.append(v)

@@ -43,34 +43,34 @@ def complementary(matrix, right, most):
     """Solve the linear complementarity problem: z ≥ 0, matrix z + right ≥ 0 (k,), one of both 0 in each row.
 
     matrix : (k, k), with positive principal minors; most : exchanges of rows at most
-    Returns z and whether it was found. Block pivoting (Júdice and Pires 1994): all wrong rows change sides while they
-    become fewer; else one by one, which ends (Murty 1974).
+    Returns z and whether it was found. Block pivoting (Júdice and Pires 1994): rows with z < 0 or slack < 0 change
+    between pressing and not, all at once while they become fewer; else the last one alone, which ends (Murty 1974).
     """
     k = len(right)
     pressing = np.ones(k, dtype=np.bool_)
     fewest, blocks, z = k + 1, BLOCKS, np.zeros(k)
-    for _ in range(most):
-        on = np.flatnonzero(pressing)
+    for _ in range(most):  # solve with the rows that press, then exchange wrong ones
+        pressing_rows = np.flatnonzero(pressing)
         z[:] = 0.0
-        if len(on) > 0:
-            square = np.empty((len(on), len(on)))
-            for a in range(len(on)):
-                for b in range(len(on)):
-                    square[a, b] = matrix[on[a], on[b]]
-            z[on] = np.linalg.solve(square, -right[on])
-        wrong, last = 0, -1
-        left = np.dot(matrix, z) + right
+        if len(pressing_rows) > 0:
+            pressing_block = np.empty((len(pressing_rows), len(pressing_rows)))
+            for a in range(len(pressing_rows)):
+                for b in range(len(pressing_rows)):
+                    pressing_block[a, b] = matrix[pressing_rows[a], pressing_rows[b]]
+            z[pressing_rows] = np.linalg.solve(pressing_block, -right[pressing_rows])
+        wrong_count, last_wrong = 0, -1
+        slack = np.dot(matrix, z) + right
         for i in range(k):
-            if (pressing[i] and z[i] < 0.0) or (not pressing[i] and left[i] < 0.0):
-                wrong, last = wrong + 1, i
-        if wrong == 0:
+            if (pressing[i] and z[i] < 0.0) or (not pressing[i] and slack[i] < 0.0):
+                wrong_count, last_wrong = wrong_count + 1, i
+        if wrong_count == 0:
             return z, True
-        if wrong < fewest:
-            fewest, blocks = wrong, BLOCKS
+        if wrong_count < fewest:
+            fewest, blocks = wrong_count, BLOCKS
         else:
             blocks -= 1
         for i in range(k):
-            if (i == last) if blocks < 0 else (z[i] < 0.0 if pressing[i] else left[i] < 0.0):
+            if (i == last_wrong) if blocks < 0 else (z[i] < 0.0 if pressing[i] else slack[i] < 0.0):
                 pressing[i] = not pressing[i]
     return np.maximum(z, 0.0), False
 
@@ -81,52 +81,52 @@ def settle_discs(rest, motions, spins, shares, tip, travel, steps, axes, shape):
 
     rest, motions, spins, shares : as of ``Discs``; axes, shape : of the instrument
     tip : (3,) [m], of it at first touch; travel, steps : its motion from there (3,) [m], in so many steps
-    The error is the largest gap of a disc with force, or overlap of one without, over the way's length. From far off
-    the complementarity problem may have no solution; in steps on the way, one linearisation each is enough. Gaps of
-    turned motions close along normals that are turned back: how rotations change is left to the next linearisation.
+    The error is the largest gap of a disc with force, or overlap of one without, over the travel's length. Solved in
+    one step the complementarity problem may have no solution; in several, one linearisation each is enough but for the
+    last. Gaps of turned motions close along normals turned back; rotations are updated with each linearisation.
     """
     m, s = shares.shape
-    forces, at, along = np.zeros(m), rest.copy(), np.empty(s)
+    forces, places, normal_u = np.zeros(m), rest.copy(), np.empty(s)
     gaps, normals, means = np.empty(s), np.empty((s, 3)), np.empty(m)
     turned, spin = len(spins) > 0, np.zeros((s, 3))
-    length, off = max(np.sqrt(np.dot(travel, travel)), 1e-300), np.inf
+    length, error = max(np.sqrt(np.dot(travel, travel)), 1e-300), np.inf
     for step in range(1, steps + 1):
-        most = ITERATIONS if step == steps else 1
-        for count in range(most + 1):
-            distances(at, tip + step / steps * travel, axes, shape, gaps, normals)
+        linearisations = ITERATIONS if step == steps else 1
+        for count in range(linearisations + 1):
+            distances(places, tip + step / steps * travel, axes, shape, gaps, normals)
             # the error of contact
             means[:] = np.dot(shares, gaps)
-            off = 0.0
+            error = 0.0
             for i in range(m):
-                off = max(off, abs(means[i]) if forces[i] > 0.0 else -means[i])
-            if off <= OFF * length or count == most:
+                error = max(error, abs(means[i]) if forces[i] > 0.0 else -means[i])
+            if error <= OFF * length or count == linearisations:
                 break
-            # how forces of the discs that bear or overlap close the gaps of these
-            near = np.flatnonzero((forces > 0.0) | (means < 0.0))
-            k = len(near)
-            back = warp(-spin, normals) if turned else normals
-            closing, right = np.empty((k, k)), np.empty(k)
+            # how forces of active discs, which bear or overlap, close their gaps, and their gaps without force
+            active = np.flatnonzero((forces > 0.0) | (means < 0.0))
+            k = len(active)
+            unturned = warp(-spin, normals) if turned else normals
+            closing, free_gaps = np.empty((k, k)), np.empty(k)
             for b in range(k):
-                moved = motions[near[b]]
+                u = motions[active[b]]
                 for n in range(s):
-                    along[n] = back[n, 0] * moved[n, 0] + back[n, 1] * moved[n, 1] + back[n, 2] * moved[n, 2]
+                    normal_u[n] = unturned[n, 0] * u[n, 0] + unturned[n, 1] * u[n, 1] + unturned[n, 2] * u[n, 2]
                 for a in range(k):
-                    closing[a, b] = np.dot(shares[near[a]], along)
+                    closing[a, b] = np.dot(shares[active[a]], normal_u)
             for a in range(k):
-                right[a] = means[near[a]]
+                free_gaps[a] = means[active[a]]
                 for b in range(k):
-                    right[a] -= closing[a, b] * forces[near[b]]
-            pressed, solved = complementary(closing, right, 10 * k)
+                    free_gaps[a] -= closing[a, b] * forces[active[b]]
+            active_forces, solved = complementary(closing, free_gaps, 10 * k)
             if not solved:
                 break
-            # the places under these forces
-            forces[near] = pressed
-            at = combined(forces, motions)
+            # the surface places, moved by these forces
+            forces[active] = active_forces
+            places = combined(forces, motions)
             if turned:
                 spin = combined(forces, spins)
-                at = warp(spin, at)
-            at += rest
-    return forces, off / length
+                places = warp(spin, places)
+            places += rest
+    return forces, error / length
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -72,9 +72,9 @@ class LinearTouch(TouchSolver):
         """Answer as ``TouchSolver`` does; TouchDoubted where contact is not solved, or beyond what is prepared."""
         discs, body = self._places[touch.node], self._case.body
         doubt_beyond(touch, body.fine.normals[touch.node], self._case.deepest_m)
-        forces, off = _settled(discs, touch, touch.pose(body))
-        if not off <= OFF:
-            raise TouchDoubted(f"contact was left with gaps of {off:.1%} of the depth", [off])
+        forces, error = _settled(discs, touch, touch.pose(body))
+        if not error <= OFF:
+            raise TouchDoubted(f"contact was left with gaps of {error:.1%} of the depth", [error])
         if not forces.any():
             raise TouchDoubted("no disc is pressed: they are wider than what touches; take more discs", [])
         moved, directions = combined(forces, discs.responses), discs.ways
@@ -105,8 +105,8 @@ class GraspedResponses(TouchSolver):
         grasping = meshed.problem
         assert isinstance(grasping, Grasping)
         columns = np.stack([grasping.response(axis) for axis in np.eye(3)], axis=2)
-        small = SMALL * grasping.mesh.size
-        stiffness = [grasping.reaction(grasping.mesh.nodes + small * columns[:, :, i]) / small for i in range(3)]
+        scale = SMALL * grasping.mesh.size
+        stiffness = [grasping.reaction(grasping.mesh.nodes + scale * columns[:, :, i]) / scale for i in range(3)]
         self._places[touch.node] = by_column(meshed.up, columns), np.array(stiffness)
 
     def respond(self, touch: Touch) -> Touched:
@@ -117,16 +117,16 @@ class GraspedResponses(TouchSolver):
 def _settled(discs: Discs, touch: Touch, begin: Pose) -> tuple[np.ndarray, float]:
     """Return the forces of discs under a touch that begins at ``begin``, and contact's error, as ``settle_discs``."""
     instrument, travel = touch.instrument, touch.depth_m * touch.direction
-    # a step leaves the end of a punch nearer than its side to all that is inside
+    # steps are so short that points which enter a punch are nearer to its end than to its side
     edge = max(instrument.edge_m, SHARP * instrument.radius_m)
     longest = edge if instrument.kind == PUNCH else STEP * instrument.radius_m
-    least = int(np.ceil(touch.depth_m / longest))
+    least_steps = int(np.ceil(touch.depth_m / longest))
     fixed, tool = (discs.rest, discs.motions, discs.spins, discs.shares), (begin.axes, instrument.shape)
     for factor in SHORTER:
-        forces, off = settle_discs(*fixed, begin.tip, travel, factor * least, *tool)
-        if off <= OFF:
+        forces, error = settle_discs(*fixed, begin.tip, travel, factor * least_steps, *tool)
+        if error <= OFF:
             break
-    return forces, off
+    return forces, error
 
 
 def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warped: bool) -> Discs:
@@ -139,37 +139,37 @@ def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warpe
     deepest = Touch(instrument, node, -outward, case.deepest_m)
     meshed = meshes.around(deepest, *where)
     points, mesh = meshed.contact.points, meshed.problem.mesh
-    at, up = points.interpolation @ mesh.nodes, points.interpolation @ mesh.normals
+    point_places, point_normals = points.interpolation @ mesh.nodes, points.interpolation @ mesh.normals
     # centres of the discs among points near the place, denser in the middle
     reach = REACH * contact_radius(instrument, case.deepest_m) + 0.5 * instrument.length_m
-    away = np.linalg.norm(at - place, axis=1)
-    near = np.flatnonzero(away <= reach)
+    distances = np.linalg.norm(point_places - place, axis=1)
+    near = np.flatnonzero(distances <= reach)
     # in graded coordinates what is evenly spaced is denser in the middle of the place
-    graded = (at - place) * ((np.maximum(away, 1e-9 * reach) / reach) ** -GRADED)[:, None]
+    graded = (point_places - place) * ((np.maximum(distances, 1e-9 * reach) / reach) ** -GRADED)[:, None]
     centers = graded[near[spread_over(graded[near], count)]]
     # pressures of the discs on the points, and the responses to them
     radii_off = np.linalg.norm(graded[:, None] - centers, axis=2) / (WIDE * reach * np.sqrt(np.pi / count))
     pressures = points.areas[:, None] * np.clip(1.0 - radii_off**2, 0.0, None)
     pressures /= pressures.sum(axis=0)
-    directions = -pressures.T @ up
+    directions = -pressures.T @ point_normals
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     loads = (points.interpolation.T @ pressures)[:, None, :] * directions.T
     columns = ElementsAtRest(meshed.body, meshed.level).solve(np.ascontiguousarray(loads), COLUMN_RESIDUAL)
-    # places where gaps are looked at, with the pressures of the points nearest to each
-    on = np.flatnonzero(pressures.any(axis=1))
-    looked = on[spread_over(graded[on], PLACES * count)]
-    nearest = np.linalg.norm(graded[on][:, None] - graded[looked], axis=2).argmin(axis=1)
-    shares, areas = np.zeros((len(looked), len(centers))), np.zeros(len(looked))
-    np.add.at(shares, nearest, pressures[on])
-    np.add.at(areas, nearest, points.areas[on])
+    # places where gaps are measured, each with the summed pressures and areas of the points nearest to it
+    loaded = np.flatnonzero(pressures.any(axis=1))
+    gap_points = loaded[spread_over(graded[loaded], PLACES * count)]
+    nearest = np.linalg.norm(graded[loaded][:, None] - graded[gap_points], axis=2).argmin(axis=1)
+    shares, areas = np.zeros((len(gap_points), len(centers))), np.zeros(len(gap_points))
+    np.add.at(shares, nearest, pressures[loaded])
+    np.add.at(areas, nearest, points.areas[loaded])
     spins = surface_spins(mesh, columns) if warped else columns[:, :, :0]  # none
-    places, shares = points.interpolation[looked], np.ascontiguousarray(shares.T)
-    motions, turning = by_column(places, columns), by_column(places, spins)
+    places, shares = points.interpolation[gap_points], np.ascontiguousarray(shares.T)
+    motions, rotations = by_column(places, columns), by_column(places, spins)
     return Discs(
-        at[looked],
+        point_places[gap_points],
         directions,
         motions,
-        turning,
+        rotations,
         shares,
         areas,
         by_column(meshed.up, columns),

@@ -56,14 +56,14 @@ class ReducedTouch:
         self._body, self._outward, self._deepest = case.body, outward, case.deepest_m
 
         # displacements of the elements under pushes in all directions
-        ways = tilted_ways(upright(instrument, case.body.fine.nodes[node], outward).axes, [TILT], AROUND)
-        touches = [Touch(instrument, node, direction, case.deepest_m) for direction in ways]
+        directions = tilted_ways(upright(instrument, case.body.fine.nodes[node], outward).axes, [TILT], AROUND)
+        touches = [Touch(instrument, node, direction, case.deepest_m) for direction in directions]
         mesh = meshes.around_all(touches, *where)
         problem = mesh.contact
         points, rest = problem.points, problem.mesh.nodes
         pushed: list[np.ndarray] = []
         moved: list[np.ndarray] = []
-        stretched = []
+        area_ratios = []
         near = np.zeros(len(points.areas), dtype=bool)
         for touch, shares in zip(touches, [STRAIGHT] + [TILTED] * AROUND, strict=True):
             problem.begin([touch.pose(case.body)])
@@ -73,30 +73,30 @@ class ReducedTouch:
                 """Return the positions that earlier pushes predict; a search from there takes a quarter less."""
                 if not pushed:
                     return x
-                known = Pushes(case.deepest_m, np.array(pushed), np.reshape(moved, (len(moved), -1)))
-                return rest + known.begin(depth * direction).reshape(-1, 3)
+                earlier = Pushes(case.deepest_m, np.array(pushed), np.reshape(moved, (len(moved), -1)))
+                return rest + earlier.begin(depth * direction).reshape(-1, 3)
 
             for state in problem.push(touch.direction, depths, PUSH_TOLERANCE, 1, guess):
                 pushed.append(state.depth_m * touch.direction)
                 moved.append(state.x - rest)
                 gaps = problem.gaps(state.x)
                 near |= gaps < LOOKED_AT * case.deepest_m
-                stretched.append(state.area_m2 / points.areas[gaps < 0.0].sum())
-        self._stretched = float(np.mean(stretched))
+                area_ratios.append(state.area_m2 / points.areas[gaps < 0.0].sum())
+        self._stretched = float(np.mean(area_ratios))
 
         # modes of these displacements, and the energy of few points
         elements = ElementsAtRest(mesh.body, mesh.level)
         snapshots = np.stack(moved, axis=2)
         modes = orthonormal(elements, snapshots)
         states = coordinates(elements, snapshots, modes).T
-        nowhere, rng = np.zeros(len(elements.couples), dtype=bool), np.random.default_rng(case.seed)
-        self.model = energy_of_elements(elements, modes, nowhere, states, THINNED, rng, moved=moved)
+        no_element, rng = np.zeros(len(elements.couples), dtype=bool), np.random.default_rng(case.seed)
+        self.model = energy_of_elements(elements, modes, no_element, states, THINNED, rng, moved=moved)
         self._pushes = Pushes(case.deepest_m, np.array(pushed), states)
 
-        flat, interpolation = modes.reshape(len(rest), -1), points.interpolation[near]
-        moved_by_modes = (interpolation @ flat).reshape(-1, self.count)
+        flat_modes, interpolation = modes.reshape(len(rest), -1), points.interpolation[near]
+        moved_by_modes = (interpolation @ flat_modes).reshape(-1, self.count)
         self.points = (interpolation @ rest).ravel(), moved_by_modes, points.areas[near], STIFFER * points.penalty[near]
-        self.surface = (mesh.up @ flat).reshape(-1, self.count).astype(np.float32)
+        self.surface = (mesh.up @ flat_modes).reshape(-1, self.count).astype(np.float32)
 
     @property
     def count(self) -> int:
@@ -112,9 +112,9 @@ class ReducedTouch:
         doubt_beyond(touch, self._outward, self._deepest)
         pose = touch.pose(self._body).moved(touch.depth_m * touch.direction)
         where = self.points, pose.tip, pose.axes, pose.instrument.shape
-        force, area, left = settle_touching(q, self.model.body, self.model.base, *where, RESIDUAL, ITERATIONS)
-        if not left <= RESIDUAL:
-            raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
+        force, area, residual = settle_touching(q, self.model.body, self.model.base, *where, RESIDUAL, ITERATIONS)
+        if not residual <= RESIDUAL:
+            raise TouchDoubted(f"the reduced model stopped at a residual of {residual:.1e}", [residual])
         moved = (self.surface @ q.astype(np.float32)).reshape(-1, 3).astype(float)
         return Touched(moved, float(force @ touch.direction), self._stretched * area)
 

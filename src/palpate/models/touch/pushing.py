@@ -56,11 +56,11 @@ class NodeTouch(TouchSolver):
         raise NotImplementedError
 
     def respond(self, touch: Touch) -> Touched:
-        first, mesh = touch.pose(self.shape), self.mesh
-        nodes = may_touch(mesh, self.held, first.moved(touch.depth_m * touch.direction), REACH * touch.depth_m)
-        relaxing, x, pushes = self.begin(nodes, first), mesh.nodes, np.zeros((len(nodes), 3))
+        start_pose, mesh = touch.pose(self.shape), self.mesh
+        nodes = may_touch(mesh, self.held, start_pose.moved(touch.depth_m * touch.direction), REACH * touch.depth_m)
+        relaxing, x, pushes = self.begin(nodes, start_pose), mesh.nodes, np.zeros((len(nodes), 3))
         for share in SHARES:
-            pose = relaxing.contact.pose = first.moved(share * touch.depth_m * touch.direction)
+            pose = relaxing.contact.pose = start_pose.moved(share * touch.depth_m * touch.direction)
             if x is mesh.nodes and not (pose.gaps(x[nodes])[0] < 0.0).any():
                 continue
             x = relaxing.relax(x)
@@ -117,11 +117,11 @@ def _answered(case: TouchCase) -> list[tuple[Touch, Touched]]:
 
 
 def force_scale(answers: list[Touched], right: list[Touched]) -> float:
-    """Return the factor for forces ``answers`` that fits the ``right`` ones, by least squares of relative errors.
+    """Return the factor by which forces of ``answers`` fit those of ``right``, by least squares of relative errors.
 
     NotConverged where no touch is felt at all.
     """
-    ratios = np.array([one.force_n / other.force_n for one, other in zip(answers, right, strict=True)])
+    ratios = np.array([answer.force_n / reference.force_n for answer, reference in zip(answers, right, strict=True)])
     if not (np.isfinite(ratios).all() and ratios.sum() > 0.0):
         raise NotConverged("no calibrating touch is felt; take a finer level", [float("nan")])
     return float(ratios.sum() / (ratios @ ratios))

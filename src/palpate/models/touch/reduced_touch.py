@@ -11,20 +11,20 @@ from palpate.models.reduced.search import settle
 
 @numba.njit(cache=True, error_model="numpy")
 def settle_touching(q, body, base, points, tip, axes, shape, tolerance, iterations):
-    """Settle ``q`` (r,) in place under an instrument; return its force (3,) [N], the area touched [m²], the residual.
+    """Settle coordinates ``q`` (r,) in place under an instrument; return its force [N], area touched [m²], residual.
 
     base, points, tip, axes, shape : as in ``search.touched``; the area is that at rest
     """
     count, force, area = len(points[2]), np.zeros(3), 0.0
     normals, pressures = np.empty((count, 3)), np.empty(count)
     touch = (base, *points, tip, axes, shape, np.empty((count, 3)), np.empty(count), normals, pressures)
-    left = settle(q, q, body, touch, tolerance, iterations)
+    residual = settle(q, q, body, touch, tolerance, iterations)
     for n in range(count):
         if pressures[n] > 0.0:
             area += points[2][n]
             for i in range(3):
                 force[i] += points[2][n] * pressures[n] * normals[n, i]
-    return force, area, left
+    return force, area, residual
 
 
 TILT = 45.0

@@ -33,10 +33,10 @@ class BedSprings(Energy, Stiffness):
     """
 
     def __init__(self, mesh: Mesh, beds: Bed | Sequence[tuple[Bed, np.ndarray]], order: int = 1):
-        each = [(beds, mesh.triangles)] if isinstance(beds, Bed) else beds
-        parts = [_elements(mesh, bed, triangles, order) for bed, triangles in each]
-        self.couples = np.concatenate([couples for couples, _ in parts])
-        self._blocks = np.concatenate([blocks for _, blocks in parts])
+        supports = [(beds, mesh.triangles)] if isinstance(beds, Bed) else beds
+        elements = [_elements(mesh, bed, triangles, order) for bed, triangles in supports]
+        self.couples = np.concatenate([couples for couples, _ in elements])
+        self._blocks = np.concatenate([blocks for _, blocks in elements])
         count = len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0)
         self.rest = mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
         rows = np.repeat(self.couples, self.couples.shape[1], axis=1).ravel()

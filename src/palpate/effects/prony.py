@@ -114,11 +114,11 @@ def _improve(scratch, count):
     """Improve i₁ by a step of Newton's method, which comes from above, and return how many had no need of it."""
     settled = 0
     for k in range(count):
-        i, away = scratch[0, k], scratch[0, k] * scratch[0, k] - scratch[1, k]
-        excess = 0.25 * away * away - scratch[2, k] - 2.0 * scratch[3, k] * i
-        step = excess / (i * away - 2.0 * scratch[3, k])
-        scratch[0, k] = i - step
-        settled += 1 if not step > _ROUNDING * i else 0
+        i1, beyond = scratch[0, k], scratch[0, k] * scratch[0, k] - scratch[1, k]
+        excess = 0.25 * beyond * beyond - scratch[2, k] - 2.0 * scratch[3, k] * i1
+        step = excess / (i1 * beyond - 2.0 * scratch[3, k])
+        scratch[0, k] = i1 - step
+        settled += 1 if not step > _ROUNDING * i1 else 0
     return settled
 
 
@@ -363,16 +363,16 @@ class Prony(OnePass, Energy, Stiffness, StepBegin, StepEnd, Relaxation):
         self._prepare(0.0)
 
     def _prepare(self, h: float) -> None:
-        """Set the energy of a step of ``h`` [s]: a modulus and a center for each element, and a constant [J]."""
+        """Set the energy of a step of ``h`` [s], all branches as one square: moduli, centers and a constant [J]."""
         self.forget()
         a, b = self.series.factors(h)
         weights = self.series.ratios * b
-        remaining, whole = (a / b)[:, None], weights.sum()
+        share, total = (a / b)[:, None], weights.sum()
         centers = self.inner
         if self._strain is not None and h > 0.0:
-            centers = remaining * self.inner + (1.0 - remaining) * self._strain[:, None]
-        self._centers = np.einsum("k,mkc->mc", weights / whole, centers)
-        self._stiffness = whole * self._moduli
+            centers = share * self.inner + (1.0 - share) * self._strain[:, None]
+        self._centers = np.einsum("k,mkc->mc", weights / total, centers)
+        self._stiffness = total * self._moduli
         squares = (centers - self._centers[:, None]) ** 2 @ TWICE
         self._apart = float(self._moduli @ (squares @ weights))
 

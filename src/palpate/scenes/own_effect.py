@@ -31,16 +31,16 @@ def disagreement(effect: Effect, particles: Particles) -> str:
     """
     if not offers(effect, hooks.Energy):
         return ""
-    random = np.random.default_rng(1)
+    generator = np.random.default_rng(1)
     corners = particles.nodes[particles.triangles]
     edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min())
-    x = particles.nodes + MOVED * edge * random.uniform(-1.0, 1.0, particles.nodes.shape)
-    steps = [STEP * edge * random.standard_normal(x.shape) for _ in range(DIRECTIONS)]
-    said = "differs by {:.2g} of its size from minus the gradient of {}, by central differences at a displaced state"
+    x = particles.nodes + MOVED * edge * generator.uniform(-1.0, 1.0, particles.nodes.shape)
+    steps = [STEP * edge * generator.standard_normal(x.shape) for _ in range(DIRECTIONS)]
+    reason = "differs by {:.2g} of its size from minus the gradient of {}, by central differences at a displaced state"
     if (error := _force_error(effect, x, steps)) > FORCE_ERROR:
-        return "add_force " + said.format(error, "energy")
+        return "add_force " + reason.format(error, "energy")
     if offers(effect, hooks.Stiffness) and (error := _stiffness_error(effect, x, steps)) > STIFFNESS_ERROR:
-        return "add_stiffness " + said.format(error, "add_force")
+        return "add_stiffness " + reason.format(error, "add_force")
     return ""
 
 

@@ -19,7 +19,7 @@ Settings = Annotated[dict[Name, Scene], Field(min_length=1, description="What is
 
 
 def check(config: Any, file: Path) -> None:
-    """Raise InputError for the first scene that names what is not there."""
+    """Raise InputError for the first fault of a scene: an unknown body, unsuitable effect, wrong path, load or file."""
     for name, scene in config.scenes.items():
         place = f"{file}: scenes.{name}"
         if own := scene.model_fields_set & {"name", "seed"}:  # those of scenes made in Python

@@ -53,7 +53,7 @@ class PressedDescent:
         return force
 
     def _step(self, right: np.ndarray) -> np.ndarray:
-        """Solve with the matrix of effects, and of contact at the last ``force``'s positions, for forces ``right`` [N]."""
+        """Solve with the matrix of effects, and of contact where ``force`` was last asked, for ``right`` [N]."""
         without = self._solve(right)
         overlaps, normals = self._contact.overlaps(self._at)
         touching = np.flatnonzero(overlaps)

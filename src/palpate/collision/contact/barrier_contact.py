@@ -251,8 +251,8 @@ class Contact(
         points = self._all_points(x)
         nodes, blocks = self._near(points).blocks(points, definite)
         if self._lagged:
-            more, stiff = self._lagged.blocks(points, definite)
-            nodes, blocks = np.vstack([nodes, more]), np.concatenate([blocks, stiff])
+            friction_nodes, friction_blocks = self._lagged.blocks(points, definite)
+            nodes, blocks = np.vstack([nodes, friction_nodes]), np.concatenate([blocks, friction_blocks])
         return np.repeat(nodes, 4, axis=1).ravel(), np.tile(nodes, (1, 4)).ravel(), blocks.reshape(-1, 3, 3)
 
     def instruments_on(self) -> InstrumentContact:
@@ -356,12 +356,12 @@ class Contact(
         others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])
         distance = np.linalg.norm(ends - others, axis=1)
         middle = 0.5 * (ends + others) + 0.5 * (self._radii[sides[:, 1]] - self._radii[sides[:, 0]])[:, None] * normals
-        order = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None]
-        normals = order * normals
-        moving = order * np.einsum("ki,kij->kj", active.weights, velocities[active.nodes])
+        sign = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None]
+        normals = sign * normals
+        relative = sign * np.einsum("ki,kij->kj", active.weights, velocities[active.nodes])
         sides = np.sort(sides, axis=1).T
         columns = {side: [self.names[i] for i in row] for side, row in zip(("first", "second"), sides, strict=True)}
-        for start, values, unit in (("", middle, "_m"), ("normal_", normals, ""), ("velocity_", moving, "_m_s")):
+        for start, values, unit in (("", middle, "_m"), ("normal_", normals, ""), ("velocity_", relative, "_m_s")):
             columns |= {f"{start}{letter}{unit}": values[:, axis] for axis, letter in enumerate("xyz")}
         return pd.DataFrame(columns | {"gap_m": distance - near.offsets[active.rows], "force_n": active.forces})
 

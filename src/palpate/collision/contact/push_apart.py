@@ -42,11 +42,11 @@ class Movable:
 
         Pieces without a held node move in inverse proportion to their masses, an instrument only if no piece can.
         """
-        light = [self._lightness(surface) for surface in (first, second)]
-        if sum(light) == 0.0:
-            light = [float(s >= len(self.together) and not self.floors[s]) for s in (first, second)]
-        total = sum(light) or 1.0
-        return light[0] / total, light[1] / total
+        mobility = [self._lightness(surface) for surface in (first, second)]
+        if sum(mobility) == 0.0:
+            mobility = [float(s >= len(self.together) and not self.floors[s]) for s in (first, second)]
+        total = sum(mobility) or 1.0
+        return mobility[0] / total, mobility[1] / total
 
     def moved(self, surface: int) -> np.ndarray | slice:
         """Return the points that move with a surface."""
@@ -72,16 +72,16 @@ def start_outside(
     back, and displaces the nodes in its path. Raises InputError, with ``names`` of surfaces, if overlaps remain.
     """
     count = len(movable.free)
-    apart = push_apart(points, movable, find)
-    overlap = find(apart)
+    separated = push_apart(points, movable, find)
+    overlap = find(separated)
     if overlap is not None:
         raise InputError(f"{overlap.describe(names)[:-1]}, since push_out found no way out.")
     back = np.zeros_like(points)
-    back[count:] = points[count:] - apart[count:]
+    back[count:] = points[count:] - separated[count:]
     if not back.any():
-        return apart[:count]
+        return separated[:count]
     try:
-        return displace_nodes(proximity, apart, back, count, names)
+        return displace_nodes(proximity, separated, back, count, names)
     except NotConverged as failure:
         raise InputError(f"push_out: {failure}.") from failure
 
@@ -105,12 +105,12 @@ def push_apart(points: np.ndarray, movable: Movable, find: Callable[[np.ndarray]
         for surface, share in zip(pair, (shares[0], -shares[1]), strict=True):
             shift[movable.moved(surface)] = share * separation
 
-        def meets(part: float, at: np.ndarray = points, by: np.ndarray = shift, pair: tuple = pair) -> bool:
-            met = find(at + part * by)
+        def meets(fraction: float, origin: np.ndarray = points, motion: np.ndarray = shift, pair: tuple = pair) -> bool:
+            met = find(origin + fraction * motion)
             return met is not None and {met.first, met.second} == set(pair)
 
-        part = _least_part(meets) + movable.gap_m / float(np.linalg.norm(separation))
-        points = points + min(1.0, part) * shift
+        fraction = _least_part(meets) + movable.gap_m / float(np.linalg.norm(separation))
+        points = points + min(1.0, fraction) * shift
     return points
 
 

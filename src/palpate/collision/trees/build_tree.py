@@ -176,16 +176,16 @@ def gather_corners(points, triangles, corners):
     """Gather the corners of the leaves' triangles in order.
 
     corners : (3m, 3), overwritten; a node's corners are one range of them
-    Returns whether all are finite.
+    Returns whether all are finite: ``probe`` stays 0 then.
     """
-    total = 0.0
+    probe = 0.0
     for t in range(len(triangles)):
         for k in range(3):
-            p = triangles[t, k]
+            node = triangles[t, k]
             for i in range(3):
-                corners[3 * t + k, i] = points[p, i]
-                total += 0.0 * points[p, i]
-    return total == 0.0
+                corners[3 * t + k, i] = points[node, i]
+                probe += 0.0 * points[node, i]
+    return probe == 0.0
 
 
 @numba.njit(cache=True)
@@ -269,35 +269,35 @@ def choose_axes(nodes, corners, corner_offsets, axes):
     corners : (3m, 3); corner_offsets : (2,) of each node, overwritten: the frame's second corner, the farthest from the
         node's first, and the third, the farthest from the line through both, counted from the first
     """
-    row, frame = np.empty((1, 15)), np.empty((3, 3))
+    obb, frame = np.empty((1, 15)), np.empty((3, 3))
     for n in range(len(nodes)):
         first, last = 3 * nodes[n, FIRST], 3 * nodes[n, LAST]
         corner_offsets[n, 0] = corner_offsets[n, 1] = 0
         best = 0.0
         for p in range(first + 1, last):
-            far = 0.0
+            distance = 0.0
             for i in range(3):
-                far += abs(corners[p, i] - corners[first, i])
-            if far > best:
-                best, corner_offsets[n, 0] = far, p - first
+                distance += abs(corners[p, i] - corners[first, i])
+            if distance > best:
+                best, corner_offsets[n, 0] = distance, p - first
         _frame(corners, first, corner_offsets[n, 0], 0, frame)
         best = 0.0
         for p in range(first + 1, last):
-            far = 0.0
+            distance = 0.0
             for k in range(1, 3):
                 along = 0.0
                 for i in range(3):
                     along += frame[k, i] * (corners[p, i] - corners[first, i])
-                far += abs(along)
-            if far > best:
-                best, corner_offsets[n, 1] = far, p - first
+                distance += abs(along)
+            if distance > best:
+                best, corner_offsets[n, 1] = distance, p - first
         _frame(corners, first, corner_offsets[n, 0], corner_offsets[n, 1], frame)
-        fit_obb(corners, first, last, row, 0)
+        fit_obb(corners, first, last, obb, 0)
         for i in range(3):
             for k in range(3):
                 axes[n, i, k] = 0.0
                 for j in range(3):
-                    axes[n, i, k] += row[0, 3 + 3 * i + j] * frame[k, j]
+                    axes[n, i, k] += obb[0, 3 + 3 * i + j] * frame[k, j]
 
 
 @numba.njit(cache=True)
@@ -310,12 +310,12 @@ def _frame(corners, first, second, third, frame):
     if not _normalise(frame, 0):
         frame[0, 0], frame[0, 1], frame[0, 2] = 1.0, 0.0, 0.0
     if not _normalise(frame, 1) or not _straighten(frame):
-        least = 0
+        smallest = 0
         for i in range(1, 3):
-            if abs(frame[0, i]) < abs(frame[0, least]):
-                least = i
+            if abs(frame[0, i]) < abs(frame[0, smallest]):
+                smallest = i
         for i in range(3):
-            frame[1, i] = 1.0 if i == least else 0.0
+            frame[1, i] = 1.0 if i == smallest else 0.0
         _straighten(frame)
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3

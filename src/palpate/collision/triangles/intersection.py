@@ -170,11 +170,11 @@ def _projection_axis(points, triples, sums):
 def _intersect_projected(points, axis, sums):
     """Test whether no edge's line separates the triangles projected along ``axis``, not all on one line there."""
     for i in range(6):
-        one = i - i % 3
-        j, k, other = one + (i + 1) % 3, one + (i + 2) % 3, 3 - one
-        side = orient2d(points, i, j, other, axis, sums)
+        triangle = i - i % 3
+        j, k, opposite = triangle + (i + 1) % 3, triangle + (i + 2) % 3, 3 - triangle
+        side = orient2d(points, i, j, opposite, axis, sums)
         apart = side != 0
-        for point in (other + 1, other + 2):
+        for point in (opposite + 1, opposite + 2):
             apart = apart and orient2d(points, i, j, point, axis, sums) == side
         if apart and orient2d(points, i, j, k, axis, sums) != side:
             return False
@@ -313,9 +313,9 @@ def find_crossing(points, scaled, sums, ends):
 def _intersect_plane(points, i, j, triangle, point):
     """Write the point where the edge from i to j, with ends on both sides of a triangle's plane, crosses it."""
     plane = normal(points, triangle)
-    low, high = height(points, triangle, plane, points[i]), height(points, triangle, plane, points[j])
+    height_i, height_j = height(points, triangle, plane, points[i]), height(points, triangle, plane, points[j])
     # rounding may have made both heights equal, or of equal sign
-    fraction = min(max(low / (low - high), 0.0), 1.0) if low != high else 0.5
+    fraction = min(max(height_i / (height_i - height_j), 0.0), 1.0) if height_i != height_j else 0.5
     # from the nearer end, so that no point lies beyond an end
     if fraction > 0.5:
         i, j, fraction = j, i, 1.0 - fraction

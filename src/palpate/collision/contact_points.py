@@ -116,6 +116,7 @@ def _averaged(tree: Tree, velocity: np.ndarray, leaves: np.ndarray) -> np.ndarra
 
 @numba.njit(cache=True)
 def _leaf_means(nodes, order, triangles, velocity, leaves):
+    """Return the mean ``velocity`` (k, 3) [m/s] of the triangles' corners in each of ``leaves`` (k,)."""
     means = np.zeros((len(leaves), 3))
     for k in range(len(leaves)):
         first, last = nodes[leaves[k], FIRST], nodes[leaves[k], LAST]

@@ -24,8 +24,7 @@ class BedSprings(Energy, Stiffness):
     u is the displacement, and the region is that of the rest shape, so that the stiffness is constant. k falls smoothly
     to zero at the sphere, so that stress is not singular there, as it is at the edge of held nodes; the bed ends
     sharply where it is limited to triangles that face one direction and the surface turns away. The integral is exact,
-    for linear shape functions or, for ``order`` 2, quadratic ones, whose nodes are the mesh's and then the midpoints of
-    its ``edges``.
+    for linear shape functions or, for ``order`` 2, quadratic ones, whose nodes are the mesh's, then its edge midpoints.
 
     beds : one, or several of bodies in one mesh, each with the triangles (m, 3) that it may support
     couples : (m, k) the nodes of each triangle; rest : (n, 3) [m]

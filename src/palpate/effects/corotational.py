@@ -29,8 +29,7 @@ LEAST_DIFFERENCE = 1e-8
 def smoothed_trace(s, mu, lam):
     """Compute tr S with its fold smoothed, T = s₁ + τ(s₂ + s₃), then τ', τ'' and c = ∂Ψ/∂T.
 
-    τ(t) is the C² quartic that meets |t| at t = FOLD. As Ψ = μ (Σs² − 2T + 3) + λ/2 (T − 3)², only T depends on the
-    rotation.
+    τ(t) is the C² quartic that meets |t| at t = FOLD. Ψ = μ (Σs² − 2T + 3) + λ/2 (T − 3)²: only T has the rotation.
     """
     t = s[1] + s[2]
     tau, slope, curvature = t, 1.0, 0.0

@@ -22,7 +22,7 @@ from palpate.linalg.block_pattern import BlockPattern
 
 @numba.njit(cache=True, error_model="numpy")
 def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, volume, force):
-    """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
+    """Add nodal forces [N] to ``force`` (n_nodes, 3), and return the energy [J]; shape : None of corotational ones."""
     f, p = np.empty((9, BLOCK)), np.empty((9, BLOCK))
     energies, accepted, total = np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_), 0.0
     for begin in range(0, len(tetrahedra), BLOCK):

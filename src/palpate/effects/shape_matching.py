@@ -160,13 +160,11 @@ DEPENDENT = 1e-6
 
 @numba.njit(cache=True)
 def orthonormal_terms(nodes, masses, members, starts, terms):
-    """Compute the orthonormal terms φ of all clusters, and the frames L that give q = L φ.
+    """Compute ``terms`` orthonormal functions φ for each cluster, and the frames L that give its rest shape q = L φ.
 
     nodes : (n, 3) [m]; masses : (n_members,) [kg] of each member in its cluster; members, starts : of ``Clusters``
-    terms : their number
     Returns fractions μ (n_members,) of the clusters' masses, terms φ (n_members, terms), frames (n_clusters, 3, 3) [m],
-    and ranks (n_clusters,), the number of the first three terms that are not zero: 2 in a plane, 1 on a line, 0 in a
-    point.
+    and ranks (n_clusters,), how many of the first three terms are not zero: 2 in a plane, 1 on a line, 0 in a point.
     """
     shares, basis = np.empty(len(members)), np.zeros((len(members), terms))
     frames, ranks = np.zeros((len(starts) - 1, 3, 3)), np.zeros(len(starts) - 1, dtype=np.int64)

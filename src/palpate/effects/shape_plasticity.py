@@ -24,8 +24,7 @@ class ShapePlasticity(Relaxation):
 
     elastic : the shape matching, whose frames change in place
 
-    Raises InputError for a ``max_strain`` out of range. Trap: the thickness of a flat cluster is not known, so its area
-    may change.
+    Raises InputError for a ``max_strain`` out of range. Trap: a flat cluster has no thickness, so its area may change.
     """
 
     def __init__(self, settings: Plasticity, elastic: ShapeMatching):

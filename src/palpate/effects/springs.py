@@ -144,6 +144,7 @@ def _add_force(x, pairs, stiffness, rest, force):
 
 @numba.njit(cache=True)
 def _add_stiffness(x, pairs, stiffness, rest, definite, slots, values):
+    """Add the springs' Hessian k (n nᵀ + (1 − l₀/l) (I − n nᵀ)), ``across`` being 1 − l₀/l, to ``values`` [N/m]."""
     n, block = np.empty(3), np.empty((3, 3))
     for e in range(len(pairs)):
         length = direction(x, pairs[e], n)

@@ -335,9 +335,9 @@ def _parts(scene: Scene, limit_s: float) -> int:
     if not isinstance(scene.substeps, int):  # "auto"
         return max(1, math.ceil(scene.step_s / (SHARE_OF_LIMIT * limit_s)))
     if scene.step_s / scene.substeps > limit_s and not scene.allow_unstable:
-        parts = "" if scene.substeps == 1 else f" in {scene.substeps} substeps"
+        words = "" if scene.substeps == 1 else f" in {scene.substeps} substeps"
         raise InputError(
-            f"{scene.place}.step_s is {scene.step_s:g} s{parts}, and {scene.integrator} takes steps of up "
+            f"{scene.place}.step_s is {scene.step_s:g} s{words}, and {scene.integrator} takes steps of up "
             f"to {limit_s:.3g} s only; say substeps: auto, take a shorter step, choose backward_euler, or set "
             "allow_unstable: true to see it fail."
         )

@@ -151,8 +151,7 @@ class Equilibrium:
     def linear_solver(self, tolerance: float = 1e-10) -> Callable[[np.ndarray], np.ndarray]:
         """Return the function from loads (n_nodes, 3) [N] to displacements [m] of the body linearised at rest.
 
-        It also takes k loads at once, (n_nodes, 3, k). It raises NotConverged if the relative residual stays above
-        ``tolerance``.
+        It also takes k loads at once, (n_nodes, 3, k). NotConverged if the relative residual stays above ``tolerance``.
         """
         multiply, precondition = self.linearise(self.mesh.nodes)
 
@@ -185,7 +184,7 @@ class Equilibrium:
         return minimise_by_newton(self, x, scale, tolerance, rounding_n=self._rounding)
 
     def settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
-        """Find an equilibrium as ``solve`` does, whether it is stable or not."""
+        """Find an equilibrium as ``solve`` does, stable or not; where the load is applied in parts, from rest."""
         rest, scale, self.load = self.mesh.nodes, self._scale(load), load
         if scale == 0.0:
             return self._unmoved()

@@ -129,13 +129,12 @@ class System:
     def magnitude(self, x: np.ndarray, most: float = np.inf) -> float:
         """Return the sum over effects of the norm [N] of their forces on free nodes: the scale of residuals.
 
-        Damping is left out. The force of an effect with a ``limit`` can grow without bound: it counts as at most
-        ``most`` [N].
+        Damping is left out. The force of an effect with a ``limit`` can grow without bound: up to ``most`` [N] counts.
         """
         still, total = np.zeros_like(x), 0.0
-        for call in [*self._potential, *self._loads]:
-            norm = float(np.linalg.norm(self._sum([call], x, still)))
-            total += min(norm, most) if call[0] in self._unbounded else norm
+        for force in [*self._potential, *self._loads]:
+            norm = float(np.linalg.norm(self._sum([force], x, still)))
+            total += min(norm, most) if force[0] in self._unbounded else norm
         return total
 
     def _sum(self, calls: Calls, x: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -259,8 +258,7 @@ def stable_step(system: System, taken: float = 0.0) -> float:
     at rest. In each step a mode of frequency² a and damping rate c is multiplied by the roots of
     z² − (2 − hc − h²a) z + (1 − hc), which are in the unit circle up to h² a + 2 h c = 4; without damping that is
     h = 2 sqrt(m/k) (paper 3). In a mode of the whole body a and c are means over it, a ≤ λ_K and c ≤ λ_C, so the
-    condition is sufficient. A decay of velocities by a projection at the end of the step reduces the right side to 2 in
-    the worst case.
+    condition is sufficient. A decay of velocities by a projection at the step's end reduces 4 to 2 in the worst case.
 
     taken : α of goal positions, 0 without them
     """

@@ -216,7 +216,7 @@ def _meet(x, tetrahedra, gradients, volumes, mu, lam, flat, multipliers, turns, 
 
 @numba.njit(cache=True, error_model="numpy")
 def _pull(x, rest, couples, roots, multipliers, inverse, step_s):
-    """Correct ``x`` by the constraints of each spring once: its ``roots`` times displacements, of compliance 1."""
+    """Correct ``x`` once by each constraint of springs: a row of ``roots`` times displacements is 0, compliance 1."""
     compliance = 1.0 / step_s**2
     for t in range(len(couples)):
         for c in range(roots.shape[1]):

@@ -172,8 +172,8 @@ class Contact(
         strengths = np.zeros(len(rest))
         strengths[: self._n] = particles.nodal_young_pa() * particles.areas
         self._proximity = Proximity(rest, self._surfaces, self._radii, self._can_touch, strengths, self.gap_m)
-        for o, where in zip(self.obstacles, self._ranges, strict=True):
-            self._proximity.movable[where] = len(o.times_s) > 0
+        for obstacle, points in zip(self.obstacles, self._ranges, strict=True):
+            self._proximity.movable[points] = len(obstacle.times_s) > 0
         self._proximity.movable[: self._n] = self._free
 
     def hold(self, fixed: np.ndarray) -> None:

@@ -102,8 +102,8 @@ class Proximity:
     def find_near(self, points: np.ndarray, travel: float) -> NearStencils:
         """Return the stencils that may touch while ``points`` (n, 3) [m] move by up to ``travel`` [m].
 
-        There is a new search only if points have moved far; else they are those of the last search whose clearance was
-        then less than the decrease that is possible since.
+        A new search is made only if points have moved far; else the last one's stencils are returned whose clearance
+        was so small that the motion since, and ``travel``, may have closed it.
         """
         moved = float(np.sqrt(np.square(points - self._searched_at).sum(axis=1).max()))
         self._travel = max(travel, self._travel if travel == 0.0 else 0.0)

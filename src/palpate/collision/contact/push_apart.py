@@ -89,8 +89,7 @@ def start_outside(
 def push_apart(points: np.ndarray, movable: Movable, find: Callable[[np.ndarray], Overlap | None]) -> np.ndarray:
     """Return points (n, 3) [m] of surfaces that are shifted until ``find`` returns no overlap, or one that remains.
 
-    Each pair is separated along the direction in which their convex hulls overlap least, as far as their surfaces
-    need, and one gap more.
+    Each pair is separated along the direction of least overlap of convex hulls, until surfaces are a gap apart.
     """
     for _ in range(MAX_ROUNDS * len(movable.surfaces)):
         overlap = find(points)

@@ -261,6 +261,7 @@ def overlaps(tree_a: Tree, tree_b: Tree, pairs: np.ndarray) -> tuple[np.ndarray,
 
 @numba.njit(cache=True)
 def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs):
+    """Return places (k, 3), directions (k, 3) in which a leaves, and depths (k,) of overlaps of nodes, ``pairs``."""
     places, directions, depths = np.empty((len(pairs), 3)), np.empty((len(pairs), 3)), np.empty(len(pairs))
     for k in range(len(pairs)):
         a, b = pairs[k, 0], pairs[k, 1]

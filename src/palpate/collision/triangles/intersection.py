@@ -263,6 +263,7 @@ def crossing_segments(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 @numba.njit(cache=True)
 def _find_crossings(a, b):
+    """Return which pairs cross, and the ends of their segments, as ``crossing_segments`` says."""
     crossing, ends = np.zeros(len(a), dtype=np.bool_), np.zeros((len(a), 2, 3))
     points, scaled, sums = np.empty((6, 3)), np.empty((6, 3)), new_accumulator()
     for n in range(len(a)):

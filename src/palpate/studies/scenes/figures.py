@@ -167,6 +167,7 @@ def draw_contact_force(contact_force: pd.DataFrame, *, scene: str) -> Figure:
 
 
 def _with_depth(panel, rows: pd.DataFrame, title: str) -> None:
+    """Draw force and depth of one instrument over time in ``panel``, and beside them the force over the depth."""
     grid = panel.add_gridspec(2, 2, width_ratios=[1.7, 1], height_ratios=[2, 1])
     force_axis, depth_axis, cycle = (panel.add_subplot(grid[cell]) for cell in ((0, 0), (1, 0), (slice(None), 1)))
     _force(force_axis, rows, title)

@@ -169,11 +169,11 @@ def simulate_scene(input: Any, output: Any, scene: Scene, say: Callable) -> dict
     for row in table.itertuples():
         say(f"{scene.name}: {row.effect} {'yes' if row.called else 'no'}; {row.reason}")
     run(scene.but(duration_s=2 * scene.step_s), particles)  # compiles the code, so that the next run is timed
-    first = run(scene, load_particles(scene, input.bodies), steps(say, f"{scene.name}: step"))
-    warn_of_gain(scene, first.motion.energy)
-    warn_of_doubt(scene, first.motion)
-    store(first.motion, output.motion)
-    costs = cost(scene, particles, first, repeats=3)
+    timed = run(scene, load_particles(scene, input.bodies), steps(say, f"{scene.name}: step"))
+    warn_of_gain(scene, timed.motion.energy)
+    warn_of_doubt(scene, timed.motion)
+    store(timed.motion, output.motion)
+    costs = cost(scene, particles, timed, repeats=3)
     progress = steps(say, f"{scene.name}: without effect")
     errors = left_out(scene, load_particles(scene, input.bodies), stored(Motion, output.motion), progress)
     return {"decisions": table, "cost": costs, "left_out": errors}

@@ -111,7 +111,7 @@ def _squares(f, q, scratch, count):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _improve(scratch, count):
-    """Improve i₁ by a step of Newton's method, which comes from above, and return how many had no need of it."""
+    """Take a step of Newton's method for i₁, from above, in each column; return in how many it was negligible."""
     settled = 0
     for k in range(count):
         i1, beyond = scratch[0, k], scratch[0, k] * scratch[0, k] - scratch[1, k]
@@ -187,7 +187,7 @@ def half_root(a, b, c, d, e, g, sa, sb, sc, sd, se, sg):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _stresses(f, inner, count):
-    """Replace F by the stress with respect to it, times the volume [J]."""
+    """Replace F by the stress with respect to it, 2 F Λ, times the volume [J]; inner : 2 Λ times the volume."""
     for i in range(3):
         for k in range(count):
             f0, f1, f2 = f[3 * i, k], f[3 * i + 1, k], f[3 * i + 2, k]
@@ -246,7 +246,7 @@ def _variation(f, q, g, p, count, moved):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _dual(moved, stiff, inner, p, count, dual):
-    """Write 2 k² ``stiff`` dev δQ − (Λ δQ + δQ Λ) of motion ``p`` into ``dual``, entries that occur twice doubled."""
+    """Write 2 k² ``stiff`` dev δQ − (Λ δQ + δQ Λ), 2 Λ being ``inner``, of motion ``p``, off-diagonals doubled."""
     for k in range(count):
         a, b, c = moved[6 * p, k], moved[6 * p + 1, k], moved[6 * p + 2, k]
         d, e, g = moved[6 * p + 3, k], moved[6 * p + 4, k], moved[6 * p + 5, k]
@@ -262,7 +262,7 @@ def _dual(moved, stiff, inner, p, count, dual):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _block(moved, dual, inner, g, a, b, count, block):
-    """Write the Hessian of the nodes ``a`` and ``b`` into ``block`` (9, _PART)."""
+    """Write the Hessian of nodes ``a`` and ``b``, δQ : ``dual`` and 2 Λ : δFᵀδF, into ``block`` (9, _PART) [N/m]."""
     for i in range(3):
         for j in range(3):
             p, q = 6 * (3 * a + i), 6 * (3 * b + j)
@@ -287,8 +287,8 @@ TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 
 def make(particles: Particles, prony: settings.Prony, elastic: LinearElements) -> "Prony":
     """Make the branches of a series beside finite elements; InputError for a series that is not valid."""
-    if wrong := prony_fault(prony):
-        raise InputError(f"{particles.name}: prony.{wrong}.")
+    if flaw := prony_fault(prony):
+        raise InputError(f"{particles.name}: prony.{flaw}.")
     return Prony(elastic, Series(prony.shares, prony.times_s))
 
 

@@ -456,25 +456,25 @@ class Indentation(Equilibrium):
         of the copies ``earlier``, and that now. The share is of the force on all points.
         """
         changed, total = 0.0, 1e-300
-        for side, before in zip(self._sides, earlier, strict=True):
+        for side, at_start in zip(self._sides, earlier, strict=True):
             pressing = side.multiplier > 0.0
-            newly, begins, ends = pressing & ~before.stuck, pressing & ~side.stuck, side.stuck & ~pressing
+            newly, begins, ends = pressing & ~at_start.stuck, pressing & ~side.stuck, side.stuck & ~pressing
             touch_times, here = np.zeros(len(pressing)), (at - side.pose.tip) @ side.pose.axes.T
-            touch_times[newly] = (AFTER if before.stuck.any() else AT_FIRST) * self._touch_times(newly, before)
-            side.grip[begins] = (before.before + touch_times[:, None] * (here - before.before))[begins]
+            touch_times[newly] = (AFTER if at_start.stuck.any() else AT_FIRST) * self._touch_times(newly, at_start)
+            side.grip[begins] = (at_start.before + touch_times[:, None] * (here - at_start.before))[begins]
             side.traction[~pressing | begins], side.stuck = 0.0, pressing
-            force = self.points.areas * np.maximum(side.multiplier, before.multiplier)
+            force = self.points.areas * np.maximum(side.multiplier, at_start.multiplier)
             changed, total = changed + float(force[begins | ends].sum()), total + float(force.sum())
         return changed / total
 
-    def _touch_times(self, newly: np.ndarray, before: _Side) -> np.ndarray:
-        """Return when in the step, from 0 to 1, the points ``newly`` (q,) bool came to touch; before : at its start.
+    def _touch_times(self, newly: np.ndarray, at_start: _Side) -> np.ndarray:
+        """Return when in the step, from 0 to 1, the points ``newly`` (q,) bool came to touch; at_start : the side then.
 
         The area is taken to grow evenly, as under a sphere in theory, and points to touch in the order of their gaps
         before the step; those without a gap have the time 0.
         """
-        gaps, areas = before.pose.gaps(before.in_space(before.before))[0][newly], self.points.areas[newly]
-        order, no_gap = np.argsort(gaps), 10.0 * TOUCH_TOLERANCE * before.pose.instrument.radius_m
+        gaps, areas = at_start.pose.gaps(at_start.in_space(at_start.before))[0][newly], self.points.areas[newly]
+        order, no_gap = np.argsort(gaps), 10.0 * TOUCH_TOLERANCE * at_start.pose.instrument.radius_m
         grown, ranked = np.append(0.0, np.cumsum(areas[order])), gaps[order]
         # points at the same gap touch together, halfway between the areas before and after them
         area_before, area_after = (grown[np.searchsorted(ranked, gaps + shift)] for shift in (-no_gap, no_gap))

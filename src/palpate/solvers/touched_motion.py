@@ -52,7 +52,7 @@ class TouchedMotion(QuadraticMotion):
         self.bearing, self.overlap_j = np.zeros(len(points.areas), dtype=bool), 0.0
 
     def touched_steps(self, h: float, count: int, tolerance: float, passes: int = PASSES) -> Iterator[Reached]:
-        """Yield the ends of ``count`` steps of ``h`` [s] from rest.
+        """Yield the ends of ``count`` steps of ``h`` [s] from rest, each of two implicit stages of STAGE ``h``.
 
         tolerance : of the forces that do not balance, over the largest norm that those of contact and loads have had
         passes : how often each stage with friction is solved

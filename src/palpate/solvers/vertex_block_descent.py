@@ -173,7 +173,7 @@ def _sweep(
     starts, around, corners : the elements around each node, ``around[starts[n] : starts[n + 1]]``, and its corner there
     """
     f, r, scratch = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
-    block, force, turned = np.empty((3, 3)), np.empty(3), np.empty(3)
+    block, force, vector = np.empty((3, 3)), np.empty(3), np.empty(3)  # the last is R g, then the node's step
     for node in free:
         block[:] = 0.0
         force[:] = load[node]
@@ -191,15 +191,15 @@ def _sweep(
                 for j in range(3):
                     trace += r[i, j] * f[i, j]
             for i in range(3):
-                turned[i] = r[i, 0] * g[0] + r[i, 1] * g[1] + r[i, 2] * g[2]
+                vector[i] = r[i, 0] * g[0] + r[i, 1] * g[1] + r[i, 2] * g[2]
                 stretched = f[i, 0] * g[0] + f[i, 1] * g[1] + f[i, 2] * g[2]
-                force[i] -= share * (2.0 * mu[e] * (stretched - turned[i]) + lam[e] * trace * turned[i])
+                force[i] -= share * (2.0 * mu[e] * (stretched - vector[i]) + lam[e] * trace * vector[i])
             if moving is not None:  # compiled without a branch
                 _give_back(moving.stresses[e], volumes[e], g, r, force)
             for i in range(3):
                 block[i, i] += 2.0 * mu[e] * share * square
                 for j in range(3):
-                    block[i, j] += lam[e] * share * turned[i] * turned[j]
+                    block[i, j] += lam[e] * share * vector[i] * vector[j]
         if moving is not None:
             for i in range(3):
                 force[i] += moving.inertia[node] * (moving.target[node, i] - x[node, i])
@@ -208,18 +208,18 @@ def _sweep(
             _resist(x, node, springs, block, force)
         if touched is not None:
             _push_out(x, node, touched, block, force)
-        _step(block, force, turned)
+        _step(block, force, vector)
         for i in range(3):
-            x[node, i] += turned[i]
+            x[node, i] += vector[i]
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _give_back(stress, volume, g, r, slope):
+def _give_back(stress, volume, g, r, force):
     """Add the force of the ``stress`` at the step's start, turned by ``r``: damping resists the change since then."""
     for j in range(3):
         part = volume * (stress[j, 0] * g[0] + stress[j, 1] * g[1] + stress[j, 2] * g[2])
         for i in range(3):
-            slope[i] += r[i, j] * part
+            force[i] += r[i, j] * part
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -243,20 +243,20 @@ def _stresses(x, tetrahedra, gradients, mu, lam, flat, turns, factor, stresses):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _resist(x, node, springs, block, slope):
-    """Add the springs of the bed at ``node`` to its ``block`` (3, 3) and its force ``slope`` (3,)."""
+def _resist(x, node, springs, block, force):
+    """Add the springs of the bed at ``node`` to its ``block`` (3, 3) and its ``force`` (3,)."""
     starts, others, stiffness, rest = springs
     for k in range(starts[node], starts[node + 1]):
         other = others[k]
         for i in range(3):
-            slope[i] -= stiffness[k] * (x[other, i] - rest[other, i])
+            force[i] -= stiffness[k] * (x[other, i] - rest[other, i])
             if other == node:
                 block[i, i] += stiffness[k]
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _push_out(x, node, touched, block, slope):
-    """Add the penalty of ``node``, if it is inside the instrument, to its ``block`` (3, 3) and its force ``slope``."""
+def _push_out(x, node, touched, block, force):
+    """Add the penalty of ``node``, if it is inside the instrument, to its ``block`` (3, 3) and its ``force``."""
     penalties, tip, axes, shape = touched
     penalty = penalties[node]
     if penalty == 0.0:
@@ -265,17 +265,17 @@ def _push_out(x, node, touched, block, slope):
     distances(x[node : node + 1], tip, axes, shape, gap, normal)
     if gap[0] < 0.0:
         for i in range(3):
-            slope[i] -= penalty * gap[0] * normal[0, i]
+            force[i] -= penalty * gap[0] * normal[0, i]
             for j in range(3):
                 block[i, j] += penalty * normal[0, i] * normal[0, j]
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _step(block, slope, step):
-    """Solve the symmetric ``block`` (3, 3) for ``slope`` (3,), into ``step`` (3,), by Cramer's rule."""
+def _step(block, force, step):
+    """Solve the symmetric ``block`` (3, 3) for ``force`` (3,), into ``step`` (3,), by Cramer's rule."""
     a, b, c, d, e, g = block[0, 0], block[0, 1], block[0, 2], block[1, 1], block[1, 2], block[2, 2]
     first, second, third = d * g - e * e, c * e - b * g, b * e - c * d
     determinant = a * first + b * second + c * third
-    step[0] = (first * slope[0] + second * slope[1] + third * slope[2]) / determinant
-    step[1] = (second * slope[0] + (a * g - c * c) * slope[1] + (b * c - a * e) * slope[2]) / determinant
-    step[2] = (third * slope[0] + (b * c - a * e) * slope[1] + (a * d - b * b) * slope[2]) / determinant
+    step[0] = (first * force[0] + second * force[1] + third * force[2]) / determinant
+    step[1] = (second * force[0] + (a * g - c * c) * force[1] + (b * c - a * e) * force[2]) / determinant
+    step[2] = (third * force[0] + (b * c - a * e) * force[1] + (a * d - b * b) * force[2]) / determinant

@@ -44,7 +44,7 @@ def smoothed_trace(s, mu, lam):
 
 @numba.njit(cache=True, error_model="numpy")
 def first(s, mu, lam, stresses):
-    """Return Ψ(s) [J/m³] and write ∂Ψ/∂s [Pa] into ``stresses`` (3,)."""
+    """Return Ψ(s) [J/m³] and write ∂Ψ/∂s [Pa] into ``stresses`` (3,); c : ∂Ψ/∂T of ``smoothed_trace``."""
     trace, slope, _, c = smoothed_trace(s, mu, lam)
     # Σ(s − 1)² exactly, away from the fold: Σs² − 2T + 3 would suffer from cancellation
     squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2 + 2.0 * (s[0] + (s[1] + s[2]) - trace)
@@ -199,14 +199,14 @@ def hessians(f, gradients, shares, count, mu, lam, definite, rotated, blocks):
     definite : replaces negative eigenvalues of ∂²Ψ/∂F² by zero (Smith, de Goes, Kim 2019, section 5)
     rotated : (15, BLOCK), scratch
     """
-    accepted, sure, scratch = np.empty(BLOCK, dtype=np.bool_), np.empty(BLOCK, dtype=np.bool_), np.empty((7, 3, 3))
+    accepted, unclamped, scratch = np.empty(BLOCK, dtype=np.bool_), np.empty(BLOCK, dtype=np.bool_), np.empty((7, 3, 3))
     rotations(f, rotated, count, accepted)
     if definite:
-        _without_clamp(f, rotated, count, mu, lam, sure)
+        _without_clamp(f, rotated, count, mu, lam, unclamped)
     turned(f, gradients, shares, count, mu, lam, rotated)
     if definite:
         for k in range(count):
-            if accepted[k] and not sure[k]:
+            if accepted[k] and not unclamped[k]:
                 _clamp_spin(rotated, k, -mu[k] * shares[k], scratch[0], scratch[1])
     for pair in range(6):
         _polar_blocks(rotated, shares, count, mu, lam, pair, blocks)

@@ -52,15 +52,15 @@ def _meet(particles: Particles, a: "MovedPatch", b: "MovedPatch", t: float) -> b
 def _hook(
     particles: Particles, number: int, options: settings.Hook, stiffness: np.ndarray
 ) -> "MovedPatch | PulledPatch":
-    """Return hook ``number`` of the settings ``options``; stiffness : (n,) of ``_nodal_stiffness``."""
+    """Return hook ``number``: pulled if ``options`` have a force, or moved; stiffness : of ``_nodal_stiffness``."""
     place, radius = f"{particles.name}: hooks[{number}]", float(options.radius_m)
     times = Times(options.start_s, options.pull_s, options.hold_s, options.release_s)
     facet, weights = load_point(particles, particles.held, place, options)
     skin, at_point, normal = _skin_at(particles, facet, weights)
     corners, disc = particles.nodes[skin], Patch(weights @ particles.nodes[facet], normal, radius)
-    within = (np.linalg.norm(corners - disc.center_m, axis=2) <= radius).all(axis=1)
+    in_disc = (np.linalg.norm(corners - disc.center_m, axis=2) <= radius).all(axis=1)
     node = int(facet[weights.argmax()])
-    grasped = _joined(skin[within | at_point], node)
+    grasped = _joined(skin[in_disc | at_point], node)
     if options.force_n is not None:
         side = replace(particles, triangles=_joined(skin[near_ball(corners, disc.center_m, radius) | at_point], node))
         return PulledPatch(times, grasped, *patch_shares(side, disc), np.array(options.force_n, dtype=float), particles)

@@ -38,7 +38,7 @@ _ROUNDING = 1e-15
 
 @numba.njit(cache=True, error_model="numpy")
 def strains(x, tetrahedra, gradients):
-    """Return the strain of each element at ``x`` (n, 3) [m], (m, 6)."""
+    """Return the strain e = k dev Q of each of m elements at ``x`` (n, 3) [m], (m, 6)."""
     strain = np.empty((len(tetrahedra), 6))
     f, q, scratch = np.empty((9, BLOCK)), np.empty((6, BLOCK)), np.empty((4, BLOCK))
     for begin in range(0, len(tetrahedra), BLOCK):
@@ -94,7 +94,7 @@ def stretches(x, tetrahedra, gradients, begin, count, f, q, scratch):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _squares(f, q, scratch, count):
-    """Write FᵀF + w² I into ``q``; an upper bound of i₁, and I, II and i₃, into ``scratch``."""
+    """Write Q² = FᵀF + w² I of each column into ``q``; an upper bound of i₁, and I, II and i₃, into ``scratch``."""
     for k in range(count):
         a = f[0, k] * f[0, k] + f[3, k] * f[3, k] + f[6, k] * f[6, k] + WIDTH**2
         b = f[1, k] * f[1, k] + f[4, k] * f[4, k] + f[7, k] * f[7, k] + WIDTH**2
@@ -204,7 +204,7 @@ _PART = 64
 def add_stiffness(x, tetrahedra, gradients, stiffness, centers, definite, slots, values):
     """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (4, 4).
 
-    ``definite`` leaves out the second derivatives of the strain.
+    ``definite`` leaves out second derivatives of the strain; moved : δQ for each motion of a corner along an axis.
     """
     f, q, scratch = np.empty((9, _PART)), np.empty((6, _PART)), np.empty((4, _PART))
     center, inner, g = np.empty((6, _PART)), np.zeros((6, _PART)), np.empty((12, _PART))

@@ -103,7 +103,7 @@ def _shells(particles: Particles, pieces: list[np.ndarray]) -> list[np.ndarray]:
 def _neighbourhoods(tetrahedra: np.ndarray, count: int, shells: Iterable[np.ndarray] | None) -> list[np.ndarray]:
     """Return for each tetrahedron the nodes of all tetrahedra that have a node in common with it.
 
-    shells : groups of tetrahedra in their order, None for all at once; a tetrahedron that a result has gets none
+    shells : groups of tetrahedra in their order, None for all at once; one in the neighbours of an earlier gets none
     """
     cell = np.repeat(np.arange(len(tetrahedra)), 4)
     around = sparse.csr_array((np.ones(len(cell), dtype=bool), (tetrahedra.ravel(), cell)), (count, len(tetrahedra)))
@@ -117,7 +117,7 @@ def _neighbourhoods(tetrahedra: np.ndarray, count: int, shells: Iterable[np.ndar
 
 
 def _cubes(nodes: np.ndarray, options: settings.Clusters) -> list[np.ndarray]:
-    """Return the particles in each cube that is not empty, each set once."""
+    """Return the particles (k,) in each cube that is not empty, each set once; inside : (n, cubes) bool by axis."""
     edge, overlap = options.edge_m, options.overlap
     if edge is None:
         raise InputError("shape_matching.clusters lacks edge_m; give the edge of the cubes in metres.")

@@ -40,10 +40,10 @@ def surface_springs(triangles: np.ndarray, n_nodes: int) -> dict[str, np.ndarray
     half_edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) @ [n_nodes, 1]
     opposite = triangles[:, [2, 0, 1]].ravel()
     order = np.argsort(half_edges, kind="stable")
-    doubled = np.flatnonzero(np.diff(half_edges[order]) == 0)
-    across = np.sort(np.column_stack([opposite[order[doubled]], opposite[order[doubled + 1]]]), axis=1)
+    doubled = np.flatnonzero(np.diff(half_edges[order]) == 0)  # edges of two triangles
+    opposites = np.sort(np.column_stack([opposite[order[doubled]], opposite[order[doubled + 1]]]), axis=1)
     structural = np.unique(half_edges)
-    shear = np.setdiff1d(across[across[:, 0] != across[:, 1]] @ [n_nodes, 1], structural)
+    shear = np.setdiff1d(opposites[opposites[:, 0] != opposites[:, 1]] @ [n_nodes, 1], structural)
     i, j = np.divmod(structural, n_nodes)
     linked = sparse.coo_array((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=(n_nodes, n_nodes)).tocsr()
     two_apart = sparse.triu(linked @ linked, k=1).tocoo()

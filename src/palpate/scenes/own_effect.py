@@ -126,9 +126,9 @@ def _fault(effect: Effect, particles: Particles) -> str:
     if not any(offers(effect, hook) for hook in ACTING):
         return f"what make returns has none of {', '.join(hooks.members(hook)[0] for hook in ACTING)}"
     n = len(particles.nodes)
-    numbers = {"couples": effect.couples} if offers(effect, hooks.Couples) else {}
-    numbers |= {"fixed": effect.fixed} if offers(effect, hooks.FixedNodes) else {}
-    for name, array in numbers.items():
+    node_arrays = {"couples": effect.couples} if offers(effect, hooks.Couples) else {}
+    node_arrays |= {"fixed": effect.fixed} if offers(effect, hooks.FixedNodes) else {}
+    for name, array in node_arrays.items():
         nodes = np.asarray(array)
         if nodes.size and (nodes.dtype.kind != "i" or nodes.min() < 0 or nodes.max() >= n):
             return f"{name} names nodes other than 0 to {n - 1}"

@@ -57,8 +57,8 @@ def compose(
         else:
             effects[name] = effect_registry.effect(name).make(particles, getattr(scene, name, None), elastic)
     for name, maker in (own or {}).items():
-        made = partial(maker.make, particles, next(iter(effects.values()), None))
-        effects[name] = own_effect.checked(name, made, particles)
+        make_own = partial(maker.make, particles, next(iter(effects.values()), None))
+        effects[name] = own_effect.checked(name, make_own, particles)
     if particles.ties is None:
         system = System(particles, effects)
     else:
@@ -158,16 +158,16 @@ def run(
 
         assert isinstance(system, TiedSystem)
         integrator = TiedSteps(system, integrator, make)
-    parts = _parts(scene, integrator.limit_s)
+    substeps = _parts(scene, integrator.limit_s)
     x = initial_positions(particles, system.free, scene.start, scene.seed)
     for _, effect in system.offering(hooks.Placement):
         with _naming(scene.place):
             x = effect.place(x)
     record = _Record(scene, system, system.followed(x), _in_modes(integrator))
     system.seconds = dict.fromkeys(system.effects, 0.0)  # preparation is not part of a step
-    loop(system, integrator, scene, record, progress, parts)
-    seen = {id(particles), *map(id, vars(particles).values())}
-    kilobytes = {name: _memory(effect, seen) / 1024 for name, effect in system.effects.items()}
+    loop(system, integrator, scene, record, progress, substeps)
+    counted = {id(particles), *map(id, vars(particles).values())}
+    kilobytes = {name: _memory(effect, counted) / 1024 for name, effect in system.effects.items()}
     seconds = sum(record.seconds), float(np.percentile(record.seconds, 95)), max(record.seconds)
     doubts = np.array(record.doubts), record.doubt_s
     return Run(record.motion(), scene.steps, *seconds, dict(system.seconds), kilobytes, *doubts)

@@ -61,13 +61,13 @@ def check_together(place: str, scene: Scene, traits: BodyTraits) -> None:
 
 def _check_stiffness(place: str, scene: Scene, bodies: Mapping[str, Body], elastic: str) -> None:
     """Raise InputError for bodies of different stiffness or thickness where the elastic effect has only one."""
-    first = bodies[scene.body]
+    reference = bodies[scene.body]
     for name in scene.bodies:
         for key in ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]:
-            of_first, of_this = getattr(first, key, 0.0), getattr(bodies[name], key, 0.0)
-            if of_first != of_this:
+            expected, actual = getattr(reference, key, 0.0), getattr(bodies[name], key, 0.0)
+            if expected != actual:
                 raise InputError(
-                    f"{place}.others: {scene.body} has {key} {of_first:g} and {name} {of_this:g}; bodies of a scene "
+                    f"{place}.others: {scene.body} has {key} {expected:g} and {name} {actual:g}; bodies of a scene "
                     f"with {elastic} must have the same stiffness and thickness: make them equal."
                 )
         if elastic in ONE_STIFFNESS and getattr(bodies[name], "regions", None):

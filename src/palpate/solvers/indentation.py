@@ -268,10 +268,10 @@ class Indentation(Equilibrium):
         stiffness = self._supported.stiffness(x, definite)
         touched, stiff, bent = self._stiffness_of_contact(x)
         blocks = stiff if definite else stiff + bent
-        near, spread, elastic = self.points.interpolation[touched], self.points.spread[:, touched], product(stiffness)
+        gather, spread, elastic = self.points.interpolation[touched], self.points.spread[:, touched], product(stiffness)
 
         def multiply(moved: np.ndarray) -> np.ndarray:
-            force = elastic(moved) + spread @ np.einsum("qij,qj->qi", blocks, near @ moved)
+            force = elastic(moved) + spread @ np.einsum("qij,qj->qi", blocks, gather @ moved)
             force[self._held] = moved[self._held]
             return force
 

@@ -187,8 +187,8 @@ class Contact(
         """
         if not self._together:
             return x
-        kinds = (self._together, self._ranges, self._surfaces, self._radii, self._is_floor)
-        movable = Movable(*kinds, self._masses, self._free, self.gap_m)
+        parts = (self._together, self._ranges, self._surfaces, self._radii, self._is_floor)
+        movable = Movable(*parts, self._masses, self._free, self.gap_m)
         return start_outside(self._all_points(x).copy(), movable, self._overlap, self._proximity, self.names)
 
     def at(self, t: float) -> None:

@@ -210,23 +210,23 @@ def limits(kinds, nodes, offsets, x, motion, keep=0.1):
 @numba.njit(cache=True)
 def _advance(kind, nodes, offset, x, motion, keep, longest, work):
     """Return the limit of one stencil, or ``longest`` if that is less; work : scratch of nodes, velocities, weights."""
-    y, velocity, weights = work
+    places, velocity, weights = work
     size = _velocities(nodes, motion, velocity)
     if not np.isfinite(size):
         return 0.0
-    t, kept, rows = 0.0, 0.0, np.arange(4)
+    t, margin, rows = 0.0, 0.0, np.arange(4)
     for step in range(MAX_STEPS):
         for i in range(4):
             for j in range(3):
-                y[i, j] = x[nodes[i], j] - x[nodes[0], j] + t * velocity[i, j]
-        distance, _ = closest(kind, y, rows, weights)
+                places[i, j] = x[nodes[i], j] - x[nodes[0], j] + t * velocity[i, j]
+        distance, _ = closest(kind, places, rows, weights)
         if step == 0:
             if not distance - offset > 0.0:
                 return 0.0
-            kept = keep * (distance - offset)
-        elif distance - offset <= (1.0 + SLACK) * kept:
+            margin = keep * (distance - offset)
+        elif distance - offset <= (1.0 + SLACK) * margin:
             return t / size
-        t += _safe_step(kind, y, velocity, separation(y, rows, weights), distance, offset + kept)
+        t += _safe_step(kind, places, velocity, separation(places, rows, weights), distance, offset + margin)
         if t >= longest * size:
             return longest
     return t / size

@@ -120,9 +120,9 @@ def shortest_separation(points: np.ndarray, movable: Movable, pair: tuple[int, i
     """
     triangles = [points[movable.surfaces[surface]] for surface in pair]
     directions = np.vstack([-_normals(triangles[0]), _normals(triangles[1]), DIRECTIONS])
-    for other, sign in ((1, 1.0), (0, -1.0)):
-        if movable.floors[pair[other]]:
-            directions = sign * _normals(triangles[other])
+    for number, sign in ((1, 1.0), (0, -1.0)):
+        if movable.floors[pair[number]]:
+            directions = sign * _normals(triangles[number])
     # along each direction, the first moves until its hindmost point is ahead of the foremost of the second
     hindmost, foremost = (triangles[0] @ directions.T).min(axis=(0, 1)), (triangles[1] @ directions.T).max(axis=(0, 1))
     lengths = foremost - hindmost + movable.radii[pair[0]] + movable.radii[pair[1]] + movable.gap_m

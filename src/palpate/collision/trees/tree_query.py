@@ -110,9 +110,9 @@ def _find(nodes_a, order_a, spheres_a, boxes_a, nodes_b, order_b, spheres_b, box
     while depth:
         depth -= 1
         a, b = stack[depth, 0], stack[depth, 1]
-        down_a, down_b = nodes_a[a, CHILD], nodes_b[b, CHILD]
+        left_a, left_b = nodes_a[a, CHILD], nodes_b[b, CHILD]
         larger = nodes_a[a, LAST] - nodes_a[a, FIRST] >= nodes_b[b, LAST] - nodes_b[b, FIRST]
-        if down_a < 0 and down_b < 0:
+        if left_a < 0 and left_b < 0:
             for i in range(nodes_a[a, FIRST], nodes_a[a, LAST]):
                 for j in range(nodes_b[b, FIRST], nodes_b[b, LAST]):
                     t, u = order_a[i], order_b[j]
@@ -122,25 +122,25 @@ def _find(nodes_a, order_a, spheres_a, boxes_a, nodes_b, order_b, spheres_b, box
                         pairs[count, 0], pairs[count, 1] = (min(t, u), max(t, u)) if same else (t, u)
                     count += 1
         elif same and a == b:
-            for child in range(down_a, down_a + 2):
+            for child in range(left_a, left_a + 2):
                 stack[depth, 0] = stack[depth, 1] = child
                 depth += 1
             tests += 1
-            kind = nodes_a[down_a, KIND]
-            if volumes_overlap(kind, kind, spheres_a, spheres_a, boxes_a, boxes_a, down_a, down_a + 1):
-                stack[depth, 0], stack[depth, 1] = down_a, down_a + 1
+            kind = nodes_a[left_a, KIND]
+            if volumes_overlap(kind, kind, spheres_a, spheres_a, boxes_a, boxes_a, left_a, left_a + 1):
+                stack[depth, 0], stack[depth, 1] = left_a, left_a + 1
                 depth += 1
-        elif down_b < 0 or (down_a >= 0 and larger):
+        elif left_b < 0 or (left_a >= 0 and larger):
             tests += 2
             kind = nodes_b[b, KIND]
-            for child in range(down_a, down_a + 2):
+            for child in range(left_a, left_a + 2):
                 if volumes_overlap(nodes_a[child, KIND], kind, spheres_a, spheres_b, boxes_a, boxes_b, child, b):
                     stack[depth, 0], stack[depth, 1] = child, b
                     depth += 1
         else:
             tests += 2
             kind = nodes_a[a, KIND]
-            for child in range(down_b, down_b + 2):
+            for child in range(left_b, left_b + 2):
                 if volumes_overlap(kind, nodes_b[child, KIND], spheres_a, spheres_b, boxes_a, boxes_b, a, child):
                     stack[depth, 0], stack[depth, 1] = a, child
                     depth += 1

@@ -41,17 +41,17 @@ def triangles_intersect(points, sums):
     """
     if not boxes_overlap(points):
         return False
-    of_a = plane_sides(points, 0, 3, sums)
-    if one_sided(of_a):
+    sides_a = plane_sides(points, 0, 3, sums)
+    if one_sided(sides_a):
         return False
-    of_b = plane_sides(points, 3, 0, sums)
-    if one_sided(of_b):
+    sides_b = plane_sides(points, 3, 0, sums)
+    if one_sided(sides_b):
         return False
-    if of_a != (0, 0, 0) and of_b != (0, 0, 0):
-        p, q, r, u, v, w = canonical_order(of_a, of_b)
+    if sides_a != (0, 0, 0) and sides_b != (0, 0, 0):
+        p, q, r, u, v, w = canonical_order(sides_a, sides_b)
         return orient3d(points, p, q, u, v, sums) <= 0 and orient3d(points, p, r, w, u, sums) <= 0
-    if of_a != (0, 0, 0) or of_b != (0, 0, 0):
-        i, j, triangle = degenerate_segment(of_a, of_b)
+    if sides_a != (0, 0, 0) or sides_b != (0, 0, 0):
+        i, j, triangle = degenerate_segment(sides_a, sides_b)
         return line_intersects(points, i, j, triangle, sums)
     return _intersect_flat(points, sums)
 
@@ -80,8 +80,8 @@ def plane_sides(points, first, plane, sums):
 def canonical_order(of_a, of_b):
     """Order the pair's points: p, q, r of a and u, v, w of b, with p and u alone on a side of the other's plane.
 
-    It is the upper side: where it is not, the other triangle is reversed. So along the planes' common line
-    edge pq comes before pr, and uw before uv.
+    of_a, of_b : ``plane_sides`` of their points. That side is the upper one, or else the other triangle is reversed; so
+    along the planes' common line edge pq comes before pr, and uw before uv.
     """
     i, upper_a = _lone_vertex(of_a)
     j, upper_b = _lone_vertex(of_b)
@@ -116,7 +116,7 @@ def _lone_vertex(signs):
 
 @numba.njit(cache=True)
 def degenerate_segment(of_a, of_b):
-    """Choose two points of the degenerate triangle, not both in the other's plane nor on one side of it.
+    """Choose two points of the degenerate triangle by ``plane_sides``, not both in the other's plane nor on one side.
 
     Also returns the first point of the other triangle. One of the two is degenerate, since its undefined plane contains
     all points of the other.
@@ -284,18 +284,18 @@ def find_crossing(points, scaled, sums, ends):
     """
     if not boxes_overlap(points):
         return False
-    of_a, of_b = plane_sides(points, 0, 3, sums), plane_sides(points, 3, 0, sums)
-    flat_a, flat_b = of_b == (0, 0, 0), of_a == (0, 0, 0)
-    if one_sided(of_a) or one_sided(of_b) or (flat_a and flat_b):
+    sides_a, sides_b = plane_sides(points, 0, 3, sums), plane_sides(points, 3, 0, sums)
+    flat_a, flat_b = sides_b == (0, 0, 0), sides_a == (0, 0, 0)
+    if one_sided(sides_a) or one_sided(sides_b) or (flat_a and flat_b):
         return False
     if flat_a or flat_b:
-        i, j, triangle = degenerate_segment(of_a, of_b)
+        i, j, triangle = degenerate_segment(sides_a, sides_b)
         if not line_intersects(points, i, j, triangle, sums):
             return False
         _intersect_plane(scaled, i, j, triangle, ends[0])
         ends[1] = ends[0]
         return True
-    p, q, r, u, v, w = canonical_order(of_a, of_b)
+    p, q, r, u, v, w = canonical_order(sides_a, sides_b)
     if orient3d(points, p, q, u, v, sums) > 0 or orient3d(points, p, r, w, u, sums) > 0:
         return False
     # the later of both starts, and the earlier of both ends

@@ -29,7 +29,7 @@ LEAST_DIFFERENCE = 1e-8
 def smoothed_trace(s, mu, lam):
     """Compute tr S with its fold smoothed, T = s₁ + τ(s₂ + s₃), then τ', τ'' and c = ∂Ψ/∂T.
 
-    τ(t) is the C² quartic that meets |t| at t = FOLD. Ψ = μ (Σs² − 2T + 3) + λ/2 (T − 3)²: only T has the rotation.
+    τ(t) is the C² quartic that meets |t| at t = FOLD. Ψ = μ (Σs² − 2T + 3) + λ/2 (T − 3)²: only T depends on R.
     """
     t = s[1] + s[2]
     tau, slope, curvature = t, 1.0, 0.0
@@ -241,7 +241,7 @@ def _clamp_spin(rotated, k, least, a, axes):
     """Raise the eigenvalues of the symmetric matrix in rows 9 to 14 of column ``k`` to at least ``least``, −μ V.
 
     ``turned`` has written it; they are c V/(sᵢ + sⱼ), V being the volume, and are found by Jacobi's rotations. Then no
-    eigenvalue V (2μ + 2c/(sᵢ + sⱼ)) of the Hessian, the only negative ones, is below 0; a, axes : (3, 3), scratch
+    eigenvalue V (2μ + 2c/(sᵢ + sⱼ)) of the Hessian is negative, and no others can be; a, axes : (3, 3), scratch
     """
     row = 9
     for i in range(3):

@@ -22,8 +22,8 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 def write_blocks(u, v, hessian, flips, twists, gradients, share, k, h, b, blocks):
     """Write the Hessian of column ``k``, F = U diag(s) Vᵀ, to ``blocks``; share : its volume [m³]; h, b : scratch.
 
-    With h = Vᵀ g the block of the gradients g and g' is U b Uᵀ. To bᵢⱼ ∂²Ψ/∂sᵢ∂sⱼ adds ``share`` times hᵢ h'ⱼ; flip and
-    twist (see ``corotational``) of axes i and j add share/2 (flip + twist) hⱼ h'ⱼ to bᵢᵢ, (flip − twist) hⱼ h'ᵢ to bᵢⱼ.
+    With h = Vᵀ g the block of gradients g and g' is U b Uᵀ. bᵢⱼ is ``share`` ∂²Ψ/∂sᵢ∂sⱼ hᵢ h'ⱼ; for axes i, j, flip and
+    twist (see ``corotational``) add share/2 (flip + twist) hⱼ h'ⱼ to bᵢᵢ, share/2 (flip − twist) hⱼ h'ᵢ to bᵢⱼ.
     """
     for c in range(3):
         for i in range(3):

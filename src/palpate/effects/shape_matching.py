@@ -103,7 +103,7 @@ def _shells(particles: Particles, pieces: list[np.ndarray]) -> list[np.ndarray]:
 def _neighbourhoods(tetrahedra: np.ndarray, count: int, shells: Iterable[np.ndarray] | None) -> list[np.ndarray]:
     """Return for each tetrahedron the nodes of all tetrahedra that have a node in common with it.
 
-    shells : groups of tetrahedra in their order, None for all at once; one in the neighbours of an earlier gets none
+    shells : groups of tetrahedra in their order, or None; with them, a neighbour of an earlier tetrahedron gets none
     """
     cell = np.repeat(np.arange(len(tetrahedra)), 4)
     around = sparse.csr_array((np.ones(len(cell), dtype=bool), (tetrahedra.ravel(), cell)), (count, len(tetrahedra)))

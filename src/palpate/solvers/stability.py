@@ -123,7 +123,7 @@ def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scal
     """Find the equilibrium that a body goes to from ``x`` (n, 3) [m] beside an unstable one.
 
     at_rest : the preconditioner of the state at rest; tolerance : of the residual, over ``scale`` [N]
-    L-BFGS is first: it never raises energy, needs no positive stiffness, then Newton's. NotConverged if both fail.
+    L-BFGS comes first, as it never raises energy nor needs positive stiffness, then Newton's. NotConverged if all fail.
     """
     spent = None
     for iterations in LBFGS_ITERATIONS:

@@ -65,7 +65,7 @@ def _forces(motion: Motion, name: str) -> pd.DataFrame:
 def least_signed_distance(points: np.ndarray, shifts: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Compute for each of ``shifts`` (s, 3) [m] the least signed distance (s,) [m] of the shifted ``points`` to a body.
 
-    points : (n, 3) [m]; corners : (m, 3, 3) [m] of the outward triangles of its closed surface, negative inside which
+    points : (n, 3) [m]; corners : (m, 3, 3) [m] of its surface's triangles, closed and outward; it is negative inside
     A winding number tells inside from outside; it is computed where a point moved by its distance or more.
     """
     moved = points + shifts[:, None]

@@ -40,12 +40,12 @@ def triangle_contacts(tree_a: Tree, tree_b: Tree, velocity_a: np.ndarray, veloci
     bodies are in each other.
     """
     pairs, counts = crossing_pairs(tree_a, tree_b)
-    one, other = tree_a.triangles[pairs[:, 0]], tree_b.triangles[pairs[:, 1]]
-    _, places, _ = triangle_pairs_distance(tree_a.points[one], tree_b.points[other])
-    moving = _interpolated(tree_a.points[one], velocity_a[one], places)
-    moving -= _interpolated(tree_b.points[other], velocity_b[other], places)
-    directions, depths = ways_out(tree_a.points[one], tree_b.points[other])
-    return Contacts(pairs, places, directions, depths, moving, counts)
+    nodes_a, nodes_b = tree_a.triangles[pairs[:, 0]], tree_b.triangles[pairs[:, 1]]
+    _, places, _ = triangle_pairs_distance(tree_a.points[nodes_a], tree_b.points[nodes_b])
+    velocities = _interpolated(tree_a.points[nodes_a], velocity_a[nodes_a], places)
+    velocities -= _interpolated(tree_b.points[nodes_b], velocity_b[nodes_b], places)
+    directions, depths = ways_out(tree_a.points[nodes_a], tree_b.points[nodes_b])
+    return Contacts(pairs, places, directions, depths, velocities, counts)
 
 
 def stopped_contacts(
@@ -59,8 +59,8 @@ def stopped_contacts(
     """
     pairs, tests = volume_pairs(tree_a, tree_b)
     places, directions, depths = overlaps(tree_a, tree_b, pairs)
-    moving = _averaged(tree_a, velocity_a, pairs[:, 0]) - _averaged(tree_b, velocity_b, pairs[:, 1])
-    return Contacts(pairs, places, directions, depths, moving, Counts(tests, 0))
+    velocities = _averaged(tree_a, velocity_a, pairs[:, 0]) - _averaged(tree_b, velocity_b, pairs[:, 1])
+    return Contacts(pairs, places, directions, depths, velocities, Counts(tests, 0))
 
 
 def ways_out(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -71,13 +71,13 @@ def ways_out(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     or b's above a's. The least translation in any direction, in contrast, may lead deeper into a body.
     """
     directions, depths, best = np.zeros((len(a), 3)), np.zeros(len(a)), np.full(len(a), np.inf)
-    for one, other, sign in ((a, b, 1.0), (b, a, -1.0)):
-        normals = np.cross(other[:, 1] - other[:, 0], other[:, 2] - other[:, 0])
+    for mover, plane, sign in ((a, b, 1.0), (b, a, -1.0)):
+        normals = np.cross(plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0])
         lengths = np.linalg.norm(normals, axis=1)
         normals /= np.where(lengths > 0.0, lengths, 1.0)[:, None]
-        below = np.einsum("ki,kci->kc", normals, other[:, :1] - one).max(axis=1)
-        less = (lengths > 0.0) & (below < best)
-        best[less], directions[less], depths[less] = below[less], sign * normals[less], below[less]
+        below = np.einsum("ki,kci->kc", normals, plane[:, :1] - mover).max(axis=1)
+        shorter = (lengths > 0.0) & (below < best)
+        best[shorter], directions[shorter], depths[shorter] = below[shorter], sign * normals[shorter], below[shorter]
     return directions, depths
 
 
@@ -94,17 +94,17 @@ def _interpolated(corners, values, places):
             start = corners[k, 0, axis]
             u, v, d = corners[k, 1, axis] - start, corners[k, 2, axis] - start, places[k, axis] - start
             uu, uv, vv, ud, vd = uu + u * u, uv + u * v, vv + v * v, ud + u * d, vd + v * d
-        first = second = 0.0
-        area = uu * vv - uv * uv
-        if area > FLAT * uu * vv:
-            first, second = (ud * vv - vd * uv) / area, (vd * uu - ud * uv) / area
+        weight1 = weight2 = 0.0
+        gram = uu * vv - uv * uv
+        if gram > FLAT * uu * vv:
+            weight1, weight2 = (ud * vv - vd * uv) / gram, (vd * uu - ud * uv) / gram
         elif uu >= vv and uu > 0.0:
-            first = ud / uu
+            weight1 = ud / uu
         elif vv > 0.0:
-            second = vd / vv
+            weight2 = vd / vv
         for axis in range(3):
-            at_places[k, axis] = (1.0 - first - second) * values[k, 0, axis]
-            at_places[k, axis] += first * values[k, 1, axis] + second * values[k, 2, axis]
+            at_places[k, axis] = (1.0 - weight1 - weight2) * values[k, 0, axis]
+            at_places[k, axis] += weight1 * values[k, 1, axis] + weight2 * values[k, 2, axis]
     return at_places
 
 
@@ -116,6 +116,7 @@ def _averaged(tree: Tree, velocity: np.ndarray, leaves: np.ndarray) -> np.ndarra
 
 @numba.njit(cache=True)
 def _leaf_means(nodes, order, triangles, velocity, leaves):
+    """Return the mean ``velocity`` (k, 3) [m/s] of the triangles' corners in each of ``leaves`` (k,)."""
     means = np.zeros((len(leaves), 3))
     for k in range(len(leaves)):
         first, last = nodes[leaves[k], FIRST], nodes[leaves[k], LAST]

@@ -24,8 +24,7 @@ class BedSprings(Energy, Stiffness):
     u is the displacement, and the region is that of the rest shape, so that the stiffness is constant. k falls smoothly
     to zero at the sphere, so that stress is not singular there, as it is at the edge of held nodes; the bed ends
     sharply where it is limited to triangles that face one direction and the surface turns away. The integral is exact,
-    for linear shape functions or, for ``order`` 2, quadratic ones, whose nodes are the mesh's and then the midpoints of
-    its ``edges``.
+    for linear shape functions or, for ``order`` 2, quadratic ones, whose nodes are the mesh's, then its edge midpoints.
 
     beds : one, or several of bodies in one mesh, each with the triangles (m, 3) that it may support
     couples : (m, k) the nodes of each triangle; rest : (n, 3) [m]
@@ -33,10 +32,10 @@ class BedSprings(Energy, Stiffness):
     """
 
     def __init__(self, mesh: Mesh, beds: Bed | Sequence[tuple[Bed, np.ndarray]], order: int = 1):
-        each = [(beds, mesh.triangles)] if isinstance(beds, Bed) else beds
-        parts = [_elements(mesh, bed, triangles, order) for bed, triangles in each]
-        self.couples = np.concatenate([couples for couples, _ in parts])
-        self._blocks = np.concatenate([blocks for _, blocks in parts])
+        supports = [(beds, mesh.triangles)] if isinstance(beds, Bed) else beds
+        elements = [_elements(mesh, bed, triangles, order) for bed, triangles in supports]
+        self.couples = np.concatenate([couples for couples, _ in elements])
+        self._blocks = np.concatenate([blocks for _, blocks in elements])
         count = len(mesh.nodes) + (len(mesh.edges) if order == 2 else 0)
         self.rest = mesh.nodes if order == 1 else np.vstack([mesh.nodes, mesh.nodes[mesh.edges].mean(axis=1)])
         rows = np.repeat(self.couples, self.couples.shape[1], axis=1).ravel()

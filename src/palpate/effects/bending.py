@@ -91,6 +91,7 @@ def _cotangent(corner: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.nda
 
 @numba.njit(cache=True)
 def _energy(x, couples, cotangents, weights):
+    """Return the bending energy [J] at ``x`` (n, 3) [m] of hinges h, each of four nodes ``couples[h]``."""
     total = 0.0
     for h in range(len(couples)):
         for i in range(3):

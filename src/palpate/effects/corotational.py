@@ -29,8 +29,7 @@ LEAST_DIFFERENCE = 1e-8
 def smoothed_trace(s, mu, lam):
     """Compute tr S with its fold smoothed, T = s₁ + τ(s₂ + s₃), then τ', τ'' and c = ∂Ψ/∂T.
 
-    τ(t) is the C² quartic that meets |t| at t = FOLD. As Ψ = μ (Σs² − 2T + 3) + λ/2 (T − 3)², only T depends on the
-    rotation.
+    τ(t) is the C² quartic that meets |t| at t = FOLD. Ψ = μ (Σs² − 2T + 3) + λ/2 (T − 3)²: only T depends on R.
     """
     t = s[1] + s[2]
     tau, slope, curvature = t, 1.0, 0.0
@@ -45,7 +44,7 @@ def smoothed_trace(s, mu, lam):
 
 @numba.njit(cache=True, error_model="numpy")
 def first(s, mu, lam, stresses):
-    """Return Ψ(s) [J/m³] and write ∂Ψ/∂s [Pa] into ``stresses`` (3,)."""
+    """Return Ψ(s) [J/m³] and write ∂Ψ/∂s [Pa] into ``stresses`` (3,); c : ∂Ψ/∂T of ``smoothed_trace``."""
     trace, slope, _, c = smoothed_trace(s, mu, lam)
     # Σ(s − 1)² exactly, away from the fold: Σs² − 2T + 3 would suffer from cancellation
     squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2 + 2.0 * (s[0] + (s[1] + s[2]) - trace)
@@ -70,13 +69,13 @@ def second(s, mu, lam, curvatures, flips, twists):
             slopes = (1.0 if i == 0 else slope) * (1.0 if j == 0 else slope)
             curvatures[i, j] = lam * slopes + (c * curvature if i > 0 and j > 0 else 0.0)
         curvatures[i, i] += 2.0 * mu
-    t, folded, free = s[1] + s[2], (1.0 - slope) * c, (1.0 + slope) * c
+    t, flip_slope, twist_slope = s[1] + s[2], (1.0 - slope) * c, (1.0 + slope) * c
     flips[0] = 2.0 * mu
-    flips[1] = 2.0 * mu + folded / max(s[0] - s[2], LEAST_DIFFERENCE)
-    flips[2] = 2.0 * mu + folded / max(s[0] - s[1], LEAST_DIFFERENCE)
+    flips[1] = 2.0 * mu + flip_slope / max(s[0] - s[2], LEAST_DIFFERENCE)
+    flips[2] = 2.0 * mu + flip_slope / max(s[0] - s[1], LEAST_DIFFERENCE)
     twists[0] = 2.0 * mu + 2.0 * c * (curvature if t <= 0.0 else slope / t)
-    twists[1] = 2.0 * mu + free / max(s[2] + s[0], LEAST_DIFFERENCE)
-    twists[2] = 2.0 * mu + free / max(s[0] + s[1], LEAST_DIFFERENCE)
+    twists[1] = 2.0 * mu + twist_slope / max(s[2] + s[0], LEAST_DIFFERENCE)
+    twists[2] = 2.0 * mu + twist_slope / max(s[0] + s[1], LEAST_DIFFERENCE)
     return curvature != 0.0
 
 
@@ -147,9 +146,9 @@ def _settled(f, r, count, accepted):
         c2 = f[3, k] * f[7, k] - f[4, k] * f[6, k]
         norm = r[0, k] * r[0, k] + r[1, k] * r[1, k] + r[2, k] * r[2, k] + r[3, k] * r[3, k] + r[4, k] * r[4, k]
         norm += r[5, k] * r[5, k] + r[6, k] * r[6, k] + r[7, k] * r[7, k] + r[8, k] * r[8, k]
-        done, proper = norm - 3.0 < _ROUNDING, f00 * c0 + f01 * c1 + f02 * c2 > 0.0
-        accepted[k] = done & proper
-        settled += 1 if done or not proper else 0
+        converged, upright = norm - 3.0 < _ROUNDING, f00 * c0 + f01 * c1 + f02 * c2 > 0.0
+        accepted[k] = converged & upright
+        settled += 1 if converged or not upright else 0
     return settled
 
 
@@ -200,14 +199,14 @@ def hessians(f, gradients, shares, count, mu, lam, definite, rotated, blocks):
     definite : replaces negative eigenvalues of ∂²Ψ/∂F² by zero (Smith, de Goes, Kim 2019, section 5)
     rotated : (15, BLOCK), scratch
     """
-    accepted, sure, scratch = np.empty(BLOCK, dtype=np.bool_), np.empty(BLOCK, dtype=np.bool_), np.empty((7, 3, 3))
+    accepted, unclamped, scratch = np.empty(BLOCK, dtype=np.bool_), np.empty(BLOCK, dtype=np.bool_), np.empty((7, 3, 3))
     rotations(f, rotated, count, accepted)
     if definite:
-        _without_clamp(f, rotated, count, mu, lam, sure)
+        _without_clamp(f, rotated, count, mu, lam, unclamped)
     turned(f, gradients, shares, count, mu, lam, rotated)
     if definite:
         for k in range(count):
-            if accepted[k] and not sure[k]:
+            if accepted[k] and not unclamped[k]:
                 _clamp_spin(rotated, k, -mu[k] * shares[k], scratch[0], scratch[1])
     for pair in range(6):
         _polar_blocks(rotated, shares, count, mu, lam, pair, blocks)
@@ -218,7 +217,7 @@ def hessians(f, gradients, shares, count, mu, lam, definite, rotated, blocks):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _without_clamp(f, r, count, mu, lam, sure):
-    """Write of which columns the Hessian has no negative eigenvalue into ``sure`` (BLOCK,) bool.
+    """Write into ``sure`` (BLOCK,) bool which columns have a Hessian that is sure to have no negative eigenvalue.
 
     Those that can be negative are 2μ + 2c/(sᵢ + sⱼ) with c = λ tr(S − I) − 2μ: none is if G + c/μ I is positive
     semidefinite, where G = tr(S) I − S has the eigenvalues sᵢ + sⱼ.
@@ -239,10 +238,10 @@ def _without_clamp(f, r, count, mu, lam, sure):
 
 @numba.njit(cache=True, error_model="numpy")
 def _clamp_spin(rotated, k, least, a, axes):
-    """Raise the eigenvalues of the matrix in rows 9 to 14 of column ``k`` to ``least``, −μ V.
+    """Raise the eigenvalues of the symmetric matrix in rows 9 to 14 of column ``k`` to at least ``least``, −μ V.
 
-    Those are c V/(sᵢ + sⱼ); of the Hessian only eigenvalues 2μ + 2c/(sᵢ + sⱼ), times V, can be negative. They are
-    found by Jacobi's rotations; a, axes : (3, 3), scratch
+    ``turned`` has written it; they are c V/(sᵢ + sⱼ), V being the volume, and are found by Jacobi's rotations. Then no
+    eigenvalue V (2μ + 2c/(sᵢ + sⱼ)) of the Hessian is negative, and no others can be; a, axes : (3, 3), scratch
     """
     row = 9
     for i in range(3):
@@ -256,29 +255,29 @@ def _clamp_spin(rotated, k, least, a, axes):
                 if abs(a[p, q]) <= _EIGEN_ROUNDING * (abs(a[0, 0]) + abs(a[1, 1]) + abs(a[2, 2])):
                     continue
                 cotangent = (a[q, q] - a[p, p]) / (2.0 * a[p, q])  # of twice the angle
-                t = (1.0 if cotangent >= 0.0 else -1.0) / (abs(cotangent) + np.sqrt(cotangent * cotangent + 1.0))
-                c = 1.0 / np.sqrt(t * t + 1.0)
+                tangent = (1.0 if cotangent >= 0.0 else -1.0) / (abs(cotangent) + np.sqrt(cotangent * cotangent + 1.0))
+                cosine = 1.0 / np.sqrt(tangent * tangent + 1.0)
                 for i in range(3):
                     x, y = a[i, p], a[i, q]
-                    a[i, p], a[i, q] = c * (x - t * y), c * (t * x + y)
+                    a[i, p], a[i, q] = cosine * (x - tangent * y), cosine * (tangent * x + y)
                 for i in range(3):
                     x, y = a[p, i], a[q, i]
-                    a[p, i], a[q, i] = c * (x - t * y), c * (t * x + y)
+                    a[p, i], a[q, i] = cosine * (x - tangent * y), cosine * (tangent * x + y)
                     x, y = axes[i, p], axes[i, q]
-                    axes[i, p], axes[i, q] = c * (x - t * y), c * (t * x + y)
+                    axes[i, p], axes[i, q] = cosine * (x - tangent * y), cosine * (tangent * x + y)
     row = 9
     for i in range(3):
         for j in range(i, 3):
-            total = 0.0
+            entry = 0.0
             for p in range(3):
-                total += axes[i, p] * max(a[p, p], least) * axes[j, p]
-            rotated[row, k] = total
+                entry += axes[i, p] * max(a[p, p], least) * axes[j, p]
+            rotated[row, k] = entry
             row += 1
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def turned(f, gradients, shares, count, mu, lam, rotated):
-    """Replace the rotations in ``rotated`` by the rotated gradients R g, and write c V (R G Rᵀ)⁻¹ into rows 9 to 14."""
+    """Replace R in ``rotated`` by gradients R g; write c V (R G Rᵀ)⁻¹, see ``_without_clamp``, into rows 9 to 14."""
     for k in range(count):
         r00, r01, r02 = rotated[0, k], rotated[1, k], rotated[2, k]
         r10, r11, r12 = rotated[3, k], rotated[4, k], rotated[5, k]
@@ -320,27 +319,27 @@ def _polar_blocks(rotated, shares, count, mu, lam, pair, blocks):
         y00, y01, y02 = m01 * h2 - m02 * h1, m02 * h0 - m00 * h2, m00 * h1 - m01 * h0
         y10, y11, y12 = m11 * h2 - m12 * h1, m12 * h0 - m01 * h2, m01 * h1 - m11 * h0
         y20, y21, y22 = m12 * h2 - m22 * h1, m22 * h0 - m02 * h2, m02 * h1 - m12 * h0
-        both, volume = 2.0 * mu[k] * shares[k] * (g0 * h0 + g1 * h1 + g2 * h2), lam[k] * shares[k]
+        shear, volume = 2.0 * mu[k] * shares[k] * (g0 * h0 + g1 * h1 + g2 * h2), lam[k] * shares[k]
         h0, h1, h2 = volume * h0, volume * h1, volume * h2
-        blocks[9 * pair, k] = both + g0 * h0 + g2 * y10 - g1 * y20
+        blocks[9 * pair, k] = shear + g0 * h0 + g2 * y10 - g1 * y20
         blocks[9 * pair + 1, k] = g0 * h1 + g2 * y11 - g1 * y21
         blocks[9 * pair + 2, k] = g0 * h2 + g2 * y12 - g1 * y22
         blocks[9 * pair + 3, k] = g1 * h0 + g0 * y20 - g2 * y00
-        blocks[9 * pair + 4, k] = both + g1 * h1 + g0 * y21 - g2 * y01
+        blocks[9 * pair + 4, k] = shear + g1 * h1 + g0 * y21 - g2 * y01
         blocks[9 * pair + 5, k] = g1 * h2 + g0 * y22 - g2 * y02
         blocks[9 * pair + 6, k] = g2 * h0 + g1 * y00 - g0 * y10
         blocks[9 * pair + 7, k] = g2 * h1 + g1 * y01 - g0 * y11
-        blocks[9 * pair + 8, k] = both + g2 * h2 + g1 * y02 - g0 * y12
+        blocks[9 * pair + 8, k] = shear + g2 * h2 + g1 * y02 - g0 * y12
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _principal_blocks(f, gradients, share, k, mu, lam, definite, scratch, blocks):
     """Write the blocks of column ``k`` from the principal stretches; scratch : (7, 3, 3)."""
-    given, u, v, curvatures = scratch[0], scratch[1], scratch[2], scratch[3]
+    matrix, u, v, curvatures = scratch[0], scratch[1], scratch[2], scratch[3]
     s, flips, twists = scratch[4, 0], scratch[4, 1], scratch[4, 2]
-    decompose(f, k, given, u, s, v)
-    bent = second(s, mu, lam, curvatures, flips, twists)
-    if definite and bent:
+    decompose(f, k, matrix, u, s, v)
+    may_be_negative = second(s, mu, lam, curvatures, flips, twists)
+    if definite and may_be_negative:
         clamp(curvatures, flips, twists)
     elif definite:
         clamp_pairs(flips, twists)

@@ -30,5 +30,5 @@ class CutInTime(Untying, Observation):
 
     def observe(self, x: np.ndarray) -> dict[str, float]:
         """Record how far the lips are apart at most: ``cut_opening_m`` of two nodes that were one."""
-        first, last = self._ties.pairs.T
-        return {"cut_opening_m": float(np.linalg.norm(x[first] - x[last], axis=1).max())}
+        lip, opposite = self._ties.pairs.T
+        return {"cut_opening_m": float(np.linalg.norm(x[lip] - x[opposite], axis=1).max())}

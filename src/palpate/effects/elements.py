@@ -31,11 +31,11 @@ def warn_of_locking(name: str, poisson: float) -> None:
     """Warn if linear elements lock at this Poisson's ratio, and give the error that was measured on a liver."""
     if poisson <= PLAIN_POISSON:
         return
-    stiffer = [-np.log(1.0 - 2.0 * nu) for nu in LOCKED]
-    missing = float(np.interp(-np.log(1.0 - 2.0 * poisson), stiffer, list(LOCKED.values())))
+    measured = [-np.log(1.0 - 2.0 * nu) for nu in LOCKED]
+    error = float(np.interp(-np.log(1.0 - 2.0 * poisson), measured, list(LOCKED.values())))
     warnings.warn(
         f"{name}: linear elements lock at Poisson's ratio {poisson:g}; on a liver of 7865 nodes they missed about "
-        f"{missing:.0%} of the displacement under a finger: use quadratic elements (fem_p2), or a ratio up to 0.45.",
+        f"{error:.0%} of the displacement under a finger: use quadratic elements (fem_p2), or a ratio up to 0.45.",
         stacklevel=2,
     )
 

@@ -48,12 +48,12 @@ def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, pla
         signed_svd(f, u, s, v)
         if not s[2] > FOLD:
             continue
-        size = _hencky(s, logs)
-        if size <= yield_strain:
+        strain = _hencky(s, logs)
+        if strain <= yield_strain:
             continue
-        before = first(s, mu[e], lam[e], unused)
+        energy = first(s, mu[e], lam[e], unused)
         for k in range(3):
-            s[k] = math.exp(flow * (1.0 - yield_strain / size) * logs[k])
+            s[k] = math.exp(flow * (1.0 - yield_strain / strain) * logs[k])
         compose(v, s, v, f)
         multiply(f, plastic[e], candidate)
         _bound(candidate, max_strain, inverse, u, s, v, logs)
@@ -64,7 +64,7 @@ def _relax(x, tetrahedra, original, mu, lam, flow, yield_strain, max_strain, pla
                     trial[a, i] += inverse[j, i] * original[e, a, j]
         deformation_gradient(x, tetrahedra[e], trial, f)
         signed_svd(f, u, s, v)
-        if s[2] > FOLD and first(s, mu[e], lam[e], unused) < before:
+        if s[2] > FOLD and first(s, mu[e], lam[e], unused) < energy:
             plastic[e] = candidate
             gradients[e] = trial
 
@@ -84,10 +84,10 @@ def _hencky(s, logs):
 def _bound(candidate, max_strain, inverse, u, s, v, logs):
     """Limit the Hencky strain of Fₚ to ``max_strain``, set its determinant to 1, and compute its inverse."""
     signed_svd(candidate, u, s, v)
-    size = _hencky(s, logs)
-    scale = max_strain / size if size > max_strain else 1.0
+    strain = _hencky(s, logs)
+    ratio = max_strain / strain if strain > max_strain else 1.0
     for k in range(3):
-        s[k] = math.exp(scale * logs[k])
+        s[k] = math.exp(ratio * logs[k])
     compose(u, s, v, candidate)
     for k in range(3):
         s[k] = 1.0 / s[k]

@@ -31,7 +31,7 @@ def make(particles: Particles, options: list[settings.Hook], elastic: Effect | N
     Raises InputError for one off the surface, wider than the body, on held nodes, or on nodes of another hook.
     """
     stiffness = _nodal_stiffness(particles, elastic)
-    hooks = [_hook(particles, i, entry, stiffness) for i, entry in enumerate(options)]
+    hooks = [_hook(particles, i, hook, stiffness) for i, hook in enumerate(options)]
     for (i, a), (j, b) in combinations(enumerate(hooks), 2):
         begin, end = max(a.times.start, b.times.start), min(a.times.end, b.times.end)
         if isinstance(a, MovedPatch) and isinstance(b, MovedPatch) and begin < end and _meet(particles, a, b, begin):
@@ -52,15 +52,15 @@ def _meet(particles: Particles, a: "MovedPatch", b: "MovedPatch", t: float) -> b
 def _hook(
     particles: Particles, number: int, options: settings.Hook, stiffness: np.ndarray
 ) -> "MovedPatch | PulledPatch":
-    """Return hook ``number`` of the settings ``options``; stiffness : (n,) of ``_nodal_stiffness``."""
+    """Return hook ``number``: pulled if ``options`` have a force, or moved; stiffness : of ``_nodal_stiffness``."""
     place, radius = f"{particles.name}: hooks[{number}]", float(options.radius_m)
     times = Times(options.start_s, options.pull_s, options.hold_s, options.release_s)
     facet, weights = load_point(particles, particles.held, place, options)
     skin, at_point, normal = _skin_at(particles, facet, weights)
     corners, disc = particles.nodes[skin], Patch(weights @ particles.nodes[facet], normal, radius)
-    within = (np.linalg.norm(corners - disc.center_m, axis=2) <= radius).all(axis=1)
+    in_disc = (np.linalg.norm(corners - disc.center_m, axis=2) <= radius).all(axis=1)
     node = int(facet[weights.argmax()])
-    grasped = _joined(skin[within | at_point], node)
+    grasped = _joined(skin[in_disc | at_point], node)
     if options.force_n is not None:
         side = replace(particles, triangles=_joined(skin[near_ball(corners, disc.center_m, radius) | at_point], node))
         return PulledPatch(times, grasped, *patch_shares(side, disc), np.array(options.force_n, dtype=float), particles)
@@ -80,11 +80,11 @@ def _skin_at(particles: Particles, facet: np.ndarray, weights: np.ndarray) -> tu
     """
     normals = area_normals(particles.nodes, particles.triangles)
     outward = corner_normals(particles.nodes[facet])
-    alike = normals @ outward > ALIKE * np.linalg.norm(normals, axis=1) * np.linalg.norm(outward)
-    skin = particles.triangles[alike]
+    facing = normals @ outward > ALIKE * np.linalg.norm(normals, axis=1) * np.linalg.norm(outward)
+    skin = particles.triangles[facing]
     at_point = containing(skin, facet, weights)
-    there = normals[alike][at_point].sum(axis=0)
-    return skin, at_point, there / np.linalg.norm(there)
+    normal = normals[facing][at_point].sum(axis=0)
+    return skin, at_point, normal / np.linalg.norm(normal)
 
 
 def _joined(triangles: np.ndarray, node: int) -> np.ndarray:
@@ -314,8 +314,8 @@ class Hooks(
         shapes = []
         for number, hook in enumerate(self.hooks):
             corners = x[hook.triangles]
-            up = area_normals(x, hook.triangles).sum(axis=0)
-            points = corners.reshape(-1, 3) + self._above * up / max(float(np.linalg.norm(up)), 1e-300)
+            normal = area_normals(x, hook.triangles).sum(axis=0)
+            points = corners.reshape(-1, 3) + self._above * normal / max(float(np.linalg.norm(normal)), 1e-300)
             points = points if hook.grasps else np.repeat(points.mean(axis=0)[None], len(points), axis=0)
             shapes.append(Shape(f"hook_{number}", "mesh", 0.0, points, np.arange(len(points)).reshape(-1, 3)))
         return shapes

@@ -105,18 +105,18 @@ def distances(points, tip, axes, shape, gaps, normals):
     """
     kind, radius, edge, half = shape
     for n in range(len(points)):
-        a, b, c = points[n, 0] - tip[0], points[n, 1] - tip[1], points[n, 2] - tip[2]
-        x = axes[0, 0] * a + axes[0, 1] * b + axes[0, 2] * c
-        y = axes[1, 0] * a + axes[1, 1] * b + axes[1, 2] * c
-        z = axes[2, 0] * a + axes[2, 1] * b + axes[2, 2] * c
+        dx, dy, dz = points[n, 0] - tip[0], points[n, 1] - tip[1], points[n, 2] - tip[2]
+        x = axes[0, 0] * dx + axes[0, 1] * dy + axes[0, 2] * dz
+        y = axes[1, 0] * dx + axes[1, 1] * dy + axes[1, 2] * dz
+        z = axes[2, 0] * dx + axes[2, 1] * dy + axes[2, 2] * dz
         if kind == 2:
             rho = np.sqrt(x * x + y * y)
-            out, below = rho - (radius - edge), edge - z
-            if out > 0.0 and below > 0.0:
-                away = np.sqrt(out * out + below * below)
-                side, down = out / away, below / away
-            elif out > below:
-                away, side, down = out, 1.0, 0.0
+            outside, below = rho - (radius - edge), edge - z
+            if outside > 0.0 and below > 0.0:
+                away = np.sqrt(outside * outside + below * below)
+                side, down = outside / away, below / away
+            elif outside > below:
+                away, side, down = outside, 1.0, 0.0
             else:
                 away, side, down = below, 0.0, 1.0
             gaps[n] = away - edge
@@ -159,7 +159,7 @@ def gaps_of(points, tools):
 def curvatures(points, tip, axes, shape, gaps, normals, bends):
     """Write the second derivatives (n, 3, 3) [1/m] of the distances; gaps, normals : those of ``distances``."""
     kind, radius, edge, half = shape
-    first, second = np.empty(3), np.empty(3)
+    around_axis, around_edge = np.empty(3), np.empty(3)
     for n in range(len(points)):
         x = y = z = 0.0
         for i in range(3):
@@ -169,11 +169,11 @@ def curvatures(points, tip, axes, shape, gaps, normals, bends):
         bends[n] = 0.0
         away = gaps[n] + (edge if kind == 2 else radius)
         if kind != 2:
-            within = -half < x < half  # a straight part bends one way only
+            straight = -half < x < half  # a straight part bends one way only
             for i in range(3):
                 for j in range(3):
                     flat = (1.0 if i == j else 0.0) - normals[n, i] * normals[n, j]
-                    bends[n, i, j] = (flat - (axes[0, i] * axes[0, j] if within else 0.0)) / max(away, 1e-300)
+                    bends[n, i, j] = (flat - (axes[0, i] * axes[0, j] if straight else 0.0)) / max(away, 1e-300)
             continue
         rho = np.sqrt(x * x + y * y)
         out, below = rho - (radius - edge), edge - z
@@ -184,13 +184,13 @@ def curvatures(points, tip, axes, shape, gaps, normals, bends):
         down = below / away if edged else 0.0
         for i in range(3):
             radial = (axes[0, i] * x + axes[1, i] * y) / rho
-            first[i] = (axes[1, i] * x - axes[0, i] * y) / rho  # around the axis
-            second[i] = down * radial + side * axes[2, i]  # around the edge
+            around_axis[i] = (axes[1, i] * x - axes[0, i] * y) / rho  # around the axis
+            around_edge[i] = down * radial + side * axes[2, i]  # around the edge
         for i in range(3):
             for j in range(3):
-                bends[n, i, j] = side / rho * first[i] * first[j]
+                bends[n, i, j] = side / rho * around_axis[i] * around_axis[j]
                 if edged:
-                    bends[n, i, j] += second[i] * second[j] / away
+                    bends[n, i, j] += around_edge[i] * around_edge[j] / away
 
 
 ZOOMS, ZOOM = 42, 0.7
@@ -229,24 +229,24 @@ def first_touch(pose: Pose, mesh: Mesh, direction: np.ndarray) -> Pose:
 
 def _least_gap(pose: Pose, corners: np.ndarray, direction: np.ndarray) -> tuple[float, float]:
     """Return the least gap [m] to triangles (m, 3, 3) [m], and its decrease per metre of motion along ``direction``."""
-    middles = corners.mean(axis=1)
-    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
-    gaps, _ = pose.gaps(middles)
+    centroids = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - centroids[:, None], axis=2).max(axis=1)
+    gaps, _ = pose.gaps(centroids)
     near = np.flatnonzero(gaps - reach <= gaps.min())  # those in which a smaller gap is possible
     corners, reach = corners[near], reach[near]
     points = np.einsum("ga,mai->mgi", _GRID, corners)
     gaps = pose.gaps(points.reshape(-1, 3))[0].reshape(len(corners), -1)
     near = np.flatnonzero(gaps.min(axis=1) - reach / 3.0 <= gaps.min())
-    center, scale, within, reach = _GRID[gaps[near].argmin(axis=1)], 1.0, corners[near], reach[near]
-    for _ in range(ZOOMS):
+    best, scale, facets, reach = _GRID[gaps[near].argmin(axis=1)], 1.0, corners[near], reach[near]
+    for _ in range(ZOOMS):  # refine the grid around the best point of each triangle
         scale *= ZOOM
-        around = np.clip(center[:, None] + scale * (_GRID - 1.0 / 3.0), 0.0, None)
-        around = np.concatenate([center[:, None], around / around.sum(axis=2, keepdims=True)], axis=1)
-        points = np.einsum("mga,mai->mgi", around, within).reshape(-1, 3)
+        grids = np.clip(best[:, None] + scale * (_GRID - 1.0 / 3.0), 0.0, None)
+        grids = np.concatenate([best[:, None], grids / grids.sum(axis=2, keepdims=True)], axis=1)
+        points = np.einsum("mga,mai->mgi", grids, facets).reshape(-1, 3)
         gaps, normals = pose.gaps(points)
-        by_triangle = gaps.reshape(len(within), -1)
+        by_triangle = gaps.reshape(len(facets), -1)
         # those in which a smaller gap is within reach of this grid and all later ones
         near = np.flatnonzero(by_triangle.min(axis=1) - scale / (1.0 - ZOOM) * reach <= gaps.min())
-        center, within, reach = around[near, by_triangle[near].argmin(axis=1)], within[near], reach[near]
+        best, facets, reach = grids[near, by_triangle[near].argmin(axis=1)], facets[near], reach[near]
     least = int(gaps.argmin())
     return float(gaps[least]), float(normals[least] @ direction)

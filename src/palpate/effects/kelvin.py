@@ -42,6 +42,7 @@ class Kelvin(Force, Damping):
 
 @numba.njit(cache=True)
 def _add_force(x, v, pairs, damping, force):
+    """Add the dampers' forces [N] at ``x`` and velocities ``v`` (n, 3) to ``force`` (n, 3); n : along a spring."""
     n = np.empty(3)
     for e in range(len(pairs)):
         direction(x, pairs[e], n)

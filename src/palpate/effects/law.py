@@ -69,13 +69,13 @@ def law_of(name: str) -> Law:
     module = import_file(path, "law")
     try:
         law = _compiled(module, kept=False)
-        wrong = fault(law)
+        flaw = fault(law)
     except Exception as error:
         raise InputError(
             f"{path}: does not work as a law ({failure(error)}); correct it, see docs/add-a-law.md."
         ) from error
-    if wrong:
-        raise InputError(f"{path}: {wrong}; correct it, see docs/add-a-law.md.")
+    if flaw:
+        raise InputError(f"{path}: {flaw}; correct it, see docs/add-a-law.md.")
     return law
 
 
@@ -89,10 +89,10 @@ def _compiled(module: ModuleType, kept: bool, stiffening: float | None = None) -
     """
     made = {} if stiffening is None else {"shape": module.shape_of(stiffening)}
     functions = {name: made.get(name) or getattr(module, name) for name in SIGNATURES}
-    make = {
+    compilers = {
         name: numba.cfunc(SIGNATURES[name], cache=kept and name not in made, error_model="numpy") for name in SIGNATURES
     }
-    return Law(**{name: make[name](function) for name, function in functions.items()})
+    return Law(**{name: compilers[name](function) for name, function in functions.items()})
 
 
 def evaluate(law: Law, s: np.ndarray, mu: float, lam: float) -> tuple[float, np.ndarray, np.ndarray]:
@@ -112,10 +112,10 @@ def fault(law: Law) -> str:
         if not np.isfinite([energy, *gradient, *hessian.ravel()]).all():
             return f"at the stretches {s} the energy or its derivatives are not finite"
         for i, step in enumerate(1e-6 * np.eye(3)):
-            more, less = (evaluate(law, np.array(s) + sign * step, MU, LAM) for sign in (1.0, -1.0))
-            if abs((more[0] - less[0]) / 2e-6 - gradient[i]) > 1e-6:
+            ahead, behind = (evaluate(law, np.array(s) + sign * step, MU, LAM) for sign in (1.0, -1.0))
+            if abs((ahead[0] - behind[0]) / 2e-6 - gradient[i]) > 1e-6:
                 return f"at the stretches {s} entry {i} of the gradient is not the derivative of the energy"
-            if np.abs((more[1] - less[1]) / 2e-6 - hessian[i]).max() > 1e-6:
+            if np.abs((ahead[1] - behind[1]) / 2e-6 - hessian[i]).max() > 1e-6:
                 return f"at the stretches {s} row {i} of the Hessian is not the derivative of the gradient"
     _, gradient, hessian = evaluate(law, np.ones(3), MU, LAM)
     if np.abs(gradient).max() > 1e-9:

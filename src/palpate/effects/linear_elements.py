@@ -22,7 +22,7 @@ from palpate.linalg.block_pattern import BlockPattern
 
 @numba.njit(cache=True, error_model="numpy")
 def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, volume, force):
-    """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
+    """Add nodal forces [N] to ``force`` (n_nodes, 3), and return the energy [J]; shape : None of corotational ones."""
     f, p = np.empty((9, BLOCK)), np.empty((9, BLOCK))
     energies, accepted, total = np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_), 0.0
     for begin in range(0, len(tetrahedra), BLOCK):
@@ -54,7 +54,7 @@ def energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, shape, measure,
 def add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, volume, definite, slots, values):
     """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (4, 4)."""
     f, g, rotated = np.empty((9, BLOCK)), np.empty((9, BLOCK)), np.empty((15, BLOCK))
-    shares, blocks, whole = np.empty(BLOCK), np.empty((54, BLOCK)), np.empty((4, 4, 3, 3))
+    shares, blocks, hessian = np.empty(BLOCK), np.empty((54, BLOCK)), np.empty((4, 4, 3, 3))
     pulls, unused = np.empty((9, BLOCK)), np.empty(BLOCK)
     for begin in range(0, len(tetrahedra), BLOCK):
         count = min(BLOCK, len(tetrahedra) - begin)
@@ -72,13 +72,13 @@ def add_stiffness(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, vo
                 f, g, shares, count, 1, mus, lams, shape, measure, volume, definite, blocks, pulls, unused
             )
         for k in range(count):
-            _to_four(blocks, k, whole)
+            _to_four(blocks, k, hessian)
             for a in range(4):
                 for b in range(4):
                     slot = slots[begin + k, a, b]
                     for i in range(3):
                         for j in range(3):
-                            values[slot, i, j] += whole[a, b, i, j]
+                            values[slot, i, j] += hessian[a, b, i, j]
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -90,29 +90,29 @@ def write_gradient(x, tetrahedra, gradients, e, f, k):
     """
     for i in range(3):
         for j in range(3):
-            t = 0.0
+            entry = 0.0
             for a in range(4):
-                t += x[tetrahedra[e, a], i] * gradients[e, a, j]
-            f[3 * i + j, k] = t
+                entry += x[tetrahedra[e, a], i] * gradients[e, a, j]
+            f[3 * i + j, k] = entry
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _to_four(blocks, k, whole):
-    """Write the Hessian of four nodes into ``whole`` (4, 4, 3, 3), whose rows add up to zero, from its ``blocks``."""
+def _to_four(blocks, k, hessian):
+    """Write column ``k`` of ``blocks`` as the ``hessian`` (4, 4, 3, 3) of all four nodes, whose rows add up to zero."""
     for pair in range(6):
         c, d = PAIRS[pair]
         for i in range(3):
             for j in range(3):
-                whole[c + 1, d + 1, i, j] = blocks[9 * pair + 3 * i + j, k]
-                whole[d + 1, c + 1, j, i] = blocks[9 * pair + 3 * i + j, k]
+                hessian[c + 1, d + 1, i, j] = blocks[9 * pair + 3 * i + j, k]
+                hessian[d + 1, c + 1, j, i] = blocks[9 * pair + 3 * i + j, k]
     for i in range(3):
         for j in range(3):
             for a in range(1, 4):
-                whole[a, 0, i, j] = -(whole[a, 1, i, j] + whole[a, 2, i, j] + whole[a, 3, i, j])
-                whole[0, a, j, i] = whole[a, 0, i, j]
+                hessian[a, 0, i, j] = -(hessian[a, 1, i, j] + hessian[a, 2, i, j] + hessian[a, 3, i, j])
+                hessian[0, a, j, i] = hessian[a, 0, i, j]
     for i in range(3):
         for j in range(3):
-            whole[0, 0, i, j] = -(whole[0, 1, i, j] + whole[0, 2, i, j] + whole[0, 3, i, j])
+            hessian[0, 0, i, j] = -(hessian[0, 1, i, j] + hessian[0, 2, i, j] + hessian[0, 3, i, j])
 
 
 def make(particles: Particles, settings: object, elastic: Effect | None = None) -> "LinearElements":

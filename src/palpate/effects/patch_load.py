@@ -57,19 +57,19 @@ def patch_shares(mesh: Mesh, patch: Patch, order: int = 1) -> tuple[np.ndarray, 
     Trap: area weights in place of the integral spoil quadratic elements: by up to 63 % of the peak at the patch.
     """
     corners = mesh.triangles[_touched(mesh, patch)] if patch.radius_m > 0.0 else mesh.triangles[:0]
-    shapes = _integrals(mesh.nodes[corners], patch, order)
-    if not shapes.sum() > 0.0:
+    integrals = _integrals(mesh.nodes[corners], patch, order)
+    if not integrals.sum() > 0.0:
         distance = np.linalg.norm(mesh.nodes[mesh.surface] - patch.center_m, axis=1)
         if distance.min() <= AT_NODE * mesh.size:
             return mesh.surface[[np.argmin(distance)]], np.ones(1)
         nearest, weights, _ = surface_point(mesh, patch.center_m)
-        corners, shapes = nearest[None], triangle_shapes(weights[None], order)
+        corners, integrals = nearest[None], triangle_shapes(weights[None], order)
     if order == 2:
         corners = np.hstack([corners, midpoints(mesh, corners)])
-    nodes, places = np.unique(corners, return_inverse=True)
-    shares = np.bincount(places.ravel(), shapes.ravel())
-    kept = shares != 0.0
-    return nodes[kept], shares[kept] / shares.sum()
+    nodes, columns = np.unique(corners, return_inverse=True)
+    shares = np.bincount(columns.ravel(), integrals.ravel())
+    nonzero = shares != 0.0
+    return nodes[nonzero], shares[nonzero] / shares.sum()
 
 
 def _touched(mesh: Mesh, patch: Patch) -> np.ndarray:
@@ -162,23 +162,23 @@ def nearest_on_surface(mesh: Mesh, points: np.ndarray) -> tuple[np.ndarray, np.n
     # the nearest corner bounds the distance, and a triangle's middle is farther by its own reach at most
     reach = float(np.linalg.norm(corners - middles[:, None], axis=2).max())
     bound = cKDTree(mesh.nodes[mesh.surface]).query(points)[0] + reach
-    near = cKDTree(middles).query_ball_point(points, bound * (1.0 + 1e-9), return_sorted=True)
+    near_points = cKDTree(middles).query_ball_point(points, bound * (1.0 + 1e-9), return_sorted=True)
     nodes, weights, away = [], [], []
-    for point, few in zip(points, near, strict=True):
-        shares = _nearest_shares(corners[few], point)
-        distance = np.linalg.norm(np.einsum("ta,tai->ti", shares, corners[few]) - point, axis=1)
-        best = int(distance.argmin())
-        nodes.append(mesh.triangles[few[best]])
-        weights.append(shares[best])
-        away.append(distance[best])
+    for point, candidates in zip(points, near_points, strict=True):
+        shares = _nearest_shares(corners[candidates], point)
+        distance = np.linalg.norm(np.einsum("ta,tai->ti", shares, corners[candidates]) - point, axis=1)
+        nearest = int(distance.argmin())
+        nodes.append(mesh.triangles[candidates[nearest]])
+        weights.append(shares[nearest])
+        away.append(distance[nearest])
     return np.array(nodes), np.array(weights), np.array(away)
 
 
 def _nearest_shares(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
     """Return barycentric coordinates (t, 3) of the points of triangles (t, 3, 3) [m] nearest to a point (3,) [m]."""
     sides = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
-    inner = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - corners[:, 0])
-    shares = np.column_stack([1.0 - inner.sum(axis=1), inner])
+    coordinates = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - corners[:, 0])
+    shares = np.column_stack([1.0 - coordinates.sum(axis=1), coordinates])
     # a projection inside of the triangle is the nearest point; else that is on one of the edges
     nearest, least = shares, np.where(shares.min(axis=1) >= 0.0, -1.0, np.inf)
     for a, b in ((0, 1), (1, 2), (2, 0)):

@@ -20,10 +20,10 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 @numba.njit(cache=True, error_model="numpy")
 def write_blocks(u, v, hessian, flips, twists, gradients, share, k, h, b, blocks):
-    """Write the Hessian of column ``k`` to ``blocks``; share : its volume [m³]; h, b : (3, 3), scratch.
+    """Write the Hessian of column ``k``, F = U diag(s) Vᵀ, to ``blocks``; share : its volume [m³]; h, b : scratch.
 
-    With h = Vᵀ g the block of g and g' is V U b Uᵀ, where bᵢⱼ = ∂²Ψ/∂sᵢ∂sⱼ hᵢ h'ⱼ on and off the diagonal, and each
-    pair of axes (i, j) adds (flip + twist)/2 hⱼ h'ⱼ to bᵢᵢ and (flip − twist)/2 hⱼ h'ᵢ to bᵢⱼ.
+    With h = Vᵀ g the block of gradients g and g' is U b Uᵀ. bᵢⱼ is ``share`` ∂²Ψ/∂sᵢ∂sⱼ hᵢ h'ⱼ; for axes i, j, flip and
+    twist (see ``corotational``) add share/2 (flip + twist) hⱼ h'ⱼ to bᵢᵢ, share/2 (flip − twist) hⱼ h'ᵢ to bᵢⱼ.
     """
     for c in range(3):
         for i in range(3):
@@ -37,18 +37,18 @@ def write_blocks(u, v, hessian, flips, twists, gradients, share, k, h, b, blocks
                 b[i, j] = share * hessian[i, j] * h[c, i] * h[d, j]
         for axis in range(3):
             i, j = (axis + 1) % 3, (axis + 2) % 3
-            same = 0.5 * share * (flips[axis] + twists[axis])
-            other = 0.5 * share * (flips[axis] - twists[axis])
-            b[i, i] += same * h[c, j] * h[d, j]
-            b[j, j] += same * h[c, i] * h[d, i]
-            b[i, j] += other * h[c, j] * h[d, i]
-            b[j, i] += other * h[c, i] * h[d, j]
+            diagonal = 0.5 * share * (flips[axis] + twists[axis])
+            crossed = 0.5 * share * (flips[axis] - twists[axis])
+            b[i, i] += diagonal * h[c, j] * h[d, j]
+            b[j, j] += diagonal * h[c, i] * h[d, i]
+            b[i, j] += crossed * h[c, j] * h[d, i]
+            b[j, i] += crossed * h[c, i] * h[d, j]
         for i in range(3):
-            b0 = u[i, 0] * b[0, 0] + u[i, 1] * b[1, 0] + u[i, 2] * b[2, 0]
-            b1 = u[i, 0] * b[0, 1] + u[i, 1] * b[1, 1] + u[i, 2] * b[2, 1]
-            b2 = u[i, 0] * b[0, 2] + u[i, 1] * b[1, 2] + u[i, 2] * b[2, 2]
+            ub0 = u[i, 0] * b[0, 0] + u[i, 1] * b[1, 0] + u[i, 2] * b[2, 0]
+            ub1 = u[i, 0] * b[0, 1] + u[i, 1] * b[1, 1] + u[i, 2] * b[2, 1]
+            ub2 = u[i, 0] * b[0, 2] + u[i, 1] * b[1, 2] + u[i, 2] * b[2, 2]
             for j in range(3):
-                blocks[9 * pair + 3 * i + j, k] = b0 * u[j, 0] + b1 * u[j, 1] + b2 * u[j, 2]
+                blocks[9 * pair + 3 * i + j, k] = ub0 * u[j, 0] + ub1 * u[j, 1] + ub2 * u[j, 2]
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -74,15 +74,15 @@ EQUAL_STRETCHES = 1e-5
 def stresses(f, p, count, group, mu, lam, shape, measure, volume, energies):
     """Write P = ∂Ψ/∂F [Pa] of the first ``count`` columns of ``f`` into ``p``, and Ψ [J/m³] into ``energies``.
 
-    f, p : (9, BLOCK); mu, lam : (count,) [Pa], the same in a group; shape, measure, volume : a law's functions
+    f, p : (9, BLOCK); mu, lam : (count,) [Pa], the same in a group k of columns q; rates, derivatives : ∂θ/∂s; U′, U″
     """
-    given, u, v, s = np.empty((3, 3)), np.empty((group, 3, 3)), np.empty((group, 3, 3)), np.empty((group, 3))
+    matrix, u, v, s = np.empty((3, 3)), np.empty((group, 3, 3)), np.empty((group, 3, 3)), np.empty((group, 3))
     gradient, rates, unused, derivatives = np.empty((group, 3)), np.empty((group, 3)), np.empty((3, 3)), np.empty(2)
     stride = count // group
     for k in range(stride):
         mean = 0.0
         for q in range(group):
-            decompose(f, q * stride + k, given, u[q], s[q], v[q])
+            decompose(f, q * stride + k, matrix, u[q], s[q], v[q])
             energies[q * stride + k] = shape(s[q], mu[k], gradient[q], unused)
             mean += measure(s[q], rates[q], unused) / group
         energy = volume(mean, mu[k], lam[k], derivatives)
@@ -102,24 +102,24 @@ def hessians(f, gradients, shares, count, group, mu, lam, shape, measure, volume
     pulls, stiffnesses : in groups of more than one the blocks lack U″ of the mean; ∂θ/∂F of each column is written to
         ``pulls`` (9, BLOCK), and U″ of each group to ``stiffnesses`` (BLOCK,) [Pa]
     """
-    given, u, v, s = np.empty((3, 3)), np.empty((group, 3, 3)), np.empty((group, 3, 3)), np.empty((group, 3))
+    matrix, u, v, s = np.empty((3, 3)), np.empty((group, 3, 3)), np.empty((group, 3, 3)), np.empty((group, 3))
     gradient, rates = np.empty((group, 3)), np.empty((group, 3))
-    second, bends = np.empty((group, 3, 3)), np.empty((group, 3, 3))
+    second, curves = np.empty((group, 3, 3)), np.empty((group, 3, 3))
     derivatives, flips, twists, h, b = np.empty(2), np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     stride = count // group
     for k in range(stride):
         mean = 0.0
         for q in range(group):
-            decompose(f, q * stride + k, given, u[q], s[q], v[q])
+            decompose(f, q * stride + k, matrix, u[q], s[q], v[q])
             shape(s[q], mu[k], gradient[q], second[q])
-            mean += measure(s[q], rates[q], bends[q]) / group
+            mean += measure(s[q], rates[q], curves[q]) / group
         volume(mean, mu[k], lam[k], derivatives)
         if definite:
             derivatives[1] = max(derivatives[1], 0.0) if group > 1 else derivatives[1]
         stiffnesses[k] = derivatives[1]
         for q in range(group):
             column = q * stride + k
-            _add_volume(gradient[q], second[q], rates[q], bends[q], derivatives, flips, twists, s[q], group == 1)
+            _add_volume(gradient[q], second[q], rates[q], curves[q], derivatives, flips, twists, s[q], group == 1)
             if definite and not _positive(second[q]):
                 clamp(second[q], flips, twists)
             elif definite:
@@ -141,9 +141,9 @@ def density(s, mu, lam, shape, measure, volume, gradient, hessian):
 
 @numba.njit(cache=True, error_model="numpy")
 def _add_volume(gradient, second, rates, bends, derivatives, flips, twists, s, plain):
-    """Add the derivatives of U to those of W, and write flips and twists, which ``corotational`` explains.
+    """Add the derivatives of U(θ) by s to those of W, and write flips and twists, which ``corotational`` explains.
 
-    plain : whether to add the term of U″, too, on which flips and twists do not depend
+    rates, bends : ∂θ/∂s, ∂²θ/∂s²; derivatives : U′, U″; plain : adds the term of U″, too, which no flip or twist has
     """
     for i in range(3):
         gradient[i] += derivatives[0] * rates[i]
@@ -151,10 +151,10 @@ def _add_volume(gradient, second, rates, bends, derivatives, flips, twists, s, p
             second[i, j] += derivatives[0] * bends[i, j]
     for axis in range(3):
         i, j = (axis + 1) % 3, (axis + 2) % 3
-        apart, both, near = s[i] - s[j], s[i] + s[j], EQUAL_STRETCHES * (abs(s[i]) + abs(s[j]))
-        mean = 0.5 * (second[i, i] + second[j, j])
-        flips[axis] = (gradient[i] - gradient[j]) / apart if abs(apart) > near else mean - second[i, j]
-        twists[axis] = (gradient[i] + gradient[j]) / both if abs(both) > near else mean + second[i, j]
+        difference, total, least = s[i] - s[j], s[i] + s[j], EQUAL_STRETCHES * (abs(s[i]) + abs(s[j]))
+        diagonal = 0.5 * (second[i, i] + second[j, j])
+        flips[axis] = (gradient[i] - gradient[j]) / difference if abs(difference) > least else diagonal - second[i, j]
+        twists[axis] = (gradient[i] + gradient[j]) / total if abs(total) > least else diagonal + second[i, j]
     if plain:
         for i in range(3):
             for j in range(3):
@@ -194,9 +194,9 @@ def add_blocks(hessians, slots, begin, count, a, b, values):
     slots : (n_elements, k, k) the places of blocks in ``values``; what belongs to ``b`` and ``a`` is the transpose
     """
     for e in range(count):
-        one, other = slots[begin + e, a, b], slots[begin + e, b, a]
+        slot, transposed = slots[begin + e, a, b], slots[begin + e, b, a]
         for i in range(3):
             for j in range(3):
-                values[one, i, j] += hessians[3 * i + j, e]
+                values[slot, i, j] += hessians[3 * i + j, e]
                 if a != b:
-                    values[other, j, i] += hessians[3 * i + j, e]
+                    values[transposed, j, i] += hessians[3 * i + j, e]

@@ -38,7 +38,7 @@ _ROUNDING = 1e-15
 
 @numba.njit(cache=True, error_model="numpy")
 def strains(x, tetrahedra, gradients):
-    """Return the strain of each element at ``x`` (n, 3) [m], (m, 6)."""
+    """Return the strain e = k dev Q of each of m elements at ``x`` (n, 3) [m], (m, 6)."""
     strain = np.empty((len(tetrahedra), 6))
     f, q, scratch = np.empty((9, BLOCK)), np.empty((6, BLOCK)), np.empty((4, BLOCK))
     for begin in range(0, len(tetrahedra), BLOCK):
@@ -94,7 +94,7 @@ def stretches(x, tetrahedra, gradients, begin, count, f, q, scratch):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _squares(f, q, scratch, count):
-    """Write FᵀF + w² I into ``q``; an upper bound of i₁, and I, II and i₃, into ``scratch``."""
+    """Write Q² = FᵀF + w² I of each column into ``q``; an upper bound of i₁, and I, II and i₃, into ``scratch``."""
     for k in range(count):
         a = f[0, k] * f[0, k] + f[3, k] * f[3, k] + f[6, k] * f[6, k] + WIDTH**2
         b = f[1, k] * f[1, k] + f[4, k] * f[4, k] + f[7, k] * f[7, k] + WIDTH**2
@@ -111,14 +111,14 @@ def _squares(f, q, scratch, count):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _improve(scratch, count):
-    """Improve i₁ by a step of Newton's method, which comes from above, and return how many had no need of it."""
+    """Take a step of Newton's method for i₁, from above, in each column; return in how many it was negligible."""
     settled = 0
     for k in range(count):
-        i, away = scratch[0, k], scratch[0, k] * scratch[0, k] - scratch[1, k]
-        excess = 0.25 * away * away - scratch[2, k] - 2.0 * scratch[3, k] * i
-        step = excess / (i * away - 2.0 * scratch[3, k])
-        scratch[0, k] = i - step
-        settled += 1 if not step > _ROUNDING * i else 0
+        i1, beyond = scratch[0, k], scratch[0, k] * scratch[0, k] - scratch[1, k]
+        excess = 0.25 * beyond * beyond - scratch[2, k] - 2.0 * scratch[3, k] * i1
+        step = excess / (i1 * beyond - 2.0 * scratch[3, k])
+        scratch[0, k] = i1 - step
+        settled += 1 if not step > _ROUNDING * i1 else 0
     return settled
 
 
@@ -187,7 +187,7 @@ def half_root(a, b, c, d, e, g, sa, sb, sc, sd, se, sg):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _stresses(f, inner, count):
-    """Replace F by the stress with respect to it, times the volume [J]."""
+    """Replace F by the stress with respect to it, 2 F Λ, times the volume [J]; inner : 2 Λ times the volume."""
     for i in range(3):
         for k in range(count):
             f0, f1, f2 = f[3 * i, k], f[3 * i + 1, k], f[3 * i + 2, k]
@@ -204,7 +204,7 @@ _PART = 64
 def add_stiffness(x, tetrahedra, gradients, stiffness, centers, definite, slots, values):
     """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (4, 4).
 
-    ``definite`` leaves out the second derivatives of the strain.
+    ``definite`` leaves out second derivatives of the strain; moved : δQ for each motion of a corner along an axis.
     """
     f, q, scratch = np.empty((9, _PART)), np.empty((6, _PART)), np.empty((4, _PART))
     center, inner, g = np.empty((6, _PART)), np.zeros((6, _PART)), np.empty((12, _PART))
@@ -246,7 +246,7 @@ def _variation(f, q, g, p, count, moved):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _dual(moved, stiff, inner, p, count, dual):
-    """Write 2 k² ``stiff`` dev δQ − (Λ δQ + δQ Λ) of motion ``p`` into ``dual``, entries that occur twice doubled."""
+    """Write 2 k² ``stiff`` dev δQ − (Λ δQ + δQ Λ), 2 Λ being ``inner``, of motion ``p``, off-diagonals doubled."""
     for k in range(count):
         a, b, c = moved[6 * p, k], moved[6 * p + 1, k], moved[6 * p + 2, k]
         d, e, g = moved[6 * p + 3, k], moved[6 * p + 4, k], moved[6 * p + 5, k]
@@ -262,7 +262,7 @@ def _dual(moved, stiff, inner, p, count, dual):
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def _block(moved, dual, inner, g, a, b, count, block):
-    """Write the Hessian of the nodes ``a`` and ``b`` into ``block`` (9, _PART)."""
+    """Write the Hessian of nodes ``a`` and ``b``, δQ : ``dual`` and 2 Λ : δFᵀδF, into ``block`` (9, _PART) [N/m]."""
     for i in range(3):
         for j in range(3):
             p, q = 6 * (3 * a + i), 6 * (3 * b + j)
@@ -287,8 +287,8 @@ TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 
 def make(particles: Particles, prony: settings.Prony, elastic: LinearElements) -> "Prony":
     """Make the branches of a series beside finite elements; InputError for a series that is not valid."""
-    if wrong := prony_fault(prony):
-        raise InputError(f"{particles.name}: prony.{wrong}.")
+    if flaw := prony_fault(prony):
+        raise InputError(f"{particles.name}: prony.{flaw}.")
     return Prony(elastic, Series(prony.shares, prony.times_s))
 
 
@@ -363,16 +363,16 @@ class Prony(OnePass, Energy, Stiffness, StepBegin, StepEnd, Relaxation):
         self._prepare(0.0)
 
     def _prepare(self, h: float) -> None:
-        """Set the energy of a step of ``h`` [s]: a modulus and a center for each element, and a constant [J]."""
+        """Set the energy of a step of ``h`` [s], all branches as one square: moduli, centers and a constant [J]."""
         self.forget()
         a, b = self.series.factors(h)
         weights = self.series.ratios * b
-        remaining, whole = (a / b)[:, None], weights.sum()
+        share, total = (a / b)[:, None], weights.sum()
         centers = self.inner
         if self._strain is not None and h > 0.0:
-            centers = remaining * self.inner + (1.0 - remaining) * self._strain[:, None]
-        self._centers = np.einsum("k,mkc->mc", weights / whole, centers)
-        self._stiffness = whole * self._moduli
+            centers = share * self.inner + (1.0 - share) * self._strain[:, None]
+        self._centers = np.einsum("k,mkc->mc", weights / total, centers)
+        self._stiffness = total * self._moduli
         squares = (centers - self._centers[:, None]) ** 2 @ TWICE
         self._apart = float(self._moduli @ (squares @ weights))
 

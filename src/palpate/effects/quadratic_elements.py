@@ -33,7 +33,7 @@ others."""
 
 @numba.njit(cache=True, error_model="numpy")
 def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, group, shape, measure, volume, force):
-    """Add the nodal forces [N] to ``force`` (n_nodes, 3) and return the energy [J]."""
+    """Add forces [N] of elements with nodes ``ten`` (m, 10) to ``force`` (n_nodes, 3), and return their energy [J]."""
     places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty((3, BLOCK))
     f, p = np.empty((9, BLOCK)), np.empty((9, BLOCK))
     energies, accepted = np.empty(BLOCK), np.empty(BLOCK, dtype=np.bool_)
@@ -60,13 +60,13 @@ def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, group, shape, 
 def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, group, shape, measure, volume, definite, slots, values):
     """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (10, 10).
 
-    With mean dilatation an element's Hessian is that of its points at a constant pressure U′, and U″ V r rᵀ with r the
-    derivative of its mean θ.
+    With mean dilatation an element's Hessian is that of its points at a constant pressure U′, and U″ V r rᵀ, r the
+    derivative of its mean θ by its positions, over which it is written in ``places``.
     """
     places, stretched = np.empty((30, BATCH)), np.empty((9, BATCH))
     g, shares = np.empty((9, BLOCK)), np.empty((3, BLOCK))
     f, rotated, blocks = np.empty((9, BLOCK)), np.empty((15, BLOCK)), np.empty((54, BLOCK))
-    half, whole = np.empty((N_POINTS, 3, 9, BATCH)), np.empty((9, BATCH))
+    half, hessian = np.empty((N_POINTS, 3, 9, BATCH)), np.empty((9, BATCH))
     pulls, stiffnesses = np.empty((9, BLOCK)), np.empty(BLOCK)
     for begin in range(0, len(ten), BATCH):
         count = min(BATCH, len(ten) - begin)
@@ -80,13 +80,13 @@ def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, group, shape, mea
         for a in range(10):
             half_product(blocks, slopes, a, half)
             for b in range(a, 10):
-                whole_product(half, slopes, b, whole)
+                whole_product(half, slopes, b, hessian)
                 if group > 1:
                     for i in range(3):
                         for j in range(3):
                             for e in range(count):
-                                whole[3 * i + j, e] += stiffnesses[e] * places[3 * a + i, e] * places[3 * b + j, e]
-                add_blocks(whole, slots, begin, count, a, b, values)
+                                hessian[3 * i + j, e] += stiffnesses[e] * places[3 * a + i, e] * places[3 * b + j, e]
+                add_blocks(hessian, slots, begin, count, a, b, values)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -167,9 +167,9 @@ def _batch_product(moved, slopes, blocks, stretch, pulls, forces):
 
 @numba.njit(cache=True, error_model="numpy")
 def gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares):
-    """Write the batch's positions (30, BATCH), gradients (9, BLOCK), and volumes and moduli (3, BLOCK).
+    """Write positions (30, BATCH), gradients (9, BLOCK), volumes and moduli (3, BLOCK) of ``count`` elements.
 
-    Idle columns get the last element.
+    They are those from ``begin`` on; idle columns get the last of them.
     """
     for e in range(BATCH):
         element = begin + min(e, count - 1)
@@ -186,7 +186,7 @@ def gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
 def deformation_gradients(places, slopes, g, pulls, f):
-    """Write F of all points into ``f`` (9, BLOCK)."""
+    """Write F at all points of a batch, Σ ``places`` ⊗ ``slopes`` times gradients ``g``, into ``f`` (9, BLOCK)."""
     for q in range(N_POINTS):
         pulls[:] = 0.0
         for a in range(10):
@@ -239,12 +239,12 @@ def half_product(blocks, slopes, a, half):
             c, d = PAIRS[pair]
             for i in range(3):
                 for j in range(3):
-                    row, one, other = 9 * pair + 3 * i + j, slopes[q, a, c], slopes[q, a, d]
+                    row, slope_c, slope_d = 9 * pair + 3 * i + j, slopes[q, a, c], slopes[q, a, d]
                     for e in range(BATCH):
-                        half[q, d, 3 * i + j, e] += one * blocks[row, q * BATCH + e]
+                        half[q, d, 3 * i + j, e] += slope_c * blocks[row, q * BATCH + e]
                     if c != d:
                         for e in range(BATCH):
-                            half[q, c, 3 * j + i, e] += other * blocks[row, q * BATCH + e]
+                            half[q, c, 3 * j + i, e] += slope_d * blocks[row, q * BATCH + e]
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)

@@ -103,10 +103,10 @@ def _shells(particles: Particles, pieces: list[np.ndarray]) -> list[np.ndarray]:
 def _neighbourhoods(tetrahedra: np.ndarray, count: int, shells: Iterable[np.ndarray] | None) -> list[np.ndarray]:
     """Return for each tetrahedron the nodes of all tetrahedra that have a node in common with it.
 
-    shells : groups of tetrahedra in an order; those that an earlier group's neighbours include get none
+    shells : groups of tetrahedra in their order, or None; with them, a neighbour of an earlier tetrahedron gets none
     """
-    index = np.repeat(np.arange(len(tetrahedra)), 4)
-    around = sparse.csr_array((np.ones(len(index), dtype=bool), (tetrahedra.ravel(), index)), (count, len(tetrahedra)))
+    cell = np.repeat(np.arange(len(tetrahedra)), 4)
+    around = sparse.csr_array((np.ones(len(cell), dtype=bool), (tetrahedra.ravel(), cell)), (count, len(tetrahedra)))
     covered, groups = np.zeros(len(tetrahedra), dtype=bool), []
     for shell in [np.arange(len(tetrahedra))] if shells is None else shells:
         for seed in shell[~covered[shell]]:
@@ -117,24 +117,24 @@ def _neighbourhoods(tetrahedra: np.ndarray, count: int, shells: Iterable[np.ndar
 
 
 def _cubes(nodes: np.ndarray, options: settings.Clusters) -> list[np.ndarray]:
-    """Return the particles in each cube that is not empty, each set once."""
+    """Return the particles (k,) in each cube that is not empty, each set once; inside : (n, cubes) bool by axis."""
     edge, overlap = options.edge_m, options.overlap
     if edge is None:
         raise InputError("shape_matching.clusters lacks edge_m; give the edge of the cubes in metres.")
     if not overlap < 1:
         raise InputError(f"shape_matching.clusters.overlap is {overlap}: give a fraction of a cube below 1")
-    low, length = nodes.min(axis=0), np.ptp(nodes, axis=0)
+    lower, lengths = nodes.min(axis=0), np.ptp(nodes, axis=0)
     slack = 1e-9 * edge
-    counts = [1 + max(0, int(np.ceil((span - edge - slack) / ((1 - overlap) * edge)))) for span in length]
+    counts = [1 + max(0, int(np.ceil((span - edge - slack) / ((1 - overlap) * edge)))) for span in lengths]
     if np.prod([float(n) for n in counts]) > 8 * len(nodes) + 8:
         raise InputError(
             f"shape_matching.clusters needs too many cubes for {len(nodes)} particles: increase edge_m, reduce overlap"
         )
     inside: list[np.ndarray] = []
     groups: dict[bytes, np.ndarray] = {}
-    for place, span, number in zip((nodes - low).T, length, counts, strict=True):
-        starts = np.linspace(0.0, max(span - edge, 0.0), number)
-        inside.append((place[:, None] >= starts - slack) & (place[:, None] <= starts + edge + slack))
+    for coordinate, span, count in zip((nodes - lower).T, lengths, counts, strict=True):
+        starts = np.linspace(0.0, max(span - edge, 0.0), count)
+        inside.append((coordinate[:, None] >= starts - slack) & (coordinate[:, None] <= starts + edge + slack))
     for i, j, k in np.ndindex(*counts):
         group = np.flatnonzero(inside[0][:, i] & inside[1][:, j] & inside[2][:, k])
         if len(group):
@@ -160,26 +160,24 @@ DEPENDENT = 1e-6
 
 @numba.njit(cache=True)
 def orthonormal_terms(nodes, masses, members, starts, terms):
-    """Compute the orthonormal terms φ of all clusters, and the frames L that give q = L φ.
+    """Compute ``terms`` orthonormal functions φ for each cluster, and the frames L that give its rest shape q = L φ.
 
     nodes : (n, 3) [m]; masses : (n_members,) [kg] of each member in its cluster; members, starts : of ``Clusters``
-    terms : their number
     Returns fractions μ (n_members,) of the clusters' masses, terms φ (n_members, terms), frames (n_clusters, 3, 3) [m],
-    and ranks (n_clusters,), the number of the first three terms that are not zero: 2 in a plane, 1 on a line, 0 in a
-    point.
+    and ranks (n_clusters,), how many of the first three terms are not zero: 2 in a plane, 1 on a line, 0 in a point.
     """
     shares, basis = np.empty(len(members)), np.zeros((len(members), terms))
     frames, ranks = np.zeros((len(starts) - 1, 3, 3)), np.zeros(len(starts) - 1, dtype=np.int64)
     for c in range(len(starts) - 1):
-        first, last = starts[c], starts[c + 1]
-        total = masses[first:last].sum()
-        shares[first:last] = masses[first:last] / total
-        share, phi = shares[first:last], basis[first:last]
+        begin, end = starts[c], starts[c + 1]
+        mass = masses[begin:end].sum()
+        shares[begin:end] = masses[begin:end] / mass
+        share, phi = shares[begin:end], basis[begin:end]
         centre, square = np.zeros(3), 0.0
-        for n in range(first, last):
+        for n in range(begin, end):
             for i in range(3):
                 centre[i] += shares[n] * nodes[members[n], i]
-        for n in range(first, last):
+        for n in range(begin, end):
             for i in range(3):
                 basis[n, i] = nodes[members[n], i] - centre[i]
                 square += shares[n] * basis[n, i] ** 2
@@ -189,7 +187,7 @@ def orthonormal_terms(nodes, masses, members, starts, terms):
             continue
         phi[:, :3] /= radius
         if basis.shape[1] == 9:
-            for n in range(first, last):
+            for n in range(begin, end):
                 x, y, z = basis[n, 0], basis[n, 1], basis[n, 2]
                 basis[n, 3], basis[n, 4], basis[n, 5] = x * x, y * y, z * z
                 basis[n, 6], basis[n, 7], basis[n, 8] = x * y, y * z, z * x
@@ -197,17 +195,17 @@ def orthonormal_terms(nodes, masses, members, starts, terms):
             phi[:, j] -= (share * phi[:, j]).sum()
             for _ in range(2):  # once is inaccurate for nearly dependent terms; twice is enough
                 for k in range(j):
-                    part = (share * phi[:, k] * phi[:, j]).sum()
-                    phi[:, j] -= part * phi[:, k]
+                    projection = (share * phi[:, k] * phi[:, j]).sum()
+                    phi[:, j] -= projection * phi[:, k]
                     if j < 3:
-                        frames[c, j, k] += radius * part
-            length = math.sqrt((share * phi[:, j] ** 2).sum())
-            if length < DEPENDENT:
+                        frames[c, j, k] += radius * projection
+            norm = math.sqrt((share * phi[:, j] ** 2).sum())
+            if norm < DEPENDENT:
                 phi[:, j] = 0.0
                 continue
-            phi[:, j] /= length
+            phi[:, j] /= norm
             if j < 3:
-                frames[c, j, j] = radius * length
+                frames[c, j, j] = radius * norm
                 ranks[c] += 1
     return shares, basis, frames, ranks
 
@@ -331,25 +329,25 @@ class ShapeMatching(Goals):
 
 @numba.njit(cache=True, error_model="numpy")
 def _goals(x, members, starts, shares, basis, frames, ranks, beta, keep_volume, weights, turns, out):
-    """Write the means of each particle's goals, c + (β H + (1 − β) R L) φ in each cluster, to ``out`` (n, 3) [m]."""
+    """Write each particle's mean goal to ``out`` (n, 3) [m]: centre + (β H + (1 − β) R L) φ, R nearest to H Lᵀ."""
     terms = basis.shape[1]
     centre, h, a, r, work = np.empty(3), np.empty((3, terms)), np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
     out[:] = 0.0
     for c in range(len(ranks)):
-        first, last = starts[c], starts[c + 1]
-        fit(x, members, shares, basis, first, last, centre, h)
+        begin, end = starts[c], starts[c + 1]
+        fit(x, members, shares, basis, begin, end, centre, h)
         moment(h, frames[c], a)
         nearest(a, turns[c], work, r)
-        part = beta
+        fit_share = beta
         if keep_volume and ranks[c] == 3:
-            part *= _volume_factor(determinant(h) / determinant(frames[c]))
+            fit_share *= _volume_factor(determinant(h) / determinant(frames[c]))
         for i in range(3):
             for j in range(terms):
-                h[i, j] *= part
+                h[i, j] *= fit_share
             for j in range(3):
-                rest = r[i, 0] * frames[c, 0, j] + r[i, 1] * frames[c, 1, j] + r[i, 2] * frames[c, 2, j]
-                h[i, j] += (1.0 - beta) * rest
-        for n in range(first, last):
+                rigid = r[i, 0] * frames[c, 0, j] + r[i, 1] * frames[c, 1, j] + r[i, 2] * frames[c, 2, j]
+                h[i, j] += (1.0 - beta) * rigid
+        for n in range(begin, end):
             gx, gy, gz = centre[0], centre[1], centre[2]
             for j in range(terms):
                 gx += h[0, j] * basis[n, j]

@@ -24,8 +24,7 @@ class ShapePlasticity(Relaxation):
 
     elastic : the shape matching, whose frames change in place
 
-    Raises InputError for a ``max_strain`` out of range. Trap: the thickness of a flat cluster is not known, so its area
-    may change.
+    Raises InputError for a ``max_strain`` out of range. Trap: a flat cluster has no thickness, so its area may change.
     """
 
     def __init__(self, settings: Plasticity, elastic: ShapeMatching):
@@ -47,51 +46,51 @@ class ShapePlasticity(Relaxation):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _relax(x, members, starts, shares, basis, inverse, ranks, limit, part, most, plastic):
-    """Add ``part`` of the strain of each cluster to ``plastic``, up to ``most``, where the strain exceeds ``limit``."""
+def _relax(x, members, starts, shares, basis, inverse, ranks, yield_strain, creep, max_strain, plastic):
+    """Add the fraction ``creep`` of a cluster's strain above ``yield_strain`` to ``plastic``, up to ``max_strain``."""
     centre, h = np.empty(3), np.empty((3, basis.shape[1]))
-    f, u, v, s, back = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty((3, 3))
+    f, u, v, s, undo = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty((3, 3))
     linear = np.empty((3, 3))
     for c in range(len(ranks)):
         fit(x, members, shares, basis, starts[c], starts[c + 1], centre, h)
-        _invert(plastic[c], back)
+        _invert(plastic[c], undo)
         multiply(h, inverse[c], linear)
-        multiply(linear, back, f)
+        multiply(linear, undo, f)
         signed_svd(f, u, s, v)
         # a flat cluster has no strain normal to itself, and that direction is known only if it is strained
         if ranks[c] == 0 or (ranks[c] < 3 and s[ranks[c] - 1] <= 1e-6 * s[0]):
             continue
-        largest = 0.0
+        strain = 0.0
         for k in range(3):
             s[k] = s[k] - 1.0 if k < ranks[c] else 0.0
-            largest = max(largest, abs(s[k]))
-        if not largest > limit:
+            strain = max(strain, abs(s[k]))
+        if not strain > yield_strain:
             continue
         compose(v, s, v, linear)
-        linear *= part
+        linear *= creep
         for i in range(3):
             linear[i, i] += 1.0
         multiply(linear, plastic[c], f)
-        _bound(f, most, ranks[c] == 3, u, s, v)
+        _bound(f, max_strain, ranks[c] == 3, u, s, v)
         plastic[c] = f
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _bound(f, most, keep_volume, u, s, v):
-    """Limit ‖f − I‖ to ``most``, which is below 1 so that det f stays positive, and set det f to 1.
+def _bound(f, max_strain, keep_volume, u, s, v):
+    """Limit ‖f − I‖ to ``max_strain``, which is below 1 so that det f stays positive, and set det f to 1.
 
     In the paper the second step may undo the first; here they alternate until both hold.
     """
-    for turn in range(50):
+    for attempt in range(50):
         for i in range(3):
             f[i, i] -= 1.0
         signed_svd(f, u, s, v)
-        within = s[0] <= most * (1.0 + 1e-9)
+        within = s[0] <= max_strain * (1.0 + 1e-9)
         if not within:
-            f *= most / s[0]
+            f *= max_strain / s[0]
         for i in range(3):
             f[i, i] += 1.0
-        if not keep_volume or (within and turn > 0):
+        if not keep_volume or (within and attempt > 0):
             break
         f /= determinant(f) ** (1.0 / 3.0)
 

@@ -32,22 +32,22 @@ def sum_around_edges(tetrahedra: np.ndarray, amounts: np.ndarray) -> tuple[np.nd
 
 
 def surface_springs(triangles: np.ndarray, n_nodes: int) -> dict[str, np.ndarray]:
-    """Find pairs of nodes (n, 2) by kind, no pair twice, for a surface of ``triangles`` (t, 3).
+    """Find pairs of nodes i, j (n, 2) by kind, each once, on ``triangles`` (t, 3); the code of a pair is i n_nodes + j.
 
     structural : edges of triangles; shear : opposite corners of two triangles that share an edge; bending : all other
     nodes two edges apart, on a regular grid of triangles the second neighbours along a line, as in models of cloth
     """
-    halves = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) @ [n_nodes, 1]
+    half_edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) @ [n_nodes, 1]
     opposite = triangles[:, [2, 0, 1]].ravel()
-    order = np.argsort(halves, kind="stable")
-    shared = np.flatnonzero(np.diff(halves[order]) == 0)
-    across = np.sort(np.column_stack([opposite[order[shared]], opposite[order[shared + 1]]]), axis=1)
-    structural = np.unique(halves)
-    shear = np.setdiff1d(across[across[:, 0] != across[:, 1]] @ [n_nodes, 1], structural)
+    order = np.argsort(half_edges, kind="stable")
+    doubled = np.flatnonzero(np.diff(half_edges[order]) == 0)  # edges of two triangles
+    opposites = np.sort(np.column_stack([opposite[order[doubled]], opposite[order[doubled + 1]]]), axis=1)
+    structural = np.unique(half_edges)
+    shear = np.setdiff1d(opposites[opposites[:, 0] != opposites[:, 1]] @ [n_nodes, 1], structural)
     i, j = np.divmod(structural, n_nodes)
     linked = sparse.coo_array((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=(n_nodes, n_nodes)).tocsr()
-    two = sparse.triu(linked @ linked, k=1).tocoo()
-    bending = np.setdiff1d(two.row.astype(np.int64) * n_nodes + two.col, np.union1d(structural, shear))
+    two_apart = sparse.triu(linked @ linked, k=1).tocoo()
+    bending = np.setdiff1d(two_apart.row.astype(np.int64) * n_nodes + two_apart.col, np.union1d(structural, shear))
     keys = {"structural": structural, "shear": shear, "bending": bending}
     return {kind: np.column_stack(np.divmod(key, n_nodes)) for kind, key in keys.items()}
 
@@ -65,11 +65,11 @@ def make(particles: Particles, springs: settings.Springs | None, elastic: Effect
     if len(particles.tetrahedra):
         pairs, stiffness = volume_springs(particles)
         return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))
-    given = {kind: getattr(springs, f"{kind}_n_m") for kind in ("structural", "shear", "bending")}
-    kinds = surface_springs(particles.triangles, len(particles.nodes))
-    kinds = {kind: pairs for kind, pairs in kinds.items() if given[kind] > 0.0}
-    pairs = np.concatenate(list(kinds.values()))
-    stiffness = np.concatenate([np.full(len(p), float(given[kind])) for kind, p in kinds.items()])
+    stiffnesses = {kind: getattr(springs, f"{kind}_n_m") for kind in ("structural", "shear", "bending")}
+    by_kind = surface_springs(particles.triangles, len(particles.nodes))
+    by_kind = {kind: pairs for kind, pairs in by_kind.items() if stiffnesses[kind] > 0.0}
+    pairs = np.concatenate(list(by_kind.values()))
+    stiffness = np.concatenate([np.full(len(of_kind), float(stiffnesses[kind])) for kind, of_kind in by_kind.items()])
     return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))
 
 
@@ -144,6 +144,7 @@ def _add_force(x, pairs, stiffness, rest, force):
 
 @numba.njit(cache=True)
 def _add_stiffness(x, pairs, stiffness, rest, definite, slots, values):
+    """Add the springs' Hessian k (n nᵀ + (1 − l₀/l) (I − n nᵀ)), ``across`` being 1 − l₀/l, to ``values`` [N/m]."""
     n, block = np.empty(3), np.empty((3, 3))
     for e in range(len(pairs)):
         length = direction(x, pairs[e], n)

@@ -23,16 +23,16 @@ def make(particles: Particles, options: list[settings.Thread], elastic: Effect |
     for i, thread in enumerate(options):
         place, points = f"{particles.name}: threads[{i}].ends_m", np.array(thread.ends_m, dtype=float)
         corners, shares, away = nearest_on_surface(particles, points)
-        if (off := away.max()) > OFF * particles.size:
-            raise InputError(f"{place} has a point {off:.3g} m from the surface; give two points on it, in metres.")
+        if (largest := away.max()) > OFF * particles.size:
+            raise InputError(f"{place} has a point {largest:.3g} m from the surface; give two points on it, in metres.")
         rest = np.einsum("ea,eai->ei", shares, particles.nodes[corners])
         length = float(np.linalg.norm(rest[1] - rest[0]))
         if length <= 1e-9 * particles.size:
             raise InputError(f"{place} are both nearest to one point of the surface; give them farther apart.")
         final = float(thread.tightened_to * length if thread.length_m is None else thread.length_m)
         rows.append((corners.ravel(), (shares * [[-1.0], [1.0]]).ravel(), final))
-    columns = np.array([[each.stiffness_n_m, each.start_s, each.tighten_s] for each in options], dtype=float)
-    nodes, weights, finals = (np.array(each) for each in zip(*rows, strict=True))
+    columns = np.array([[entry.stiffness_n_m, entry.start_s, entry.tighten_s] for entry in options], dtype=float)
+    nodes, weights, finals = (np.array(entry) for entry in zip(*rows, strict=True))
     return Threads(particles, nodes, weights, finals, columns)
 
 
@@ -86,7 +86,7 @@ class Threads(
             np.add.at(force, self._nodes[k], -np.outer(self._weights[k], pulls[k]))
 
     def touching(self, x: np.ndarray, definite: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the blocks w wᵀ ⊗ (k n nᵀ + T/d (I − n nᵀ)) of taut threads; they are positive semidefinite."""
+        """Return blocks w wᵀ ⊗ (k n nᵀ + T/d (I − n nᵀ)) of taut threads along n, of tension T; semidefinite."""
         distances = self._distances(x)
         taut = np.flatnonzero(distances >= self._lengths)
         vectors, d, k = self._vectors(x)[taut], distances[taut], self._stiffness[taut]
@@ -94,9 +94,9 @@ class Threads(
         along = np.einsum("ti,tj->tij", directions, directions)
         # both ends at one place: a thread of no length resists all directions alike
         across = np.where(d > 0.0, 1.0 - self._lengths[taut] / np.maximum(d, 1e-300), 1.0)
-        resists = k[:, None, None] * (across[:, None, None] * (np.eye(3) - along) + along)
+        at_ends = k[:, None, None] * (across[:, None, None] * (np.eye(3) - along) + along)
         nodes, weights = self._nodes[taut], self._weights[taut]
-        blocks = np.einsum("ta,tb,tij->tabij", weights, weights, resists)
+        blocks = np.einsum("ta,tb,tij->tabij", weights, weights, at_ends)
         return np.repeat(nodes, 6, axis=1).ravel(), np.tile(nodes, (1, 6)).ravel(), blocks.reshape(-1, 3, 3)
 
     def correct(self, x: np.ndarray, inverse: np.ndarray, h: float, first: bool) -> None:
@@ -105,14 +105,14 @@ class Threads(
             self._multipliers = np.zeros(len(self._nodes))
         for k in np.flatnonzero(np.isfinite(self._lengths)):
             nodes, weights = self._nodes[k], self._weights[k]
-            between = weights @ x[nodes]
-            d, soft = max(float(np.linalg.norm(between)), 1e-300), 1.0 / (self._stiffness[k] * h**2)
+            ends_apart = weights @ x[nodes]
+            d, compliance = max(float(np.linalg.norm(ends_apart)), 1e-300), 1.0 / (self._stiffness[k] * h**2)
             # the triangles of both ends may share nodes, whose weights count together
-            mobile = weights @ ((nodes[:, None] == nodes) * inverse[nodes]) @ weights
-            change = (d - self._lengths[k] - soft * self._multipliers[k]) / (mobile + soft)
+            mobility = weights @ ((nodes[:, None] == nodes) * inverse[nodes]) @ weights
+            change = (d - self._lengths[k] - compliance * self._multipliers[k]) / (mobility + compliance)
             change = max(change, -self._multipliers[k])  # no push
             self._multipliers[k] += change
-            np.add.at(x, nodes, -change / d * np.outer(inverse[nodes] * weights, between))
+            np.add.at(x, nodes, -change / d * np.outer(inverse[nodes] * weights, ends_apart))
 
     def end(self, x: np.ndarray) -> None:
         """End an implicit step, whose work is the tension at its end times the decrease of the length."""

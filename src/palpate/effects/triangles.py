@@ -48,16 +48,16 @@ def shape_gradients(nodes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
 
     The gradients are in the plane of each triangle, the first axis along its first edge.
     """
-    first, second = nodes[triangles[:, 1]] - nodes[triangles[:, 0]], nodes[triangles[:, 2]] - nodes[triangles[:, 0]]
-    base = np.linalg.norm(first, axis=1)
-    along = np.einsum("ti,ti->t", first, second) / base
-    height = np.linalg.norm(np.cross(first, second), axis=1) / base
+    edge, side = nodes[triangles[:, 1]] - nodes[triangles[:, 0]], nodes[triangles[:, 2]] - nodes[triangles[:, 0]]
+    length = np.linalg.norm(edge, axis=1)
+    along = np.einsum("ti,ti->t", edge, side) / length
+    height = np.linalg.norm(np.cross(edge, side), axis=1) / length
     gradients = np.zeros((len(triangles), 3, 2))
-    gradients[:, 1, 0] = 1.0 / base
-    gradients[:, 1, 1] = -along / (base * height)
+    gradients[:, 1, 0] = 1.0 / length
+    gradients[:, 1, 1] = -along / (length * height)
     gradients[:, 2, 1] = 1.0 / height
     gradients[:, 0] = -gradients[:, 1] - gradients[:, 2]
-    return gradients, 0.5 * base * height
+    return gradients, 0.5 * length * height
 
 
 @numba.njit(cache=True)
@@ -87,20 +87,20 @@ def _energy_and_force(x, triangles, gradients, volumes, mu, lam, force):
     for e in range(len(triangles)):
         _deformation_gradient(x, triangles[e], gradients[e], f)
         signed_svd(f, u, s, v)
-        first, second = _round(s[0]), _round(s[1])
-        trace = first[0] + second[0]
+        tau1, tau2 = _round(s[0]), _round(s[1])
+        trace = tau1[0] + tau2[0]
         # Σ(s − 1)² exactly, away from the peak: Σs² − 2T + 2 would suffer from cancellation
         squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + 2.0 * (s[0] + s[1] - trace)
         total += volumes[e] * (mu * squares + 0.5 * lam * (trace - 2.0) ** 2)
         pressure = lam * (trace - 2.0)
         # principal stresses ∂Ψ/∂s = 2μ (s − τ') + pressure τ'
-        p = 2.0 * mu * (s[0] - first[1]) + pressure * first[1]
-        q = 2.0 * mu * (s[1] - second[1]) + pressure * second[1]
+        stress1 = 2.0 * mu * (s[0] - tau1[1]) + pressure * tau1[1]
+        stress2 = 2.0 * mu * (s[1] - tau2[1]) + pressure * tau2[1]
         for a in range(3):
-            g = volumes[e] * p * (v[0, 0] * gradients[e, a, 0] + v[1, 0] * gradients[e, a, 1])
-            h = volumes[e] * q * (v[0, 1] * gradients[e, a, 0] + v[1, 1] * gradients[e, a, 1])
+            pull1 = volumes[e] * stress1 * (v[0, 0] * gradients[e, a, 0] + v[1, 0] * gradients[e, a, 1])
+            pull2 = volumes[e] * stress2 * (v[0, 1] * gradients[e, a, 0] + v[1, 1] * gradients[e, a, 1])
             for i in range(3):
-                force[triangles[e, a], i] -= u[i, 0] * g + u[i, 1] * h
+                force[triangles[e, a], i] -= u[i, 0] * pull1 + u[i, 1] * pull2
     return total
 
 
@@ -120,13 +120,13 @@ def _add_stiffness(x, triangles, gradients, volumes, mu, lam, definite, slots, v
             weights[k] *= volumes[e]
         for a in range(3):
             for b in range(3):
-                place = slots[e, a, b]
+                slot = slots[e, a, b]
                 for i in range(3):
                     for j in range(3):
                         entry = 0.0
                         for k in range(6):
                             entry += weights[k] * modes[a, i, k] * modes[b, j, k]
-                        values[place, i, j] += entry
+                        values[slot, i, j] += entry
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -134,7 +134,7 @@ def _eigenvalues(s, mu, lam, weights):
     """Compute the eigenvalues of ∂²Ψ/∂F² in the order of ``_modes``; return the first mode's direction in (s₁, s₂).
 
     They are two stretches, the twist and the flip of the plane, and two rotations out of it (Smith, de Goes, Kim 2019,
-    section 5, for F of two columns).
+    section 5, for F of two columns). ∂²Ψ/∂s² is [[a, b], [b, d]].
     """
     (t1, slope1, bend1, secant1), (t2, slope2, bend2, secant2) = _round(s[0]), _round(s[1])
     c = lam * (t1 + t2 - 2.0) - 2.0 * mu
@@ -159,14 +159,14 @@ def _eigenvalues(s, mu, lam, weights):
 @numba.njit(cache=True)
 def _modes(u, v, gradients, cosine, sine, modes):
     """Write the products of the six modes with the shape gradients of three nodes to ``modes`` (3, 3, 6)."""
-    half = np.sqrt(0.5)
+    factor = np.sqrt(0.5)
     for a in range(3):
         g = v[0, 0] * gradients[a, 0] + v[1, 0] * gradients[a, 1]
         h = v[0, 1] * gradients[a, 0] + v[1, 1] * gradients[a, 1]
         for i in range(3):
             modes[a, i, 0] = cosine * u[i, 0] * g + sine * u[i, 1] * h
             modes[a, i, 1] = cosine * u[i, 1] * h - sine * u[i, 0] * g
-            modes[a, i, 2] = half * (u[i, 0] * h - u[i, 1] * g)
-            modes[a, i, 3] = half * (u[i, 0] * h + u[i, 1] * g)
+            modes[a, i, 2] = factor * (u[i, 0] * h - u[i, 1] * g)
+            modes[a, i, 3] = factor * (u[i, 0] * h + u[i, 1] * g)
             modes[a, i, 4] = u[i, 2] * g
             modes[a, i, 5] = u[i, 2] * h

@@ -17,8 +17,7 @@ def make(particles: Particles, damping: settings.VelocityDamping, elastic: Effec
 class VelocityDamping(Force, Proportional, Projection):
     """Damping by C = rate · M: without other forces all velocities, also the mean one, decay as exp(−rate t).
 
-    An explicit integrator uses ``project``, the exact decay, which is stable for any step; the force would require
-    h · rate < 2.
+    An explicit integrator uses ``project``, the exact decay, stable for any step; the force would require h · rate < 2.
     """
 
     def __init__(self, masses: np.ndarray, rate: float):

@@ -94,7 +94,7 @@ def _elastic(scene: Scene, traits: BodyTraits) -> tuple[str, str]:
 
 
 def _other(name: str, scene: Scene, traits: BodyTraits) -> tuple[bool, str]:
-    """Return whether an effect that is not elastic acts, and the reason."""
+    """Return whether the effect ``name``, not an elastic one, acts in ``scene``, and the reason in words."""
     if name not in ("held", "bed"):
         acts = getattr(scene, name) is not None
         return acts, "the scene describes it" if acts else "the scene does not describe it"

@@ -68,10 +68,10 @@ class Motion:
         Raises InputError for a name that nothing has.
         """
         check(name=(str, name))
-        felt = [column.removesuffix("_force_x_n") for column in self.observed if column.endswith("_force_x_n")]
-        names = [name] if name in felt else [each for each in felt if name == each.rpartition("_")[0]]
+        felt_by = [column.removesuffix("_force_x_n") for column in self.observed if column.endswith("_force_x_n")]
+        names = [name] if name in felt_by else [thing for thing in felt_by if name == thing.rpartition("_")[0]]
         if len(names) != 1:
-            remedy = suggest(name, felt, "there are") if felt else "add an instrument, a hook or a thread."
+            remedy = suggest(name, felt_by, "there are") if felt_by else "add an instrument, a hook or a thread."
             raise InputError(f"no force is felt by {name}; {remedy}")
         return -self.observed[[f"{names[0]}_force_{axis}_n" for axis in "xyz"]].to_numpy()
 
@@ -101,17 +101,17 @@ class Motion:
         between none and too large ones, only the mean over many steps is meaningful. k is 0 without such columns.
         """
         means = [f"{obstacle.name}_mean_force_{letter}_n" for obstacle in self.obstacles for letter in "xyz"]
-        averaged = bool(means) and set(means) <= set(self.observed)
-        names = means if averaged else [name.replace("_mean_force_", "_force_") for name in means]
-        if not names or not set(names) <= set(self.observed):
+        has_means = bool(means) and set(means) <= set(self.observed)
+        columns = means if has_means else [column.replace("_mean_force_", "_force_") for column in means]
+        if not columns or not set(columns) <= set(self.observed):
             return np.zeros((len(self.times) - 1, 0, 3))
-        forces = np.vstack([np.zeros(len(names)), -self.observed[names].to_numpy()])
+        forces = np.vstack([np.zeros(len(columns)), -self.observed[columns].to_numpy()])
         times = np.append(0.0, self.observed["time_s"])
-        parts = np.diff(times)[:, None] * (forces[1:] if averaged else 0.5 * (forces[1:] + forces[:-1]))
-        impulses = np.vstack([np.zeros(len(names)), np.cumsum(parts, axis=0)])
-        ends = np.searchsorted(times, self.times * (1.0 - 1e-9))
-        between = np.diff(impulses[ends], axis=0) / np.diff(self.times)[:, None]
-        return between.reshape(len(between), -1, 3)
+        impulse_parts = np.diff(times)[:, None] * (forces[1:] if has_means else 0.5 * (forces[1:] + forces[:-1]))
+        impulses = np.vstack([np.zeros(len(columns)), np.cumsum(impulse_parts, axis=0)])
+        frame_steps = np.searchsorted(times, self.times * (1.0 - 1e-9))
+        mean_forces = np.diff(impulses[frame_steps], axis=0) / np.diff(self.times)[:, None]
+        return mean_forces.reshape(len(mean_forces), -1, 3)
 
 
 def write_series(motion: Motion, folder: Path | str) -> Path:
@@ -124,15 +124,15 @@ def write_series(motion: Motion, folder: Path | str) -> Path:
     folder = Path(folder)
     index = folder / f"{motion.scene}.pvd"
     index.unlink(missing_ok=True)
-    for old in folder.glob(f"{motion.scene}_[0-9]*.vtu"):
-        old.unlink()
+    for earlier_frame in folder.glob(f"{motion.scene}_[0-9]*.vtu"):
+        earlier_frame.unlink()
     entries = ""
     for frame, (time, positions) in enumerate(zip(motion.times, motion.positions, strict=True)):
         name = f"{motion.scene}_{frame:04d}.vtu"
         _write_frame(motion, positions, folder / name)
         entries += f'    <DataSet timestep="{float(time)!r}" part="0" file="{name}"/>\n'
-    with write_whole(index) as part:
-        part.write_text(
+    with write_whole(index) as unfinished:
+        unfinished.write_text(
             '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
             f"  <Collection>\n{entries}  </Collection>\n</VTKFile>\n",
             encoding="utf-8",

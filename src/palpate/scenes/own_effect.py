@@ -31,16 +31,16 @@ def disagreement(effect: Effect, particles: Particles) -> str:
     """
     if not offers(effect, hooks.Energy):
         return ""
-    random = np.random.default_rng(1)
+    generator = np.random.default_rng(1)
     corners = particles.nodes[particles.triangles]
     edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min())
-    x = particles.nodes + MOVED * edge * random.uniform(-1.0, 1.0, particles.nodes.shape)
-    steps = [STEP * edge * random.standard_normal(x.shape) for _ in range(DIRECTIONS)]
-    said = "differs by {:.2g} of its size from minus the gradient of {}, by central differences at a displaced state"
+    x = particles.nodes + MOVED * edge * generator.uniform(-1.0, 1.0, particles.nodes.shape)
+    steps = [STEP * edge * generator.standard_normal(x.shape) for _ in range(DIRECTIONS)]
+    reason = "differs by {:.2g} of its size from minus the gradient of {}, by central differences at a displaced state"
     if (error := _force_error(effect, x, steps)) > FORCE_ERROR:
-        return "add_force " + said.format(error, "energy")
+        return "add_force " + reason.format(error, "energy")
     if offers(effect, hooks.Stiffness) and (error := _stiffness_error(effect, x, steps)) > STIFFNESS_ERROR:
-        return "add_stiffness " + said.format(error, "add_force")
+        return "add_stiffness " + reason.format(error, "add_force")
     return ""
 
 
@@ -126,9 +126,9 @@ def _fault(effect: Effect, particles: Particles) -> str:
     if not any(offers(effect, hook) for hook in ACTING):
         return f"what make returns has none of {', '.join(hooks.members(hook)[0] for hook in ACTING)}"
     n = len(particles.nodes)
-    numbers = {"couples": effect.couples} if offers(effect, hooks.Couples) else {}
-    numbers |= {"fixed": effect.fixed} if offers(effect, hooks.FixedNodes) else {}
-    for name, array in numbers.items():
+    node_arrays = {"couples": effect.couples} if offers(effect, hooks.Couples) else {}
+    node_arrays |= {"fixed": effect.fixed} if offers(effect, hooks.FixedNodes) else {}
+    for name, array in node_arrays.items():
         nodes = np.asarray(array)
         if nodes.size and (nodes.dtype.kind != "i" or nodes.min() < 0 or nodes.max() >= n):
             return f"{name} names nodes other than 0 to {n - 1}"

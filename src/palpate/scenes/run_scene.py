@@ -57,8 +57,8 @@ def compose(
         else:
             effects[name] = effect_registry.effect(name).make(particles, getattr(scene, name, None), elastic)
     for name, maker in (own or {}).items():
-        made = partial(maker.make, particles, next(iter(effects.values()), None))
-        effects[name] = own_effect.checked(name, made, particles)
+        make_own = partial(maker.make, particles, next(iter(effects.values()), None))
+        effects[name] = own_effect.checked(name, make_own, particles)
     if particles.ties is None:
         system = System(particles, effects)
     else:
@@ -80,12 +80,12 @@ def initial_positions(particles: Particles, free: np.ndarray, kind: str, seed: i
     """
     rest = particles.nodes
     middle = rest.mean(axis=0)
-    flat = {"plane": [1, 1, 0], "line": [1, 0, 0], "point": [0, 0, 0], "inverted": [-1, 1, 1], "rest": [1, 1, 1]}
+    factors = {"plane": [1, 1, 0], "line": [1, 0, 0], "point": [0, 0, 0], "inverted": [-1, 1, 1], "rest": [1, 1, 1]}
     if kind == "random":
-        half = particles.size / 2
-        x = middle + np.random.default_rng(seed).uniform(-half, half, rest.shape)
+        half_size = particles.size / 2
+        x = middle + np.random.default_rng(seed).uniform(-half_size, half_size, rest.shape)
     else:
-        x = middle + (rest - middle) * flat[kind]
+        x = middle + (rest - middle) * factors[kind]
     x[~free] = rest[~free]
     return rest.copy() if kind == "rest" else x
 
@@ -158,16 +158,16 @@ def run(
 
         assert isinstance(system, TiedSystem)
         integrator = TiedSteps(system, integrator, make)
-    parts = _parts(scene, integrator.limit_s)
+    substeps = _parts(scene, integrator.limit_s)
     x = initial_positions(particles, system.free, scene.start, scene.seed)
     for _, effect in system.offering(hooks.Placement):
         with _naming(scene.place):
             x = effect.place(x)
     record = _Record(scene, system, system.followed(x), _in_modes(integrator))
     system.seconds = dict.fromkeys(system.effects, 0.0)  # preparation is not part of a step
-    loop(system, integrator, scene, record, progress, parts)
-    seen = {id(particles), *map(id, vars(particles).values())}
-    kilobytes = {name: _memory(effect, seen) / 1024 for name, effect in system.effects.items()}
+    loop(system, integrator, scene, record, progress, substeps)
+    counted = {id(particles), *map(id, vars(particles).values())}
+    kilobytes = {name: _memory(effect, counted) / 1024 for name, effect in system.effects.items()}
     seconds = sum(record.seconds), float(np.percentile(record.seconds, 95)), max(record.seconds)
     doubts = np.array(record.doubts), record.doubt_s
     return Run(record.motion(), scene.steps, *seconds, dict(system.seconds), kilobytes, *doubts)
@@ -246,7 +246,7 @@ class _Record:
 
     def after(self, step: int, x: np.ndarray, v: np.ndarray) -> None:
         """Record the step of this number, which ends at ``x`` (n, 3) [m] with velocities ``v`` [m/s]."""
-        spent = dict(self._system.seconds)
+        effect_seconds = dict(self._system.seconds)
         energies = self._energies(x, v)
         if self._observers:
             row = {"time_s": step * self._scene.step_s}
@@ -255,7 +255,7 @@ class _Record:
             self._observed.append(row)
         if self.keeps(step):
             self._keep(step, x, v, energies)
-        self._system.seconds.update(spent)  # recording is not part of an effect's cost
+        self._system.seconds.update(effect_seconds)  # recording is not part of an effect's cost
 
     def _energies(self, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
         """Return all energies [J], their sum, the work, and the most that the sum has risen in a step beyond it."""
@@ -268,7 +268,7 @@ class _Record:
         return row | {"outer_work_j": work, "total_j": total, "gain_j": self._gain}
 
     def _keep(self, step: int, x: np.ndarray, v: np.ndarray, energies: dict[str, float]) -> None:
-        """Record a frame at the end of a step; NotConverged if its state is not finite."""
+        """Store a frame (positions, energies, contacts, drawings) after a step; NotConverged if it is not finite."""
         time = step * self._scene.step_s
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             place = f"{self._scene.place}: positions are not finite at {time:.4g} s"
@@ -303,7 +303,7 @@ class _Record:
                 for o in obstacles
             ),
             drawn=tuple(
-                Moved(s[0].name, s[0].kind, s[0].radius_m, np.array([each.points for each in s]), s[0].triangles)
+                Moved(s[0].name, s[0].kind, s[0].radius_m, np.array([shape.points for shape in s]), s[0].triangles)
                 for s in zip(*self._drawn, strict=True)
             ),
             observed=pd.DataFrame(self._observed),
@@ -335,9 +335,9 @@ def _parts(scene: Scene, limit_s: float) -> int:
     if not isinstance(scene.substeps, int):  # "auto"
         return max(1, math.ceil(scene.step_s / (SHARE_OF_LIMIT * limit_s)))
     if scene.step_s / scene.substeps > limit_s and not scene.allow_unstable:
-        parts = "" if scene.substeps == 1 else f" in {scene.substeps} substeps"
+        words = "" if scene.substeps == 1 else f" in {scene.substeps} substeps"
         raise InputError(
-            f"{scene.place}.step_s is {scene.step_s:g} s{parts}, and {scene.integrator} takes steps of up "
+            f"{scene.place}.step_s is {scene.step_s:g} s{words}, and {scene.integrator} takes steps of up "
             f"to {limit_s:.3g} s only; say substeps: auto, take a shorter step, choose backward_euler, or set "
             "allow_unstable: true to see it fail."
         )
@@ -345,14 +345,14 @@ def _parts(scene: Scene, limit_s: float) -> int:
 
 
 def _memory(value: Any, seen: set[int]) -> int:
-    """Return the bytes of the arrays in ``value``, without those whose ids are in ``seen``, to which it adds theirs."""
+    """Return the bytes of the arrays in ``value``, without objects in ``seen`` (ids), to which it adds."""
     if id(value) in seen:
         return 0
     seen.add(id(value))
     if isinstance(value, np.ndarray):
         return 0 if value.base is not None and id(value.base) in seen else value.nbytes
     if isinstance(value, dict):
-        return sum(_memory(inner, seen) for inner in list(value.values()))
+        return sum(_memory(item, seen) for item in list(value.values()))
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return sum(_memory(inner, seen) for inner in value)
+        return sum(_memory(item, seen) for item in value)
     return _memory(vars(value), seen) if hasattr(value, "__dict__") else 0

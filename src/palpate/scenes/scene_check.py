@@ -61,13 +61,13 @@ def check_together(place: str, scene: Scene, traits: BodyTraits) -> None:
 
 def _check_stiffness(place: str, scene: Scene, bodies: Mapping[str, Body], elastic: str) -> None:
     """Raise InputError for bodies of different stiffness or thickness where the elastic effect has only one."""
-    first = bodies[scene.body]
+    reference = bodies[scene.body]
     for name in scene.bodies:
         for key in ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]:
-            of_first, of_this = getattr(first, key, 0.0), getattr(bodies[name], key, 0.0)
-            if of_first != of_this:
+            expected, actual = getattr(reference, key, 0.0), getattr(bodies[name], key, 0.0)
+            if expected != actual:
                 raise InputError(
-                    f"{place}.others: {scene.body} has {key} {of_first:g} and {name} {of_this:g}; bodies of a scene "
+                    f"{place}.others: {scene.body} has {key} {expected:g} and {name} {actual:g}; bodies of a scene "
                     f"with {elastic} must have the same stiffness and thickness: make them equal."
                 )
         if elastic in ONE_STIFFNESS and getattr(bodies[name], "regions", None):
@@ -80,10 +80,10 @@ def _check_stiffness(place: str, scene: Scene, bodies: Mapping[str, Body], elast
 def _check_integrator(place: str, scene: Scene, elastic: str, names: list[str]) -> None:
     """Raise InputError for an integrator that does not suit the effects, and for settings of another integrator."""
     chosen = scene.integrator
-    other = next((name for name in (*RELAXED, "touching") if getattr(scene, name) and name != chosen), None)
-    if other:
+    block = next((name for name in (*RELAXED, "touching") if getattr(scene, name) and name != chosen), None)
+    if block:
         raise InputError(
-            f"{place}.{other} describes steps, and the integrator is {chosen}; choose {other}, or leave the block out."
+            f"{place}.{block} describes steps, and the integrator is {chosen}; choose {block}, or leave the block out."
         )
     if chosen in RELAXED and elastic not in (LAWS[0], "triangles"):
         raise InputError(
@@ -92,9 +92,9 @@ def _check_integrator(place: str, scene: Scene, elastic: str, names: list[str]) 
         )
     if chosen == "touching":
         _check_touching(place, scene, elastic, names)
-    if unknown := [name for name in names if name in NOT_STEPPED.get(chosen, ())]:
+    if ignored := [name for name in names if name in NOT_STEPPED.get(chosen, ())]:
         raise InputError(
-            f"{place}.integrator is {chosen}, which has no part for {unknown[0]}; leave that out, or choose "
+            f"{place}.integrator is {chosen}, which has no part for {ignored[0]}; leave that out, or choose "
             "backward_euler."
         )
     if chosen == "goal_position" and elastic != "shape_matching":
@@ -131,8 +131,8 @@ def _check_settings(place: str, scene: Scene, elastic: str, form: str) -> None:
     """Raise InputError for blocks that do not suit the elastic effect or the body."""
     if scene.cut is not None:
         _check_cut(place, scene, elastic)
-    if scene.prony is not None and (wrong := material.prony_fault(scene.prony)):
-        raise InputError(f"{place}.prony.{wrong}.")
+    if scene.prony is not None and (flaw := material.prony_fault(scene.prony)):
+        raise InputError(f"{place}.prony.{flaw}.")
     if elastic == "springs":
         _check_springs(place, scene.springs or Springs(), form)
     if scene.shape_matching is None:
@@ -160,18 +160,18 @@ def _check_settings(place: str, scene: Scene, elastic: str, form: str) -> None:
 def _check_cut(place: str, scene: Scene, elastic: str) -> None:
     """Raise InputError for a cut after the scene's end, or one that does not suit other effects or the integrator."""
     assert scene.cut is not None
-    late = max(stroke.at_s for stroke in (scene.cut, *(scene.cut.more or [])))
-    if late >= scene.duration_s:
+    begin_s = max(stroke.at_s for stroke in (scene.cut, *(scene.cut.more or [])))
+    if begin_s >= scene.duration_s:
         raise InputError(
-            f"{place}.cut begins at {late:g} s, and the scene ends at {scene.duration_s:g} s; let it begin earlier."
+            f"{place}.cut begins at {begin_s:g} s, and the scene ends at {scene.duration_s:g} s; let it begin earlier."
         )
-    doubled = (
+    reason = (
         ("contact touches faces" if scene.contact else "")
         or ("springs are edges" if elastic == "springs" else "")
         or ("other bodies touch faces" if scene.others else "")
     )
-    if scene.cut.way == "virtual_nodes" and doubled:
-        raise InputError(f"{place}.cut.way is virtual_nodes, and {doubled} of the mesh; say split_faces.")
+    if scene.cut.way == "virtual_nodes" and reason:
+        raise InputError(f"{place}.cut.way is virtual_nodes, and {reason} of the mesh; say split_faces.")
     projected = "contact" if scene.contact else "hooks" if scene.hooks else ""
     if projected and scene.integrator in RELAXED:
         raise InputError(
@@ -187,19 +187,19 @@ def _check_cut(place: str, scene: Scene, elastic: str) -> None:
 
 def _check_springs(place: str, springs: Springs, form: str) -> None:
     """Raise InputError for stiffnesses of the springs of a solid, and for lacking ones of a surface or a sheet."""
-    given = {key: getattr(springs, key) for key in STRETCHED if getattr(springs, key) is not None}
-    if form == "solid" and given:
+    values = {key: getattr(springs, key) for key in STRETCHED if getattr(springs, key) is not None}
+    if form == "solid" and values:
         raise InputError(
-            f"{place}.springs.{next(iter(given))} has no use: a solid's springs follow from its Young's modulus; "
+            f"{place}.springs.{next(iter(values))} has no use: a solid's springs follow from its Young's modulus; "
             "leave the block empty, or set surface: true."
         )
-    missing = [key for key in STRETCHED if key not in given]
+    missing = [key for key in STRETCHED if key not in values]
     if form != "solid" and missing:
         raise InputError(
             f"{place}.springs lacks {missing[0]}, and {FORM_WORDS[form]} has no other stiffness; "
             "give it in N/m, 0 for none."
         )
-    if form != "solid" and not any(given[key] > 0 for key in STRETCHED):
+    if form != "solid" and not any(values[key] > 0 for key in STRETCHED):
         raise InputError(f"{place}.springs has no stiffness above 0; give structural_n_m in N/m.")
 
 
@@ -210,10 +210,10 @@ def check_loads(place: str, scene: Scene) -> None:
     }
     rises |= {f"push.loads[{i}]": (load, load.press_s) for i, load in enumerate(scene.pushes)}
     for name, (load, rise_s) in rises.items():
-        lasts = rise_s + load.hold_s + load.release_s
-        if scene.step_s >= lasts:
+        length_s = rise_s + load.hold_s + load.release_s
+        if scene.step_s >= length_s:
             raise InputError(
-                f"{place}.step_s is {scene.step_s:g}, and {name} lasts {lasts:g} s, so that no step "
+                f"{place}.step_s is {scene.step_s:g}, and {name} lasts {length_s:g} s, so that no step "
                 "may see it; give a shorter step, or a longer load."
             )
     for i, hook in enumerate(scene.hooks or []):
@@ -224,8 +224,8 @@ def check_loads(place: str, scene: Scene) -> None:
 def check_instruments(place: str, scene: Scene) -> None:
     """Raise InputError, naming ``place``, for an incomplete path of an instrument, and for a name that occurs twice."""
     # the name that contact gives to the body, to its pieces, or to several bodies together
-    together = re.escape(", ".join(dict.fromkeys(scene.bodies)))
-    first: dict[str, str] = {}
+    bodies = re.escape(", ".join(dict.fromkeys(scene.bodies)))
+    taken: dict[str, str] = {}
     for number, tool in enumerate(scene.instruments):
         where = f"{place}.contact.instruments[{number}]"
         times, shifts = tool.times_s or [], tool.shifts_m or []
@@ -238,8 +238,8 @@ def check_instruments(place: str, scene: Scene) -> None:
             if later <= earlier:
                 raise InputError(f"{where}.times_s has {later:g} after {earlier:g}; give times in increasing order.")
         name = tool.name or f"{tool.kind}_{number}"
-        if re.fullmatch(rf"{together}(_\d+)?", name):
+        if re.fullmatch(rf"{bodies}(_\d+)?", name):
             raise InputError(f"{where} is called {name}, as a body is; give it a name of its own.")
-        if name in first:
-            raise InputError(f"{where} is called {name}, as {first[name]} is; give it a name of its own.")
-        first[name] = f"instruments[{number}]"
+        if name in taken:
+            raise InputError(f"{where} is called {name}, as {taken[name]} is; give it a name of its own.")
+        taken[name] = f"instruments[{number}]"

@@ -74,7 +74,7 @@ class BackwardEuler:
         try:
             # an obstacle that moves into the body does work: it displaces nodes, at a speed and against their forces
             carried = self._system.begin(x, h)
-            before = self._kinetic(v) + self._kinetic((carried - x) / h) + self._system.energy(carried)
+            energy_before = self._kinetic(v) + self._kinetic((carried - x) / h) + self._system.energy(carried)
             reached, load = self.least(x, v, h, carried, x)
         except NotConverged as failure:
             if not halvings:
@@ -87,7 +87,7 @@ class BackwardEuler:
         velocity = (reached - x) / h
         self._system.add_work(load, reached - x)
         self._system.end(reached)
-        allowed = before + float(np.vdot(load, reached - x)) - self._system.energy(reached)
+        allowed = energy_before + float(np.vdot(load, reached - x)) - self._system.energy(reached)
         return reached, self._scaled_down(velocity, allowed)
 
     def least(
@@ -111,8 +111,8 @@ class BackwardEuler:
         if self._system.free.all():
             mean = (self._masses * v).sum(axis=0) / self._masses.sum()
         relative = v - mean
-        of_mean = 0.5 * float(self._masses.sum()) * float(mean @ mean)
-        ratio = max(0.0, allowed - of_mean) / max(self._kinetic(relative), 1e-300)
+        mean_energy = 0.5 * float(self._masses.sum()) * float(mean @ mean)
+        ratio = max(0.0, allowed - mean_energy) / max(self._kinetic(relative), 1e-300)
         return mean + math.sqrt(min(1.0, ratio)) * relative
 
     def _kinetic(self, v: np.ndarray) -> float:

@@ -42,18 +42,18 @@ class Bdf2(BackwardEuler):
         return reached, velocity
 
     def _second(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the end of a step of second order; None if it is not found, or the last step did not end here."""
+        """Return x' and v' of a step from (y, w) over a; None if none is found, or the last step did not end here."""
         if self._history is None:
             return None
         x_before, v_before, x_last, v_last, h_last = self._history
         if h_last != h or not (np.array_equal(x, x_last) and np.array_equal(v, v_last)):
             return None
-        base, speed, stage = x + (x - x_before) / 3.0, v + (v - v_before) / 3.0, 2.0 * h / 3.0
+        y, w, a = x + (x - x_before) / 3.0, v + (v - v_before) / 3.0, 2.0 * h / 3.0
         try:
             carried = self._system.begin(x, h)
-            reached, load = self.least(base, speed, stage, carried, 2.0 * x - x_before)
+            reached, load = self.least(y, w, a, carried, 2.0 * x - x_before)
         except NotConverged:
             return None
         self._system.add_work(load, reached - x)
         self._system.end(reached)
-        return reached, (reached - base) / stage
+        return reached, (reached - y) / a

@@ -39,20 +39,20 @@ class Buckling:
     """
 
     def __init__(self, body: Body, radius_m: float):
-        whole = body if len(body.levels) > 1 else with_midpoints(body, 0)
-        problem = Equilibrium(whole, 0, order=2)
+        refined = body if len(body.levels) > 1 else with_midpoints(body, 0)
+        problem = Equilibrium(refined, 0, order=2)
         self._body, self._radius_m = body, radius_m
         self._works: dict[int, tuple[np.ndarray, float]] = {}
         multiply, precondition = problem.linearise(problem.mesh.nodes)
-        shapes = _softest(multiply, precondition, len(problem.mesh.nodes), whole.anchors[1])
-        first, second = np.triu_indices(shapes.shape[2])
-        forces = _second_order_forces(problem, shapes, first, second)
-        bending = _inextensible(shapes, forces, first, second)
-        chosen = np.isin(first, bending) & np.isin(second, bending)
-        first, second = np.searchsorted(bending, first[chosen]), np.searchsorted(bending, second[chosen])
-        responses = linear_response(multiply, precondition, forces[:, :, chosen], RESIDUAL)
+        shapes = _softest(multiply, precondition, len(problem.mesh.nodes), refined.anchors[1])
+        j, k = np.triu_indices(shapes.shape[2])
+        forces = _second_order_forces(problem, shapes, j, k)
+        bending = _inextensible(shapes, forces, j, k)
+        both_bend = np.isin(j, bending) & np.isin(k, bending)
+        j, k = np.searchsorted(bending, j[both_bend]), np.searchsorted(bending, k[both_bend])
+        responses = linear_response(multiply, precondition, forces[:, :, both_bend], RESIDUAL)
         self._second_order = np.empty((*shapes.shape[:2], len(bending), len(bending)))
-        self._second_order[:, :, first, second] = self._second_order[:, :, second, first] = responses
+        self._second_order[:, :, j, k] = self._second_order[:, :, k, j] = responses
 
     def share(self, presses: Iterable[tuple[int, np.ndarray]], enough: float = 0.0) -> float:
         """Return the ratio of a load to the one at which the body buckles, 0 if no load in that direction does it.
@@ -61,7 +61,7 @@ class Buckling:
         enough : a ratio that matters; where a quick upper bound is no larger, that bound is returned instead
         """
         works = [(force, *self._unit_work(node)) for node, force in presses]
-        bound = sum(sqrt(np.dot(force, force)) * most for force, _, most in works)
+        bound = sum(sqrt(np.dot(force, force)) * norm for force, _, norm in works)
         if bound <= enough:
             return bound
         count = self._second_order.shape[2]
@@ -75,8 +75,8 @@ class Buckling:
         """
         if node not in self._works:
             nodes, shares = patch_shares(self._body.coarse, patch_at(self._body, node, self._radius_m), 2)
-            unit = np.tensordot(shares, self._second_order[nodes], 1).reshape(3, -1)
-            self._works[node] = unit, float(np.linalg.norm(unit, 2))
+            work = np.tensordot(shares, self._second_order[nodes], 1).reshape(3, -1)
+            self._works[node] = work, float(np.linalg.norm(work, 2))
         return self._works[node]
 
 
@@ -86,9 +86,9 @@ def _softest(multiply: Product, precondition: Product, count: int, held: np.ndar
     multiply, precondition : the products with the stiffness and its preconditioner, of ``count`` nodes
     held : the nodes that do not move
     """
-    free = np.ones((count, 3))
-    free[held] = 0.0
-    width = min(SHAPES + SPARE, int(free.sum()) // 5)
+    movable = np.ones((count, 3))
+    movable[held] = 0.0
+    width = min(SHAPES + SPARE, int(movable.sum()) // 5)
 
     def as_matrix(apply: Product) -> LinearOperator:
         def product(x: np.ndarray) -> np.ndarray:
@@ -96,7 +96,7 @@ def _softest(multiply: Product, precondition: Product, count: int, held: np.ndar
 
         return LinearOperator((3 * count, 3 * count), product, matmat=product, dtype=float)
 
-    start = precondition(free[:, :, None] * np.random.default_rng(0).normal(size=(count, 3, width)))
+    start = precondition(movable[:, :, None] * np.random.default_rng(0).normal(size=(count, 3, width)))
     scale = float(np.vdot(start[:, :, 0], multiply(start[:, :, 0])) / np.vdot(start[:, :, 0], start[:, :, 0]))
     with warnings.catch_warnings():  # the spare shapes need not converge
         warnings.filterwarnings("ignore", "Exited", UserWarning)
@@ -119,14 +119,14 @@ def _second_order_forces(problem: Equilibrium, shapes: np.ndarray, first: np.nda
     def curvature(moved: np.ndarray) -> np.ndarray:
         return problem.force(rest + moved) + problem.force(rest - moved)
 
-    alone = [curvature(step * shape) for step, shape in zip(steps, np.moveaxis(shapes, 2, 0), strict=True)]
+    of_each = [curvature(step * shape) for step, shape in zip(steps, np.moveaxis(shapes, 2, 0), strict=True)]
     forces = []
     for j, k in zip(first, second, strict=True):
         if j == k:
-            forces.append(alone[j] / steps[j] ** 2)
+            forces.append(of_each[j] / steps[j] ** 2)
             continue
-        both = curvature(steps[j] * shapes[:, :, j] + steps[k] * shapes[:, :, k])
-        forces.append(0.5 * (both - alone[j] - alone[k]) / (steps[j] * steps[k]))
+        of_pair = curvature(steps[j] * shapes[:, :, j] + steps[k] * shapes[:, :, k])
+        forces.append(0.5 * (of_pair - of_each[j] - of_each[k]) / (steps[j] * steps[k]))
     return np.stack(forces, axis=2)
 
 
@@ -143,7 +143,7 @@ def _inextensible(shapes: np.ndarray, forces: np.ndarray, first: np.ndarray, sec
     third[first, second] = third[second, first] = np.tensordot(forces, shapes, ((0, 1), (0, 1)))
     allowed, chosen = STRETCH * np.abs(third).max(), [0]
     for shape in range(1, count):
-        more = [*chosen, shape]
-        if np.abs(third[np.ix_(more, more, more)]).max() <= allowed:
-            chosen = more
+        candidate = [*chosen, shape]
+        if np.abs(third[np.ix_(candidate, candidate, candidate)]).max() <= allowed:
+            chosen = candidate
     return np.array(chosen)

@@ -54,22 +54,22 @@ def compute_compliance(
     """
     start = perf_counter()
     chosen = contacts if isinstance(contacts, np.ndarray) else kept_contacts(body, contacts)
-    n_coarse, surface, last = len(body.coarse.nodes), body.fine.surface, len(body.levels) - 1
+    n_coarse, surface, finest = len(body.coarse.nodes), body.fine.surface, len(body.levels) - 1
     fine = np.empty((len(chosen), 3, len(surface), 3))
     restricted = np.empty((len(chosen), 3, n_coarse, 3))
     coarse = np.empty((len(chosen), 3, n_coarse, 3))
-    whole = with_midpoints(body, last) if order == 2 else body
-    solve_fine = Equilibrium(whole, last, order).linear_solver(TOLERANCE)
-    pushed = [patch_at(whole, contact, radius_m) for contact in chosen] if order == 2 else []
-    discs = [patch_shares(whole.levels[last], patch, order) for patch in pushed]
+    whole = with_midpoints(body, finest) if order == 2 else body
+    solve_fine = Equilibrium(whole, finest, order).linear_solver(TOLERANCE)
+    patches = [patch_at(whole, contact, radius_m) for contact in chosen] if order == 2 else []
+    discs = [patch_shares(whole.levels[finest], patch, order) for patch in patches]
     means = np.empty((len(discs), len(chosen), 3, 3))
-    solve_coarse = Equilibrium(body, 0).linear_solver(TOLERANCE) if last or order == 2 else solve_fine
-    for rows in progress(np.split(np.arange(len(chosen)), range(TOGETHER, len(chosen), TOGETHER))):
-        response = solve_fine(_unit_loads(whole, last, chosen[rows], radius_m, order))
-        fine[rows], restricted[rows] = _by_contact(response[surface]), _by_contact(response[:n_coarse])
+    solve_coarse = Equilibrium(body, 0).linear_solver(TOLERANCE) if finest or order == 2 else solve_fine
+    for group in progress(np.split(np.arange(len(chosen)), range(TOGETHER, len(chosen), TOGETHER))):
+        response = solve_fine(_unit_loads(whole, finest, chosen[group], radius_m, order))
+        fine[group], restricted[group] = _by_contact(response[surface]), _by_contact(response[:n_coarse])
         for disc, (nodes, shares) in enumerate(discs):
-            means[disc, rows] = _by_contact(shares @ np.moveaxis(response[nodes], 0, 1))
-        coarse[rows] = _by_contact(solve_coarse(_unit_loads(body, 0, chosen[rows], radius_m)))
+            means[disc, group] = _by_contact(shares @ np.moveaxis(response[nodes], 0, 1))
+        coarse[group] = _by_contact(solve_coarse(_unit_loads(body, 0, chosen[group], radius_m)))
     return Compliance(chosen, fine, restricted, coarse, perf_counter() - start, means if discs else None)
 
 

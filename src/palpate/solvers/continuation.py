@@ -24,7 +24,7 @@ def steps_to(
 ) -> Iterator[tuple[float, State]]:
     """Go along a path parameter from ``reached`` to ``end``, and yield the parameter and the state after each step.
 
-    whole : length of the path, of which steps may be SHORTEST; longest : step that is tried
+    whole : length of the path, of which no step may be less than SHORTEST; longest : the longest step that is tried
     solve : from the state before a step, the parameter at its end, and its length to the state at its end
     describe : from the same parameter and length to the words in which an error names the step
     stay_short : whether steps after one that was halved are as short; else each next one is tried up to ``end``

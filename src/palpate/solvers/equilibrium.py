@@ -75,10 +75,10 @@ class Equilibrium:
         corners = body.levels[finest].tetrahedra
         piece = components(corners[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(body.levels[finest].nodes))
         if body.bed is None and len(np.unique(piece[body.anchors[finest]])) <= piece.max():
-            what = "holds a piece of it" if len(body.anchors[finest]) else "is held"
-            raise InputError(f"{body.name}: nothing {what}, so no equilibrium exists; give it anchors or a bed.")
-        patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels[: finest + 1]]
-        held = [np.isin(np.arange(p.size), a) for p, a in zip(patterns, body.anchors, strict=False)]
+            held_part = "holds a piece of it" if len(body.anchors[finest]) else "is held"
+            raise InputError(f"{body.name}: nothing {held_part}, so no equilibrium exists; give it anchors or a bed.")
+        patterns = [pattern_of(mesh.tetrahedra, len(mesh.nodes)) for mesh in body.levels[: finest + 1]]
+        held = [np.isin(np.arange(pattern.size), nodes) for pattern, nodes in zip(patterns, body.anchors, strict=False)]
         self.mesh = _halved(body, level) if order == 2 else body.levels[level]
         self.elements, self._held = _elements(body, level, order, patterns[-1]), held[-1]
         self._bed = None if body.bed is None else BedSprings(body.levels[level], body.bed, order)
@@ -151,15 +151,14 @@ class Equilibrium:
     def linear_solver(self, tolerance: float = 1e-10) -> Callable[[np.ndarray], np.ndarray]:
         """Return the function from loads (n_nodes, 3) [N] to displacements [m] of the body linearised at rest.
 
-        It also takes k loads at once, (n_nodes, 3, k). It raises NotConverged if the relative residual stays above
-        ``tolerance``.
+        It also takes k loads at once, (n_nodes, 3, k). NotConverged if the relative residual stays above ``tolerance``.
         """
         multiply, precondition = self.linearise(self.mesh.nodes)
 
         def respond(load: np.ndarray) -> np.ndarray:
-            right = load.copy()
-            right[self._held] = 0.0
-            return linear_response(multiply, precondition, right, tolerance)
+            free_load = load.copy()
+            free_load[self._held] = 0.0
+            return linear_response(multiply, precondition, free_load, tolerance)
 
         return respond
 
@@ -185,23 +184,23 @@ class Equilibrium:
         return minimise_by_newton(self, x, scale, tolerance, rounding_n=self._rounding)
 
     def settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
-        """Find an equilibrium as ``solve`` does, whether it is stable or not."""
+        """Find an equilibrium as ``solve`` does, stable or not; where the load is applied in parts, from rest."""
         rest, scale, self.load = self.mesh.nodes, self._scale(load), load
         if scale == 0.0:
             return self._unmoved()
         solution = Solution(rest if start is None else start)
 
-        def move(x: np.ndarray, until: float, step: float) -> np.ndarray:
+        def move(x: np.ndarray, part: float, step: float) -> np.ndarray:
             nonlocal solution
-            self.load, whole = until * load, until == 1.0
-            begin, close = rest if until == step < 1.0 else x, tolerance if whole else max(tolerance, PART_TOLERANCE)
+            self.load, is_full = part * load, part == 1.0
+            guess, limit = rest if part == step < 1.0 else x, tolerance if is_full else max(tolerance, PART_TOLERANCE)
             try:
-                minimise_by_newton(self, begin, scale, close, solution=solution, rounding_n=self._rounding)
+                minimise_by_newton(self, guess, scale, limit, solution=solution, rounding_n=self._rounding)
             except NotConverged:
-                beyond = self._buckled(solution, tolerance) if step == 1.0 else None
-                if beyond is None:
+                buckled = self._buckled(solution, tolerance) if step == 1.0 else None
+                if buckled is None:
                     raise
-                solution = beyond
+                solution = buckled
             return solution.x
 
         describe = "at {:.0%} of the load in steps of {:.1%}".format
@@ -287,10 +286,10 @@ def preconditioning_tissue(tissue: Tissue) -> Tissue:
     EASY_POISSON, at the same shear modulus; at 0.4999 conjugate gradients take 330 steps instead of 430.
     """
     locks, materials = largest_poisson(tissue) > PLAIN_POISSON, []
-    for each in tissue.materials:
-        poisson = min(each.poisson, EASY_POISSON) if locks else each.poisson
-        young = 2.0 * each.shear_pa * (1.0 + poisson) if locks else each.young_pa
-        materials.append(Material(young, poisson, each.density_kg_m3))
+    for material in tissue.materials:
+        poisson = min(material.poisson, EASY_POISSON) if locks else material.poisson
+        young = 2.0 * material.shear_pa * (1.0 + poisson) if locks else material.young_pa
+        materials.append(Material(young, poisson, material.density_kg_m3))
     return Tissue(materials, tissue.region)
 
 

@@ -37,17 +37,17 @@ class GraspedPatch:
 
     def nodes_of(self, mesh: Mesh) -> np.ndarray:
         """Return the nodes of a mesh that lie on the patch, increasing."""
-        middle, near = self.corners.reshape(-1, 3).mean(axis=0), ON_PATCH * mesh.size
-        reach = np.linalg.norm(self.corners - middle, axis=2).max() + near
+        middle, tolerance = self.corners.reshape(-1, 3).mean(axis=0), ON_PATCH * mesh.size
+        reach = np.linalg.norm(self.corners - middle, axis=2).max() + tolerance
         nodes = mesh.surface[np.linalg.norm(mesh.nodes[mesh.surface] - middle, axis=1) <= reach]
-        first, sides = self.corners[:, 0], np.swapaxes(self.corners[:, 1:] - self.corners[:, :1], 1, 2)
-        away = mesh.nodes[nodes][:, None] - first
+        origins, sides = self.corners[:, 0], np.swapaxes(self.corners[:, 1:] - self.corners[:, :1], 1, 2)
+        offsets = mesh.nodes[nodes][:, None] - origins
         # coordinates along two sides of each triangle, moved into it: exact for nodes on it, an upper bound for others
-        along = np.einsum("tab,nta->ntb", np.swapaxes(np.linalg.pinv(sides), 1, 2), away)
-        along = np.clip(along, 0.0, None)
-        along /= np.maximum(along.sum(axis=2, keepdims=True), 1.0)
-        off = np.linalg.norm(away - np.einsum("tab,ntb->nta", sides, along), axis=2).min(axis=1, initial=np.inf)
-        return nodes[off <= near]
+        shares = np.einsum("tab,nta->ntb", np.swapaxes(np.linalg.pinv(sides), 1, 2), offsets)
+        shares = np.clip(shares, 0.0, None)
+        shares /= np.maximum(shares.sum(axis=2, keepdims=True), 1.0)
+        gaps = np.linalg.norm(offsets - np.einsum("tab,ntb->nta", sides, shares), axis=2).min(axis=1, initial=np.inf)
+        return nodes[gaps <= tolerance]
 
     def held_of(self, body: Body) -> Body:
         """Return the body with the patch held beside its anchors, on all levels."""
@@ -88,10 +88,10 @@ class Grasping(FastEquilibrium):
 
         direction : a unit vector (3,), or one for each node of ``grasped``, (k, 3), if parts of the patch move apart
         """
-        shift, small = np.zeros_like(self.mesh.nodes), SMALL * self.mesh.size
+        shift, step = np.zeros_like(self.mesh.nodes), SMALL * self.mesh.size
         shift[self.grasped] = direction
         self.load = np.zeros_like(shift)
-        load = (self.force(self.mesh.nodes + small * shift) - self.force(self.mesh.nodes)) / small
+        load = (self.force(self.mesh.nodes + step * shift) - self.force(self.mesh.nodes)) / step
         return shift + self.linear_solver(RESPONSE)(load)
 
     def reaction(self, x: np.ndarray) -> np.ndarray:

@@ -122,20 +122,20 @@ def contact_points(mesh: Mesh, order: int, young_pa: float, near: Callable[[np.n
     samples = np.concatenate(
         [corners, 0.5 * (corners + np.roll(corners, 1, axis=1)), corners.mean(axis=1, keepdims=True)], 1
     )
-    chosen = np.flatnonzero(near(samples.reshape(-1, 3)).reshape(len(corners), -1).any(axis=1))
-    if not len(chosen):
+    touchable = np.flatnonzero(near(samples.reshape(-1, 3)).reshape(len(corners), -1).any(axis=1))
+    if not len(touchable):
         raise NotConverged("no part of the surface is near the instrument", [float("nan")])
-    areas = 0.5 * np.linalg.norm(corner_normals(corners[chosen]), axis=1)
-    triangles, places = np.repeat(chosen, len(PLACES)), np.tile(PLACES, (len(chosen), 1))
-    maps = [surface_interpolation(mesh, triangles, places + shift, order) for shift in _SHIFTS]
-    along = [(maps[1 + 2 * i] - maps[2 + 2 * i]) / (2.0 * _STEP) for i in range(2)]
+    areas = 0.5 * np.linalg.norm(corner_normals(corners[touchable]), axis=1)
+    triangles, places = np.repeat(touchable, len(PLACES)), np.tile(PLACES, (len(touchable), 1))
+    interpolations = [surface_interpolation(mesh, triangles, places + shift, order) for shift in _SHIFTS]
+    tangents = [(interpolations[1 + 2 * i] - interpolations[2 + 2 * i]) / (2.0 * _STEP) for i in range(2)]
     at_rest = np.repeat(2.0 * areas, len(PLACES))
 
     def stretch(x: np.ndarray) -> np.ndarray:
-        return np.linalg.norm(np.cross(along[0] @ x, along[1] @ x), axis=1) / at_rest
+        return np.linalg.norm(np.cross(tangents[0] @ x, tangents[1] @ x), axis=1) / at_rest
 
     penalty = PENALTY * young_pa / np.sqrt(2.0 * areas)
-    return ContactPoints(maps[0], np.outer(areas, WEIGHTS).ravel(), np.repeat(penalty, len(PLACES)), stretch)
+    return ContactPoints(interpolations[0], np.outer(areas, WEIGHTS).ravel(), np.repeat(penalty, len(PLACES)), stretch)
 
 
 _STEP = 0.25
@@ -220,12 +220,12 @@ class Indentation(Equilibrium):
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy and that of contact [J]."""
-        energy, at, k = super().energy(x), self.points.interpolation @ x, self._penalty
+        energy, places, penalty = super().energy(x), self.points.interpolation @ x, self._penalty
         for side in self._sides:
-            pressure = self._pressure(side, side.pose.gaps(at)[0])
-            energy += 0.5 * float(self.points.areas @ ((pressure**2 - side.multiplier**2) / k))
+            pressure = self._pressure(side, side.pose.gaps(places)[0])
+            energy += 0.5 * float(self.points.areas @ ((pressure**2 - side.multiplier**2) / penalty))
             if self._sticks:
-                squares = (self._traction(side, at) ** 2).sum(axis=1) - (side.traction**2).sum(axis=1)
+                squares = (self._traction(side, places) ** 2).sum(axis=1) - (side.traction**2).sum(axis=1)
                 energy += 0.5 * float(self.points.areas @ (squares / (GRIP * self.points.penalty)))
         return energy
 
@@ -237,12 +237,12 @@ class Indentation(Equilibrium):
 
     def pushes(self, x: np.ndarray) -> list[np.ndarray]:
         """Return the force (q, 3) [N] of each instrument on the points of a body at ``x`` (n, 3) [m]."""
-        at, forces = self.points.interpolation @ x, []
+        places, forces = self.points.interpolation @ x, []
         for side in self._sides:
-            gaps, normals = side.pose.gaps(at)
+            gaps, normals = side.pose.gaps(places)
             push = self._pressure(side, gaps)[:, None] * normals
             if self._sticks:
-                push += self._traction(side, at)
+                push += self._traction(side, places)
             forces.append(self.points.areas[:, None] * push)
         return forces
 
@@ -268,10 +268,10 @@ class Indentation(Equilibrium):
         stiffness = self._supported.stiffness(x, definite)
         touched, stiff, bent = self._stiffness_of_contact(x)
         blocks = stiff if definite else stiff + bent
-        near, spread, elastic = self.points.interpolation[touched], self.points.spread[:, touched], product(stiffness)
+        gather, spread, elastic = self.points.interpolation[touched], self.points.spread[:, touched], product(stiffness)
 
         def multiply(moved: np.ndarray) -> np.ndarray:
-            force = elastic(moved) + spread @ np.einsum("qij,qj->qi", blocks, near @ moved)
+            force = elastic(moved) + spread @ np.einsum("qij,qj->qi", blocks, gather @ moved)
             force[self._held] = moved[self._held]
             return force
 
@@ -282,15 +282,15 @@ class Indentation(Equilibrium):
         return multiply, self._precondition
 
     def _stiffness_of_contact(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return which points touch (k,), their stiffness (k, 3, 3) [N/m], and what the instrument's curvature adds."""
-        at, k = self.points.interpolation @ x, self._penalty
-        stiff, bent = np.zeros((len(k), 3, 3)), np.zeros((len(k), 3, 3))
+        """Return which points touch (k,), their stiffness (k, 3, 3) [N/m], and what instruments' curvature adds."""
+        places, penalty = self.points.interpolation @ x, self._penalty
+        stiff, bent = np.zeros((len(penalty), 3, 3)), np.zeros((len(penalty), 3, 3))
         for side in self._sides:
-            gaps, normals = side.pose.gaps(at)
+            gaps, normals = side.pose.gaps(places)
             pressure = self._pressure(side, gaps)
-            on = np.flatnonzero(pressure > 0.0)
-            stiff[on] += k[on, None, None] * normals[on, :, None] * normals[on, None, :]
-            bent[on] -= pressure[on, None, None] * side.pose.bends(at[on], gaps[on], normals[on])
+            hits = np.flatnonzero(pressure > 0.0)
+            stiff[hits] += penalty[hits, None, None] * normals[hits, :, None] * normals[hits, None, :]
+            bent[hits] -= pressure[hits, None, None] * side.pose.bends(places[hits], gaps[hits], normals[hits])
             if self._sticks:
                 normal = side.pose.gaps(side.in_space(side.grip))[1][side.stuck]
                 grip = GRIP * self.points.penalty[side.stuck, None, None]
@@ -327,16 +327,16 @@ class Indentation(Equilibrium):
         for depth in depths:
             if not 0.0 <= depth < largest:
                 raise InputError(f"a depth is {depth:g} m; give 0 to {largest:.3g} m, the body along the direction.")
-        scale, reached, begin = max(depths, default=0.0), 0.0, self._begin
-        self.begin(begin)
-        longest = LONGEST_STEP * min((pose.instrument.radius_m for pose in begin), default=np.inf)
-        longest = min(longest, scale / STICKING_STEPS) if self._sticks else longest
-        rest = touching = Touching(0.0, self.mesh.nodes.copy(), np.zeros(3), 0.0, 0.0, 0.0)
+        deepest, reached, first_poses = max(depths, default=0.0), 0.0, self._begin
+        self.begin(first_poses)
+        longest = LONGEST_STEP * min((pose.instrument.radius_m for pose in first_poses), default=np.inf)
+        longest = min(longest, deepest / STICKING_STEPS) if self._sticks else longest
+        untouched = touching = Touching(0.0, self.mesh.nodes.copy(), np.zeros(3), 0.0, 0.0, 0.0)
 
         def settle(before: Touching, depth: float, _: float) -> Touching:
-            at = self.points.interpolation @ before.x
-            earlier = [side.copied(at) for side in self._sides]
-            for side, pose in zip(self._sides, begin, strict=True):
+            places = self.points.interpolation @ before.x
+            earlier = [side.copied(places) for side in self._sides]
+            for side, pose in zip(self._sides, first_poses, strict=True):
                 side.pose = pose.moved(depth * direction)
             try:
                 return self._settle_touching(guess(depth, before.x), depth, tolerance, earlier, updates)
@@ -346,11 +346,11 @@ class Indentation(Equilibrium):
 
         for depth in depths:
             if depth == 0.0:  # a search would leave rounding of first touch and of the multipliers
-                self._sides = [_Side(pose, len(self.points.areas)) for pose in begin]
-                touching, reached = rest, 0.0
+                self._sides = [_Side(pose, len(self.points.areas)) for pose in first_poses]
+                touching, reached = untouched, 0.0
                 yield touching
                 continue
-            path = steps_to(depth, reached, scale, touching, settle, at_depth, longest)
+            path = steps_to(depth, reached, deepest, touching, settle, at_depth, longest)
             for reached, touching in path:
                 if (det := self.least_det(touching.x)) <= 0.0:
                     raise NotConverged(f"an element is inverted {at_depth(reached)}", [det])
@@ -365,25 +365,25 @@ class Indentation(Equilibrium):
 
         earlier : copies of the sides from when the step began
         """
-        overlap, first = np.inf, FIRST_TOLERANCE if updates > 1 else tolerance
+        last_overlap, first_tolerance = np.inf, FIRST_TOLERANCE if updates > 1 else tolerance
         for update in range(updates):
-            x = self._balanced(x, max(tolerance, first) if update == 0 else tolerance)
-            touching, at = self._touching(x, depth), self.points.interpolation @ x
+            x = self._balanced(x, max(tolerance, first_tolerance) if update == 0 else tolerance)
+            touching, places = self._touching(x, depth), self.points.interpolation @ x
             for side in self._sides:
                 if self._sticks:
-                    side.traction = self._traction(side, at)
-                side.multiplier = self._pressure(side, side.pose.gaps(at)[0])
-            if self._sticks and self._stick(at, earlier) > STICKING:
+                    side.traction = self._traction(side, places)
+                side.multiplier = self._pressure(side, side.pose.gaps(places)[0])
+            if self._sticks and self._stick(places, earlier) > STICKING:
                 continue
-            if update == 0 and tolerance < first:
+            if update == 0 and tolerance < first_tolerance:
                 continue
             if touching.overlap <= OVERLAP:
                 break
-            if touching.overlap > OVERLAP_RATIO * overlap:
+            if touching.overlap > OVERLAP_RATIO * last_overlap:
                 if touching.overlap <= RESOLVED_OVERLAP or self._raised >= MOST_PENALTY:
                     break
                 self._raised *= PENALTY_FACTOR
-            overlap = touching.overlap
+            last_overlap = touching.overlap
         if touching.overlap > NO_SOLUTION:
             raise NotConverged(
                 f"the instrument overlaps the body by {touching.overlap:.0%} of its depth: what it touches is held",
@@ -392,18 +392,18 @@ class Indentation(Equilibrium):
         return touching
 
     def _balanced(self, x: np.ndarray, tolerance: float) -> np.ndarray:
-        """Return the equilibrium (n, 3) [m] for the present multipliers; the search begins at ``x`` (n, 3) [m]."""
+        """Return the equilibrium (n, 3) [m] for the present multipliers, found from ``x`` (n, 3) [m]."""
         if self._linear is not None:
-            x, settled = self._descended(x, tolerance)
-            if settled:
+            x, found = self._descended(x, tolerance)
+            if found:
                 return x
-        scale = self._pushed(x)
-        for _ in range(3):  # the forces that the tolerance is of are not known before
-            if scale == 0.0 and self._scale(self.force(x)) <= self._rounding:
+        contact_n = self._pushed(x)
+        for _ in range(3):  # the tolerance is relative to contact forces, known only at the end
+            if contact_n == 0.0 and self._scale(self.force(x)) <= self._rounding:
                 return x  # nothing touches
-            x = self.balance(x, scale or self._scale(self.force(x)), tolerance).x
-            before, scale = scale, self._pushed(x)
-            if scale >= 0.5 * before:
+            x = self.balance(x, contact_n or self._scale(self.force(x)), tolerance).x
+            earlier, contact_n = contact_n, self._pushed(x)
+            if contact_n >= 0.5 * earlier:
                 break
         return x
 
@@ -414,12 +414,12 @@ class Indentation(Equilibrium):
         iterations. Where the energy is not convex on the path, ``x`` itself is returned.
         """
         assert self._multigrid is not None
-        start, scale = x, self._pushed(x)
+        begin, scale = x, self._pushed(x)
         while scale > 0.0:
             self._multigrid.update(self._with_contact(self._linear, *self._stiffness_of_contact(x)[:2]))
             descent = minimise_by_lbfgs(self, self._precondition, x, tolerance * scale, DESCENT)
             if not descent.convex:
-                return start, False
+                return begin, False
             x, residual, scale = descent.x, descent.forces[-1], self._pushed(descent.x)
             if residual <= tolerance * scale:
                 return x, True
@@ -433,49 +433,49 @@ class Indentation(Equilibrium):
 
     def _touching(self, x: np.ndarray, depth: float) -> Touching:
         """Return force, area, pressure and overlap of all instruments, of a body at ``x`` (n, 3) [m]."""
-        at, stretch = self.points.interpolation @ x, self.points.stretch(x)
+        places, stretch = self.points.interpolation @ x, self.points.stretch(x)
         areas = self.points.of_triangles(self.points.areas * stretch)
-        force, area, greatest, overlap, whole = np.zeros(3), 0.0, 0.0, 0.0, 0.0
+        force, area, greatest, overlap, pressing = np.zeros(3), 0.0, 0.0, 0.0, 0.0
         for side, push in zip(self._sides, self.pushes(x), strict=True):
-            gaps = side.pose.gaps(at)[0]
-            weights, off = self.points.areas * self._pressure(side, gaps), np.abs(gaps)
-            mean = self.points.of_triangles(weights) / areas
+            gaps = side.pose.gaps(places)[0]
+            forces, misfit = self.points.areas * self._pressure(side, gaps), np.abs(gaps)
+            pressures = self.points.of_triangles(forces) / areas
             force += push.sum(axis=0)
-            area += float(areas[mean > TOUCHED * mean.max()].sum())
-            greatest = max(greatest, float(mean.max()))
+            area += float(areas[pressures > TOUCHED * pressures.max()].sum())
+            greatest = max(greatest, float(pressures.max()))
             if self._sticks:
-                slips = self._tangential(side, side.in_space(side.grip) - at)
-                off += np.where(side.stuck, np.linalg.norm(slips, axis=1), 0.0)
-            overlap, whole = overlap + float(weights @ off), whole + float(weights.sum())
-        return Touching(depth, x, force, area, greatest, overlap / max(whole * abs(depth), 1e-300))
+                slips = self._tangential(side, side.in_space(side.grip) - places)
+                misfit += np.where(side.stuck, np.linalg.norm(slips, axis=1), 0.0)
+            overlap, pressing = overlap + float(forces @ misfit), pressing + float(forces.sum())
+        return Touching(depth, x, force, area, greatest, overlap / max(pressing * abs(depth), 1e-300))
 
     def _stick(self, at: np.ndarray, earlier: list[_Side]) -> float:
-        """Let points ``at`` (q, 3) [m] that press stick, and others let go; return the force on those that changed.
+        """Let points ``at`` (q, 3) [m] that press stick, and others let go; return the share of those that changed.
 
         A point sticks to the place on the instrument that it had when it came to touch, between that before the step,
-        of the copies ``earlier``, and that now. The force is relative to that on all points.
+        of the copies ``earlier``, and that now. The share is of the force on all points.
         """
-        changed, whole = 0.0, 1e-300
-        for side, old in zip(self._sides, earlier, strict=True):
-            on = side.multiplier > 0.0
-            late, new, lost = on & ~old.stuck, on & ~side.stuck, side.stuck & ~on
-            times, places = np.zeros(len(on)), (at - side.pose.tip) @ side.pose.axes.T
-            times[late] = (AFTER if old.stuck.any() else AT_FIRST) * self._touch_times(late, old)
-            side.grip[new] = (old.before + times[:, None] * (places - old.before))[new]
-            side.traction[~on | new], side.stuck = 0.0, on
-            force = self.points.areas * np.maximum(side.multiplier, old.multiplier)
-            changed, whole = changed + float(force[new | lost].sum()), whole + float(force.sum())
-        return changed / whole
+        changed, total = 0.0, 1e-300
+        for side, at_start in zip(self._sides, earlier, strict=True):
+            pressing = side.multiplier > 0.0
+            newly, begins, ends = pressing & ~at_start.stuck, pressing & ~side.stuck, side.stuck & ~pressing
+            touch_times, here = np.zeros(len(pressing)), (at - side.pose.tip) @ side.pose.axes.T
+            touch_times[newly] = (AFTER if at_start.stuck.any() else AT_FIRST) * self._touch_times(newly, at_start)
+            side.grip[begins] = (at_start.before + touch_times[:, None] * (here - at_start.before))[begins]
+            side.traction[~pressing | begins], side.stuck = 0.0, pressing
+            force = self.points.areas * np.maximum(side.multiplier, at_start.multiplier)
+            changed, total = changed + float(force[begins | ends].sum()), total + float(force.sum())
+        return changed / total
 
-    def _touch_times(self, late: np.ndarray, old: _Side) -> np.ndarray:
-        """Return when ``late`` points (q,) bool came to touch, from 0 to 1 in the step.
+    def _touch_times(self, newly: np.ndarray, at_start: _Side) -> np.ndarray:
+        """Return when in the step, from 0 to 1, the points ``newly`` (q,) bool came to touch; at_start : the side then.
 
         The area is taken to grow evenly, as under a sphere in theory, and points to touch in the order of their gaps
         before the step; those without a gap have the time 0.
         """
-        gaps, areas = old.pose.gaps(old.in_space(old.before))[0][late], self.points.areas[late]
-        order, none = np.argsort(gaps), 10.0 * TOUCH_TOLERANCE * old.pose.instrument.radius_m
-        whole, ranked = np.append(0.0, np.cumsum(areas[order])), gaps[order]
+        gaps, areas = at_start.pose.gaps(at_start.in_space(at_start.before))[0][newly], self.points.areas[newly]
+        order, no_gap = np.argsort(gaps), 10.0 * TOUCH_TOLERANCE * at_start.pose.instrument.radius_m
+        grown, ranked = np.append(0.0, np.cumsum(areas[order])), gaps[order]
         # points at the same gap touch together, halfway between the areas before and after them
-        first, last = (whole[np.searchsorted(ranked, gaps + shift)] for shift in (-none, none))
-        return np.where(gaps <= none, 0.0, 0.5 * (first + last) / max(whole[-1], 1e-300))
+        area_before, area_after = (grown[np.searchsorted(ranked, gaps + shift)] for shift in (-no_gap, no_gap))
+        return np.where(gaps <= no_gap, 0.0, 0.5 * (area_before + area_after) / max(grown[-1], 1e-300))

@@ -53,30 +53,30 @@ class PressedDescent:
         return force
 
     def _step(self, right: np.ndarray) -> np.ndarray:
-        """Solve with the matrix of effects and contact, at the positions of the last call of ``force``."""
-        free = self._solve(right)
+        """Solve with the matrix of effects, and of contact where ``force`` was last asked, for ``right`` [N]."""
+        without = self._solve(right)
         overlaps, normals = self._contact.overlaps(self._at)
-        on = np.flatnonzero(overlaps)
-        if not len(on):
-            return free
-        nodes, normals = self._contact.nodes[on], normals[on]
-        moved = np.array([np.tensordot(n, self._column(int(i)), 1) for i, n in zip(nodes, normals, strict=True)])
+        touching = np.flatnonzero(overlaps)
+        if not len(touching):
+            return without
+        nodes, normals = self._contact.nodes[touching], normals[touching]
+        responses = np.array([np.tensordot(n, self._column(int(i)), 1) for i, n in zip(nodes, normals, strict=True)])
         # displacement along the normal of node k by a unit force along that of node j
-        compliance = np.einsum("jki,ki->kj", moved[:, nodes], normals)
-        compliance[np.diag_indices(len(on))] += 1.0 / self._contact.stiffness_n_m[on]
-        pushes = np.linalg.solve(compliance, np.einsum("ki,ki->k", free[nodes], normals))
-        return free - np.tensordot(pushes, moved, 1)
+        compliance = np.einsum("jki,ki->kj", responses[:, nodes], normals)
+        compliance[np.diag_indices(len(touching))] += 1.0 / self._contact.stiffness_n_m[touching]
+        pushes = np.linalg.solve(compliance, np.einsum("ki,ki->k", without[nodes], normals))
+        return without - np.tensordot(pushes, responses, 1)
 
     def _column(self, node: int) -> np.ndarray:
         """Return the displacements (3, n, 3) [m/N] by unit forces along x, y and z at a node."""
         if node not in self._columns:
             columns = np.zeros((3, *self._at.shape))
-            units = np.zeros_like(columns)
-            units[:, node] = np.eye(3)
+            forces = np.zeros_like(columns)
+            forces[:, node] = np.eye(3)
             if self._isotropic:
-                along = self._solve(units.sum(axis=0))
-                columns[np.arange(3), :, np.arange(3)] = along.T
+                response = self._solve(forces.sum(axis=0))
+                columns[np.arange(3), :, np.arange(3)] = response.T
             else:
-                columns[:] = [self._solve(unit) for unit in units]
+                columns[:] = [self._solve(unit) for unit in forces]
             self._columns[node] = columns
         return self._columns[node]

@@ -118,8 +118,8 @@ class ProjectiveSteps(RelaxedParts):
             lambda away: inertia * away,
             None if damping is None else lambda moved: (damping @ moved.ravel()).reshape(moved.shape) / h,
         )
-        begin = min((x, ahead), key=problem.energy)
-        least = minimise_by_lbfgs(problem, self._prefactored(h).solve, begin, 0.0, self._iterations, kept=self._memory)
+        guess = min((x, ahead), key=problem.energy)
+        least = minimise_by_lbfgs(problem, self._prefactored(h).solve, guess, 0.0, self._iterations, kept=self._memory)
         return self.end(x, least.x, v, h)
 
     def _prefactored(self, h: float) -> Prefactored:

@@ -75,11 +75,11 @@ class Pushed:
         They are the response of the body linearised at ``x`` to the missing displacements: Newton's first step.
         """
         multiply, precondition = self._body.linearise(x)
-        within, follow = self._constrained(precondition)
-        step = follow(moved - self.means(x - self._body.mesh.nodes))
-        right = self.force(x) - self._projected(multiply(step))
-        if np.linalg.norm(right) > 0.0:
-            step += conjugate_gradients(lambda a: self._projected(multiply(a)), within, right, BEGIN_TOLERANCE, 200)[0]
+        within, displace = self._constrained(precondition)
+        step = displace(moved - self.means(x - self._body.mesh.nodes))
+        forces = self.force(x) - self._projected(multiply(step))
+        if np.linalg.norm(forces) > 0.0:
+            step += conjugate_gradients(lambda a: self._projected(multiply(a)), within, forces, BEGIN_TOLERANCE, 200)[0]
         return x + step
 
     def _constrained(self, precondition: Product) -> tuple[Product, Callable[[np.ndarray], np.ndarray]]:
@@ -89,7 +89,7 @@ class Pushed:
         """
         units = np.eye(3 * self._weights.shape[0]).reshape(-1, self._weights.shape[0], 3)
         responses = np.array([precondition(self._spread @ unit) for unit in units])
-        stiffness = np.linalg.inv(np.array([self.means(each).ravel() for each in responses]).T)
+        stiffness = np.linalg.inv(np.array([self.means(response).ravel() for response in responses]).T)
 
         def follow(moved: np.ndarray) -> np.ndarray:
             return np.tensordot(stiffness @ moved.ravel(), responses, 1)
@@ -135,10 +135,10 @@ def push(
         return state, problem.disc_forces(state.x)
     solution, rest = Solution(x), body.mesh.nodes
 
-    def follow(before: np.ndarray, until: float, step: float) -> np.ndarray:
-        body.carry(until * load)
-        first = problem.begin(rest if until == step < 1.0 else before, until * moved)
-        _settle(problem, first, tolerance if until == 1.0 else max(tolerance, PART_TOLERANCE), solution)
+    def follow(reached: np.ndarray, part: float, step: float) -> np.ndarray:
+        body.carry(part * load)
+        guess = problem.begin(rest if part == step < 1.0 else reached, part * moved)
+        _settle(problem, guess, tolerance if part == 1.0 else max(tolerance, PART_TOLERANCE), solution)
         return solution.x
 
     list(steps_to(1.0, 0.0, 1.0, x, follow, "at {:.0%} of the way in steps of {:.1%}".format, stay_short=True))

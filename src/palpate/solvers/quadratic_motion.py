@@ -34,13 +34,13 @@ def mass_matrix(mesh: TetMesh, element_masses: np.ndarray) -> sparse.csr_array:
     coordinates in closed form (Zienkiewicz, Taylor and Zhu 2013, section 6.3).
     """
     on_edge = np.array([[corner in edge for edge in EDGES] for corner in range(4)])
-    in_common = np.array([[len(set(a) & set(b)) for b in EDGES.tolist()] for a in EDGES.tolist()])
+    shared = np.array([[len(set(a) & set(b)) for b in EDGES.tolist()] for a in EDGES.tolist()])
     corners, mixed = np.ones((4, 4)) + 5.0 * np.eye(4), np.where(on_edge, -4.0, -6.0)
-    edges = np.array([8.0, 16.0, 32.0])[in_common]  # by the number of corners that two edges have in common
-    whole = np.block([[corners, mixed], [mixed.T, edges]]) / 420.0
+    edges = np.array([8.0, 16.0, 32.0])[shared]  # by the number of corners that two edges have in common
+    element = np.block([[corners, mixed], [mixed.T, edges]]) / 420.0
     ten, n = ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges)
     rows, columns = np.repeat(ten, 10, axis=1).ravel(), np.tile(ten, (1, 10)).ravel()
-    return sparse.coo_array((np.outer(element_masses, whole.ravel()).ravel(), (rows, columns)), shape=(n, n)).tocsr()
+    return sparse.coo_array((np.outer(element_masses, element.ravel()).ravel(), (rows, columns)), shape=(n, n)).tocsr()
 
 
 class Reached(NamedTuple):
@@ -96,23 +96,23 @@ class Midpoint:
         """
         x, v, descents = self.rest.copy(), np.zeros_like(self.rest), Descents()
         differences: list[np.ndarray] = []
-        for number, middle in zip(range(count), coarser, strict=False):
-            base = self.rest + np.where(self.held[:, None], 0.0, middle)
-            self.load = self.load_at((number + 0.5) * h)
+        for index, middle in zip(range(count), coarser, strict=False):
+            coarse_guess = self.rest + np.where(self.held[:, None], 0.0, middle)
+            self.load = self.load_at((index + 0.5) * h)
             damping = self.damping(x + 0.5 * h * v)
             stage = self.stage((self.energy, self.force), x, v, 0.5 * h, damping)
             descent = descents.minimum(
                 stage,
-                base + _extrapolated(differences),
+                coarse_guess + _extrapolated(differences),
                 tolerance * self.scale_n,
                 partial(self._preconditioner, h, x),
-                f"the step at {number * h:.4g} s",
+                f"the step at {index * h:.4g} s",
             )
-            differences = [*differences[-2:], descent.x - base]
+            differences = [*differences[-2:], descent.x - coarse_guess]
             velocity = (descent.x - x) * (2.0 / h)
-            work, lost = h * float(np.vdot(self.load, velocity)), h * float(np.vdot(velocity, damping(velocity)))
+            work_j, lost_j = h * float(np.vdot(self.load, velocity)), h * float(np.vdot(velocity, damping(velocity)))
             x, v = 2.0 * descent.x - x, 2.0 * velocity - v
-            yield Reached(x, v, descent.x - self.rest, work, lost, descent.convex)
+            yield Reached(x, v, descent.x - self.rest, work_j, lost_j, descent.convex)
 
     def stage(self, acting: tuple, x: np.ndarray, v: np.ndarray, tau: float, damping: Product) -> IncrementalPotential:
         """Return the incremental potential of a stage of ``tau`` [s] from positions ``x`` at velocities ``v``.
@@ -159,7 +159,7 @@ class QuadraticMotion(Equilibrium, Midpoint):
         self._weight = np.outer(self.masses @ np.ones(len(self.held)), np.array(loads.acceleration_m_s2, dtype=float))
         self._weight[self.held] = 0.0
         forces = [self._weight, *(forces[~self.held[nodes]] for nodes, forces in self._push.parts)]
-        self.scale_n = sum(float(np.linalg.norm(each)) for each in forces)
+        self.scale_n = sum(float(np.linalg.norm(part)) for part in forces)
 
     def _precondition_by(self, linear: OnSupports) -> None:
         """Store the ``linear`` elements for ``cycle``, as the preconditioner depends on the length of the steps."""

@@ -166,9 +166,9 @@ class RelaxedParts:
         load = system.outer_force(start, v) if system.loaded else None
         self._check(x, v)
         x = x - h**2 * self.inverse_masses[:, None] * self.pushes
-        v, alone = (x - start) / h, x.copy()
+        v, unpushed = (x - start) / h, x.copy()
         system.project(start, x, v, h)
-        self.pushes = (system.masses / h**2)[:, None] * (x - alone)
+        self.pushes = (system.masses / h**2)[:, None] * (x - unpushed)
         if load is not None:
             system.add_work(load, x - start)
         for cord in self.cords:

@@ -56,28 +56,28 @@ def softest(problem: Smooth, precondition: Product, x: np.ndarray, size: float, 
     The value has the sign of the least eigenvalue of the tangent (Sylvester). It is the softness relative to the state
     at rest if the preconditioner is near the inverse of the stiffness there.
     """
-    here, residual = problem.force(x), np.random.default_rng(0).normal(size=x.shape)
-    residual[problem.force(x + DIFFERENCE * size * residual) == here] = 0.0  # held nodes, whose force is always zero
+    force0, residual = problem.force(x), np.random.default_rng(0).normal(size=x.shape)
+    residual[problem.force(x + DIFFERENCE * size * residual) == force0] = 0.0  # held nodes, whose force is always zero
     step = precondition(residual)
     length = np.sqrt(np.vdot(residual, step))
     forces, directions = [residual / length], [step / length]  # Lanczos vectors, before and after preconditioning
     diagonal: list[float] = []
     off_diagonal: list[float] = []
     while True:
-        last = directions[-1]
-        h = DIFFERENCE * size / np.abs(last).max()
-        residual = (here - problem.force(x + h * last)) / h
-        diagonal.append(float(np.vdot(last, residual)))
+        direction = directions[-1]
+        step_m = DIFFERENCE * size / np.abs(direction).max()
+        residual = (force0 - problem.force(x + step_m * direction)) / step_m
+        diagonal.append(float(np.vdot(direction, residual)))
         # orthogonal to all earlier vectors, as rounding makes those lose orthogonality to the last two
-        for force, direction in zip(forces, directions, strict=True):
-            residual -= float(np.vdot(direction, residual)) * force
+        for force, earlier in zip(forces, directions, strict=True):
+            residual -= float(np.vdot(earlier, residual)) * force
         step = precondition(residual)
         length = float(np.sqrt(max(np.vdot(residual, step), 0.0)))
         values, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(off_diagonal, 1) + np.diag(off_diagonal, -1))
-        value, mix = float(values[0]), vectors[:, 0]
-        known = len(diagonal) >= LEAST_PRODUCTS and length * abs(mix[-1]) <= sure * value
-        if value < -NEUTRAL or known or len(diagonal) >= MOST_PRODUCTS or length < 1e-12:
-            return Softest(value, np.tensordot(mix, np.array(directions), 1))
+        value, weights = float(values[0]), vectors[:, 0]
+        certain = len(diagonal) >= LEAST_PRODUCTS and length * abs(weights[-1]) <= sure * value
+        if value < -NEUTRAL or certain or len(diagonal) >= MOST_PRODUCTS or length < 1e-12:
+            return Softest(value, np.tensordot(weights, np.array(directions), 1))
         off_diagonal.append(length)
         forces.append(residual / length)
         directions.append(step / length)
@@ -100,9 +100,9 @@ def made_stable(
         mode = softest(problem, precondition(), solution.x, size)
         if mode.value >= -NEUTRAL:
             return solution
-        before = problem.energy(solution.x)
+        energy = problem.energy(solution.x)
         solution = settle(_bent(problem, solution.x, mode.direction, size)).after(solution)
-        if before - problem.energy(solution.x) < GAIN * abs(before):
+        if energy - problem.energy(solution.x) < GAIN * abs(energy):
             return solution
     raise NotConverged(f"no stable equilibrium was found: the body gave way {TURNS} times", solution.history)
 
@@ -123,8 +123,7 @@ def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scal
     """Find the equilibrium that a body goes to from ``x`` (n, 3) [m] beside an unstable one.
 
     at_rest : the preconditioner of the state at rest; tolerance : of the residual, over ``scale`` [N]
-    L-BFGS is first, as it never raises the energy and needs no positive stiffness, then Newton's method. NotConverged
-    if both fail.
+    L-BFGS comes first, as it never raises energy nor needs positive stiffness, then Newton's. NotConverged if all fail.
     """
     spent = None
     for iterations in LBFGS_ITERATIONS:
@@ -136,5 +135,5 @@ def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scal
         try:
             return minimise_by_newton(problem, x, scale, tolerance).after(spent)
         except NotConverged as failure:
-            last = failure
-    raise NotConverged(f"the body buckles, and where it goes was not found: {last}", last.history) from last
+            newest = failure
+    raise NotConverged(f"the body buckles, and where it goes was not found: {newest}", newest.history) from newest

@@ -48,7 +48,7 @@ class System:
             if lack := hooks.incomplete(effect):
                 raise InputError(f"effect {name} has {lack}; see palpate/effects/effect.py.")
         self.particles, self.masses, self.effects = particles, particles.masses, effects
-        first, self.elastic = next(iter(effects.items()))
+        elastic_name, self.elastic = next(iter(effects.items()))
         self.seconds = dict.fromkeys(effects, 0.0)
         self.free = np.ones(len(particles.nodes), dtype=bool)
         for _, anchor in self.offering(hooks.FixedNodes):
@@ -73,7 +73,7 @@ class System:
         touching = self.offering(hooks.Touching)
         self._touching = [(n, e.touching) for n, e in touching]
         self._explicit_touching = [(n, e.touching) for n, e in touching if not offers(e, hooks.Projection)]
-        self._goals = [(first, self.elastic.goals)] if offers(self.elastic, hooks.Goals) else []
+        self._goals = [(elastic_name, self.elastic.goals)] if offers(self.elastic, hooks.Goals) else []
         self.time, self._load_work = 0.0, 0.0
         for _, follower in self.offering(hooks.HeldNodes):
             follower.hold(self._fixed)
@@ -129,13 +129,12 @@ class System:
     def magnitude(self, x: np.ndarray, most: float = np.inf) -> float:
         """Return the sum over effects of the norm [N] of their forces on free nodes: the scale of residuals.
 
-        Damping is left out. The force of an effect with a ``limit`` can grow without bound: it counts as at most
-        ``most`` [N].
+        Damping is left out. The force of an effect with a ``limit`` can grow without bound: up to ``most`` [N] counts.
         """
         still, total = np.zeros_like(x), 0.0
-        for call in [*self._potential, *self._loads]:
-            norm = float(np.linalg.norm(self._sum([call], x, still)))
-            total += min(norm, most) if call[0] in self._unbounded else norm
+        for force in [*self._potential, *self._loads]:
+            norm = float(np.linalg.norm(self._sum([force], x, still)))
+            total += min(norm, most) if force[0] in self._unbounded else norm
         return total
 
     def _sum(self, calls: Calls, x: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -195,10 +194,10 @@ class System:
         """
         x = self.followed(x)
         for name, call in self._begins:
-            ahead = self._timed(name, call, x, h)
+            displaced = self._timed(name, call, x, h)
             if self._limits and name not in self._unbounded:  # displaced nodes stop before they touch anything
-                ahead = x + self.limit(x, ahead - x) * (ahead - x)
-            x = ahead
+                displaced = x + self.limit(x, displaced - x) * (displaced - x)
+            x = displaced
         return x
 
     def end(self, x: np.ndarray) -> None:
@@ -259,8 +258,7 @@ def stable_step(system: System, taken: float = 0.0) -> float:
     at rest. In each step a mode of frequency² a and damping rate c is multiplied by the roots of
     z² − (2 − hc − h²a) z + (1 − hc), which are in the unit circle up to h² a + 2 h c = 4; without damping that is
     h = 2 sqrt(m/k) (paper 3). In a mode of the whole body a and c are means over it, a ≤ λ_K and c ≤ λ_C, so the
-    condition is sufficient. A decay of velocities by a projection at the end of the step reduces the right side to 2 in
-    the worst case.
+    condition is sufficient. A decay of velocities by a projection at the step's end reduces 4 to 2 in the worst case.
 
     taken : α of goal positions, 0 without them
     """
@@ -273,8 +271,8 @@ def stable_step(system: System, taken: float = 0.0) -> float:
     if a + c == 0.0:
         return math.inf
     decays = any(offers(effect, Damping) for _, effect in system.offering(Projection))
-    room = (2.0 if decays else 4.0) - taken
-    return room / (c + math.sqrt(c * c + room * a))  # the root without cancellation, also for a = 0
+    right_side = (2.0 if decays else 4.0) - taken
+    return right_side / (c + math.sqrt(c * c + right_side * a))  # the root without cancellation, also for a = 0
 
 
 def _largest(parts: list[sparse.bsr_array], unknowns: np.ndarray, scale: np.ndarray) -> float:

@@ -36,19 +36,19 @@ class TiedSystem(System):
 
     def tie(self, leaders: np.ndarray) -> None:
         """Let each node move with the one in ``leaders`` (n,); a leader is its own."""
-        own = self.particles
+        particles = self.particles
         self.leaders, self._tied = leaders, np.flatnonzero(leaders != np.arange(len(leaders)))
         self._still = ~self.free
         self._still[self._tied] = True
-        self.masses = np.bincount(leaders, own.masses, minlength=len(leaders))
+        self.masses = np.bincount(leaders, particles.masses, minlength=len(leaders))
         self._lay_out([leaders[effect.couples] for _, effect in self.offering(hooks.Couples)])
         for _, follower in self.offering(hooks.Following):
             follower.follow(leaders)
-        assert own.ties is not None
+        assert particles.ties is not None
         for _, effect in self.offering(hooks.Surface):
             # contact needs a mass at each node: that of a tied one is its own
-            masses = np.where(self.masses > 0.0, self.masses, own.masses)
-            effect.resurface(replace(own, triangles=own.ties.surface(leaders), masses=masses))
+            masses = np.where(self.masses > 0.0, self.masses, particles.masses)
+            effect.resurface(replace(particles, triangles=particles.ties.surface(leaders), masses=masses))
 
     def let_go(self, x: np.ndarray, leaders: np.ndarray) -> None:
         """End all ties but those to ``leaders`` (n,), at positions ``x`` (n, 3) [m].
@@ -130,13 +130,13 @@ class TiedSteps:
 
 def _warn_of_loose_pieces(system: TiedSystem) -> None:
     """Warn if a cut frees pieces that nothing holds, of a body that is held."""
-    own = system.particles
-    piece = components(own.tetrahedra[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(own.nodes))
-    masses, held = np.bincount(piece, own.masses), np.bincount(piece, ~system.free)
-    loose = masses[held == 0].sum() / masses.sum()
-    if 0.0 < loose < 1.0:
+    body = system.particles
+    piece = components(body.tetrahedra[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(body.nodes))
+    masses, held = np.bincount(piece, body.masses), np.bincount(piece, ~system.free)
+    share = masses[held == 0].sum() / masses.sum()
+    if 0.0 < share < 1.0:
         warnings.warn(
-            f"{own.name}: the cut frees {loose:.1%} of the mass, which nothing holds and no gravity moves; give the "
+            f"{body.name}: the cut frees {share:.1%} of the mass, which nothing holds and no gravity moves; give the "
             "scene gravity, or cut less deep.",
             stacklevel=2,
         )

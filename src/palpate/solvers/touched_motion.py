@@ -52,7 +52,7 @@ class TouchedMotion(QuadraticMotion):
         self.bearing, self.overlap_j = np.zeros(len(points.areas), dtype=bool), 0.0
 
     def touched_steps(self, h: float, count: int, tolerance: float, passes: int = PASSES) -> Iterator[Reached]:
-        """Yield the ends of ``count`` steps of ``h`` [s] from rest.
+        """Yield the ends of ``count`` steps of ``h`` [s] from rest, each of two implicit stages of STAGE ``h``.
 
         tolerance : of the forces that do not balance, over the largest norm that those of contact and loads have had
         passes : how often each stage with friction is solved
@@ -70,35 +70,35 @@ class TouchedMotion(QuadraticMotion):
         for number in range(count):
             begin = number * h
             contact.speeds = (self.contact.at(begin + h).tips - self.contact.at(begin).tips) / h
-            base_x, base_v, work, lost, convex = x, v, 0.0, 0.0, True
-            mean = np.zeros_like(contact.speeds)
-            for weight, ends in ((1.0 - STAGE, begin + tau), (STAGE, begin + h)):
-                contact.begin(ends, base_x, tau)
-                self.load = self.load_at(ends)
-                z = base_x + tau * base_v
+            from_x, from_v, work, damped, convex = x, v, 0.0, 0.0, True
+            mean_force = np.zeros_like(contact.speeds)
+            for weight, end in ((1.0 - STAGE, begin + tau), (STAGE, begin + h)):
+                contact.begin(end, from_x, tau)
+                self.load = self.load_at(end)
+                z = from_x + tau * from_v
                 damping = self.damping(z)
-                stage = self.stage((energy, force), base_x, base_v, tau, damping)
+                stage = self.stage((energy, force), from_x, from_v, tau, damping)
                 z[self.held] = self.mesh.nodes[self.held]
                 for _ in range(passes if self.contact.friction else 1):
                     self.scale_n = max(self.scale_n, contact.peak_n)
                     scale = max(self.scale_n, contact.norm(z))
-                    allowed = max(tolerance * scale, self._rounding)
+                    tolerance_n = max(tolerance * scale, self._rounding)
                     solver = partial(self._solver, tau, z, contact)
-                    descent = descents.minimum(stage, z, allowed, solver, f"the stage to {ends:.4g} s")
+                    descent = descents.minimum(stage, z, tolerance_n, solver, f"the stage to {end:.4g} s")
                     z, convex = descent.x, convex and descent.convex
                     contact.renew(z)
                 contact.peak_n = max(contact.peak_n, contact.norm(z))
-                velocity = (z - base_x) / tau
-                pushed = contact.forces(z).sum(axis=1)
-                mean += weight * pushed
-                driven = float(np.vdot(pushed, contact.speeds))
-                work += weight * h * (float(np.vdot(self.load, velocity)) + driven)
-                lost += weight * h * (float(np.vdot(velocity, damping(velocity))) + contact.rubbed(z))
-                rate = (velocity - base_v) / tau
-                base_x, base_v = x + (1.0 - STAGE) * h * velocity, v + (1.0 - STAGE) * h * rate
+                velocity = (z - from_x) / tau
+                forces_now = contact.forces(z).sum(axis=1)
+                mean_force += weight * forces_now
+                power = float(np.vdot(forces_now, contact.speeds))
+                work += weight * h * (float(np.vdot(self.load, velocity)) + power)
+                damped += weight * h * (float(np.vdot(velocity, damping(velocity))) + contact.rubbed(z))
+                rate = (velocity - from_v) / tau
+                from_x, from_v = x + (1.0 - STAGE) * h * velocity, v + (1.0 - STAGE) * h * rate
             x, v = z, velocity
             self.bearing, self.overlap_j = contact.overlap(z)
-            yield Reached(x, v, x - self.mesh.nodes, work, lost, convex, mean)
+            yield Reached(x, v, x - self.mesh.nodes, work, damped, convex, mean_force)
 
     def total_energy(self, x: np.ndarray, v: np.ndarray) -> float:
         """Return the elastic and kinetic energy [J], and that of contact where the last step ended."""
@@ -145,9 +145,9 @@ class _Contact:
         Those of the last ``z`` (n, 3) [m] are kept: a search asks for energy, forces and stiffness at the same one.
         """
         if self._seen is None or not np.array_equal(z, self._seen[0]):
-            at = self._points.interpolation @ z
-            pressures, energies = pushes(at, self._penalty, self._tools, self._rubbing)
-            self._seen = z.copy(), at, self._areas[:, None] * pressures, float(self._areas @ energies)
+            places = self._points.interpolation @ z
+            pressures, energies = pushes(places, self._penalty, self._tools, self._rubbing)
+            self._seen = z.copy(), places, self._areas[:, None] * pressures, float(self._areas @ energies)
         return self._seen[1:]
 
     def energy(self, z: np.ndarray) -> float:

@@ -52,9 +52,9 @@ class VertexBlockDescent:
     ):
         self._elements, self._free = elements, np.flatnonzero(~held)
         couples = elements.tetrahedra
-        around = np.argsort(couples.ravel(), kind="stable")
-        self._around = around // 4, around % 4
-        self._starts = np.searchsorted(couples.ravel()[around], np.arange(len(held) + 1))
+        by_node = np.argsort(couples.ravel(), kind="stable")
+        self._around = by_node // 4, by_node % 4
+        self._starts = np.searchsorted(couples.ravel()[by_node], np.arange(len(held) + 1))
         self._springs = None if bed is None else (bed.scalar.indptr, bed.scalar.indices, bed.scalar.data, bed.rest)
 
     def relax(
@@ -77,24 +77,24 @@ class VertexBlockDescent:
         moving : of a step in time, None for an equilibrium
         """
         elements, turns = self._elements, np.zeros((len(self._elements.tetrahedra), 4))
-        number, weight = (0, 1.0) if before is None else (DELAY, 1.0)
+        count, weight = (0, 1.0) if before is None else (DELAY, 1.0)
         x, before = x.copy(), x if before is None else before
         touched = None if contact is None else _for_sweeps(contact, len(x))
         for _ in range(sweeps):
-            reached = x.copy()
+            swept = x.copy()
             _sweep(
-                reached, load, self._free, self._starts, *self._around, elements.tetrahedra, elements.gradients,
+                swept, load, self._free, self._starts, *self._around, elements.tetrahedra, elements.gradients,
                 elements.volumes, *elements.moduli, turns, self._springs, touched, moving,
                 isinstance(elements, FlatElements),
             )  # fmt: skip
-            if np.vdot(reached - x, x - before) < 0.0:
-                number = 0
-            weight = chebyshev(number, radius, weight)
-            ahead = before + weight * (reached - before)
+            if np.vdot(swept - x, x - before) < 0.0:
+                count = 0
+            weight = chebyshev(count, radius, weight)
+            extrapolated = before + weight * (swept - before)
             if contact is not None:
-                touching = contact.nodes[contact.overlaps(reached)[0] > 0.0]
-                ahead[touching] = reached[touching]
-            x, before, number = ahead, x, number + 1
+                touching = contact.nodes[contact.overlaps(swept)[0] > 0.0]
+                extrapolated[touching] = swept[touching]
+            x, before, count = extrapolated, x, count + 1
         return x, before
 
 
@@ -112,17 +112,17 @@ class BlockDescentSteps(RelaxedParts):
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         elements, start = self.elements, x
-        slower, slow = 1.0 / (1.0 + h * self.mass_rate), self.stiffness_time / h
+        slower, damped = 1.0 / (1.0 + h * self.mass_rate), self.stiffness_time / h
         force = self.outer(start, v) + self.pushes
-        pushed = self.inverse_masses[:, None] * force
-        if slow > 0.0:
+        acceleration = self.inverse_masses[:, None] * force
+        if damped > 0.0:
             _stresses(
-                start, elements.tetrahedra, elements.gradients, *elements.moduli, self.flat, self._turns, slow,
+                start, elements.tetrahedra, elements.gradients, *elements.moduli, self.flat, self._turns, damped,
                 self._stresses,
             )  # fmt: skip
         inertia = self.system.masses / (slower * h**2)
-        moving = Inertia(inertia, start + slower * (h * v + h**2 * pushed), slow, self._stresses)
-        guess = start + h * v + h**2 * self._followed(pushed, v, h)
+        moving = Inertia(inertia, start + slower * (h * v + h**2 * acceleration), damped, self._stresses)
+        guess = start + h * v + h**2 * self._followed(acceleration, v, h)
         self._before = v
         x = self._descent.relax(guess, np.zeros_like(x), self._sweeps, self._radius, moving=moving)[0]
         return self.end(start, x, v, h)
@@ -135,8 +135,8 @@ class BlockDescentSteps(RelaxedParts):
         if self._before is None:
             return np.zeros_like(v)
         sizes = np.linalg.norm(pushed, axis=1)
-        along = np.einsum("ni,ni->n", (v - self._before) / h, pushed) / np.maximum(sizes, 1e-300)
-        return (np.clip(along, 0.0, sizes) / np.maximum(sizes, 1e-300))[:, None] * pushed
+        parts = np.einsum("ni,ni->n", (v - self._before) / h, pushed) / np.maximum(sizes, 1e-300)
+        return (np.clip(parts, 0.0, sizes) / np.maximum(sizes, 1e-300))[:, None] * pushed
 
 
 make = BlockDescentSteps
@@ -168,58 +168,58 @@ def _sweep(
     x, load, free, starts, around, corners, tetrahedra, gradients, volumes, mu, lam, turns, springs, touched, moving,
     flat,
 ):  # fmt: skip
-    """Move each of the ``free`` nodes of ``x`` in turn by its step of Newton's method, in place.
+    """Move each of the ``free`` nodes of ``x`` in turn, in place, by ``block``⁻¹ ``force``, a step of Newton's method.
 
     starts, around, corners : the elements around each node, ``around[starts[n] : starts[n + 1]]``, and its corner there
     """
-    f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
-    block, slope, along = np.empty((3, 3)), np.empty(3), np.empty(3)
+    f, r, scratch = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
+    block, force, vector = np.empty((3, 3)), np.empty(3), np.empty(3)  # the last is R g, then the node's step
     for node in free:
         block[:] = 0.0
-        slope[:] = load[node]
+        force[:] = load[node]
         for k in range(starts[node], starts[node + 1]):
             e, g = around[k], gradients[around[k], corners[k]]
             deformation_gradient(x, tetrahedra[e], gradients[e], f)
-            nearest(f, turns[e], work, r)
+            nearest(f, turns[e], scratch, r)
             if flat:
                 f[:, 2] = r[:, 2]
-            trace, square, stiff = -3.0, 0.0, volumes[e]
+            trace, square, share = -3.0, 0.0, volumes[e]
             if moving is not None:
-                stiff *= 1.0 + moving.slow
+                share *= 1.0 + moving.slow
             for i in range(3):
                 square += g[i] * g[i]
                 for j in range(3):
                     trace += r[i, j] * f[i, j]
             for i in range(3):
-                along[i] = r[i, 0] * g[0] + r[i, 1] * g[1] + r[i, 2] * g[2]
-                moved = f[i, 0] * g[0] + f[i, 1] * g[1] + f[i, 2] * g[2]
-                slope[i] -= stiff * (2.0 * mu[e] * (moved - along[i]) + lam[e] * trace * along[i])
+                vector[i] = r[i, 0] * g[0] + r[i, 1] * g[1] + r[i, 2] * g[2]
+                stretched = f[i, 0] * g[0] + f[i, 1] * g[1] + f[i, 2] * g[2]
+                force[i] -= share * (2.0 * mu[e] * (stretched - vector[i]) + lam[e] * trace * vector[i])
             if moving is not None:  # compiled without a branch
-                _give_back(moving.stresses[e], volumes[e], g, r, slope)
+                _give_back(moving.stresses[e], volumes[e], g, r, force)
             for i in range(3):
-                block[i, i] += 2.0 * mu[e] * stiff * square
+                block[i, i] += 2.0 * mu[e] * share * square
                 for j in range(3):
-                    block[i, j] += lam[e] * stiff * along[i] * along[j]
+                    block[i, j] += lam[e] * share * vector[i] * vector[j]
         if moving is not None:
             for i in range(3):
-                slope[i] += moving.inertia[node] * (moving.target[node, i] - x[node, i])
+                force[i] += moving.inertia[node] * (moving.target[node, i] - x[node, i])
                 block[i, i] += moving.inertia[node]
         if springs is not None:
-            _resist(x, node, springs, block, slope)
+            _resist(x, node, springs, block, force)
         if touched is not None:
-            _push_out(x, node, touched, block, slope)
-        _step(block, slope, along)
+            _push_out(x, node, touched, block, force)
+        _step(block, force, vector)
         for i in range(3):
-            x[node, i] += along[i]
+            x[node, i] += vector[i]
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _give_back(stress, volume, g, r, slope):
+def _give_back(stress, volume, g, r, force):
     """Add the force of the ``stress`` at the step's start, turned by ``r``: damping resists the change since then."""
     for j in range(3):
         part = volume * (stress[j, 0] * g[0] + stress[j, 1] * g[1] + stress[j, 2] * g[2])
         for i in range(3):
-            slope[i] += r[i, j] * part
+            force[i] += r[i, j] * part
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -243,20 +243,20 @@ def _stresses(x, tetrahedra, gradients, mu, lam, flat, turns, factor, stresses):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _resist(x, node, springs, block, slope):
-    """Add the springs of the bed at ``node`` to its ``block`` (3, 3) and its force ``slope`` (3,)."""
+def _resist(x, node, springs, block, force):
+    """Add the springs of the bed at ``node`` to its ``block`` (3, 3) and its ``force`` (3,)."""
     starts, others, stiffness, rest = springs
     for k in range(starts[node], starts[node + 1]):
         other = others[k]
         for i in range(3):
-            slope[i] -= stiffness[k] * (x[other, i] - rest[other, i])
+            force[i] -= stiffness[k] * (x[other, i] - rest[other, i])
             if other == node:
                 block[i, i] += stiffness[k]
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _push_out(x, node, touched, block, slope):
-    """Add the penalty of ``node``, if it is inside the instrument, to its ``block`` (3, 3) and its force ``slope``."""
+def _push_out(x, node, touched, block, force):
+    """Add the penalty of ``node``, if it is inside the instrument, to its ``block`` (3, 3) and its ``force``."""
     penalties, tip, axes, shape = touched
     penalty = penalties[node]
     if penalty == 0.0:
@@ -265,17 +265,17 @@ def _push_out(x, node, touched, block, slope):
     distances(x[node : node + 1], tip, axes, shape, gap, normal)
     if gap[0] < 0.0:
         for i in range(3):
-            slope[i] -= penalty * gap[0] * normal[0, i]
+            force[i] -= penalty * gap[0] * normal[0, i]
             for j in range(3):
                 block[i, j] += penalty * normal[0, i] * normal[0, j]
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _step(block, slope, step):
-    """Solve the symmetric ``block`` (3, 3) for ``slope`` (3,), into ``step`` (3,), by Cramer's rule."""
+def _step(block, force, step):
+    """Solve the symmetric ``block`` (3, 3) for ``force`` (3,), into ``step`` (3,), by Cramer's rule."""
     a, b, c, d, e, g = block[0, 0], block[0, 1], block[0, 2], block[1, 1], block[1, 2], block[2, 2]
     first, second, third = d * g - e * e, c * e - b * g, b * e - c * d
     determinant = a * first + b * second + c * third
-    step[0] = (first * slope[0] + second * slope[1] + third * slope[2]) / determinant
-    step[1] = (second * slope[0] + (a * g - c * c) * slope[1] + (b * c - a * e) * slope[2]) / determinant
-    step[2] = (third * slope[0] + (b * c - a * e) * slope[1] + (a * d - b * b) * slope[2]) / determinant
+    step[0] = (first * force[0] + second * force[1] + third * force[2]) / determinant
+    step[1] = (second * force[0] + (a * g - c * c) * force[1] + (b * c - a * e) * force[2]) / determinant
+    step[2] = (third * force[0] + (b * c - a * e) * force[1] + (a * d - b * b) * force[2]) / determinant

@@ -103,12 +103,12 @@ class Xpbd:
         obstacle : an instrument, or None; afterwards it has the multipliers of the last step
         """
         x, constraints = x.copy(), Constraints(self._elements, self._bed)
-        push = step_s**2 * self._inverse[:, None] * load
+        pushed = step_s**2 * self._inverse[:, None] * load
         moved = np.zeros_like(x) if before is None else x - before
         energy = self._energy(moved)
         for _ in range(steps):
             start = x.copy()
-            x += moved + push
+            x += moved + pushed
             constraints.begin()
             if obstacle is not None:
                 obstacle.multipliers = np.zeros(len(obstacle.nodes))
@@ -152,7 +152,7 @@ make = XpbdSteps
 
 @numba.njit(cache=True, error_model="numpy")
 def _constraints(x, element, gradients, flat, turn, work, f, r, shape, swell):
-    """Return ‖F − R‖ and tr(RᵀF) − 3 of an element; write their gradients to ``shape`` and ``swell``, (4, 3)."""
+    """Return ‖F − R‖ and tr(RᵀF) − 3 of an element; write their gradients by nodes to ``shape``, ``swell`` (4, 3)."""
     deformation_gradient(x, element, gradients, f)
     nearest(f, turn, work, r)
     if flat:
@@ -178,56 +178,56 @@ def _constraints(x, element, gradients, flat, turn, work, f, r, shape, swell):
 def _meet(x, tetrahedra, gradients, volumes, mu, lam, flat, multipliers, turns, inverse, step_s, start, slow):
     """Correct ``x`` by both constraints of each element once (Macklin, Müller, Chentanez 2016, equation 26, for two).
 
-    The changes of both multipliers solve [[a, b], [b, c]] (first, second) = −(left, more).
+    The changes d of both multipliers solve [[a, b], [b, c]] (d_shape, d_swell) = −(left_shape, left_swell).
     slow : β over the step, 0 without damping
     """
     f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
     shape, swell = np.empty((4, 3)), np.empty((4, 3))
     for e in range(len(tetrahedra)):
         away, trace = _constraints(x, tetrahedra[e], gradients[e], flat, turns[e], work, f, r, shape, swell)
-        soft = 1.0 / (2.0 * mu[e] * volumes[e] * step_s**2)
-        a, b, c, left, more = soft, 0.0, 0.0, away + soft * multipliers[e, 0], 0.0
+        compliance = 1.0 / (2.0 * mu[e] * volumes[e] * step_s**2)
+        a, b, c, left_shape, left_swell = compliance, 0.0, 0.0, away + compliance * multipliers[e, 0], 0.0
         resists = lam[e] > 0.0
         if resists:
             c = 1.0 / (lam[e] * volumes[e] * step_s**2)
-            more = trace + c * multipliers[e, 1]
+            left_swell = trace + c * multipliers[e, 1]
         for k in range(4):
-            w = (1.0 + slow) * inverse[tetrahedra[e, k]]
+            mobility = (1.0 + slow) * inverse[tetrahedra[e, k]]
             for i in range(3):
-                a += w * shape[k, i] * shape[k, i]
+                a += mobility * shape[k, i] * shape[k, i]
                 if resists:
-                    b += w * shape[k, i] * swell[k, i]
-                    c += w * swell[k, i] * swell[k, i]
+                    b += mobility * shape[k, i] * swell[k, i]
+                    c += mobility * swell[k, i] * swell[k, i]
                 if slow > 0.0:
-                    moved = slow * (x[tetrahedra[e, k], i] - start[tetrahedra[e, k], i])
-                    left += shape[k, i] * moved
-                    more += swell[k, i] * moved
-        first, second = -left / a, 0.0
+                    damped = slow * (x[tetrahedra[e, k], i] - start[tetrahedra[e, k], i])
+                    left_shape += shape[k, i] * damped
+                    left_swell += swell[k, i] * damped
+        d_shape, d_swell = -left_shape / a, 0.0
         if resists:
-            determinant = a * c - b * b
-            first, second = (b * more - c * left) / determinant, (b * left - a * more) / determinant
-        multipliers[e, 0] += first
-        multipliers[e, 1] += second
+            det = a * c - b * b
+            d_shape, d_swell = (b * left_swell - c * left_shape) / det, (b * left_shape - a * left_swell) / det
+        multipliers[e, 0] += d_shape
+        multipliers[e, 1] += d_swell
         for k in range(4):
-            w = inverse[tetrahedra[e, k]]
+            mobility = inverse[tetrahedra[e, k]]
             for i in range(3):
-                x[tetrahedra[e, k], i] += w * (shape[k, i] * first + swell[k, i] * second)
+                x[tetrahedra[e, k], i] += mobility * (shape[k, i] * d_shape + swell[k, i] * d_swell)
 
 
 @numba.njit(cache=True, error_model="numpy")
 def _pull(x, rest, couples, roots, multipliers, inverse, step_s):
-    """Correct ``x`` by the constraints of each spring once: its ``roots`` times displacements, of compliance 1."""
-    soft = 1.0 / step_s**2
+    """Correct ``x`` once by each constraint of springs: a row of ``roots`` times displacements is 0, compliance 1."""
+    compliance = 1.0 / step_s**2
     for t in range(len(couples)):
         for c in range(roots.shape[1]):
-            row, stiff = roots[t, c], soft
+            row, total = roots[t, c], compliance
             for k in range(couples.shape[1]):
-                stiff += inverse[couples[t, k]] * row[k] ** 2
+                total += inverse[couples[t, k]] * row[k] ** 2
             for i in range(3):
-                left = soft * multipliers[t, c, i]
+                left = compliance * multipliers[t, c, i]
                 for k in range(couples.shape[1]):
                     left += row[k] * (x[couples[t, k], i] - rest[couples[t, k], i])
-                change = -left / stiff
+                change = -left / total
                 multipliers[t, c, i] += change
                 for k in range(couples.shape[1]):
                     x[couples[t, k], i] += inverse[couples[t, k]] * row[k] * change

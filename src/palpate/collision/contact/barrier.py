@@ -134,17 +134,17 @@ def add_curvature(kind, x, nodes, weights, force, definite, block):
                 for a in range(4):
                     for b in range(4):
                         block[a, b, i, j] -= factor * weights[a] * weights[b] * across
-    part = np.empty((4, 3))
+    vector = np.empty((4, 3))
     for k in range(free):
-        first, strength = 1.0, factor
+        w_factor, scale = 1.0, factor
         if definite:
             of_w, of_y = np.sum(weights * weights), np.sum(y[k] * y[k]) * square
             larger = 0.5 * (of_y + np.sqrt(of_y * of_y + 4.0 * of_w * of_y))
-            first, strength = of_y / larger, factor * larger * larger / (of_w * of_y + larger * larger) * larger / of_y
+            w_factor, scale = of_y / larger, factor * larger * larger / (of_w * of_y + larger * larger) * larger / of_y
         for a in range(4):
             for i in range(3):
-                part[a, i] = first * weights[a] * q[k, i] + y[k, a] * r[i]
-        add_outer(strength, part, part, block)
+                vector[a, i] = w_factor * weights[a] * q[k, i] + y[k, a] * r[i]
+        add_outer(scale, vector, vector, block)
 
 
 @numba.njit(cache=True)
@@ -163,11 +163,11 @@ def _free_directions(kind, x, nodes, weights, q, y):
     """Count the free parameters; write r's derivatives by them, orthonormal, to ``q``, and the weights' to ``y``."""
     free = 0
     if kind == POINT_TRIANGLE:
-        first = 1 if weights[1] != 0.0 else 2
-        for i in range(first + 1, 4):
-            if weights[first] != 0.0 and weights[i] != 0.0:
+        corner = 1 if weights[1] != 0.0 else 2
+        for i in range(corner + 1, 4):
+            if weights[corner] != 0.0 and weights[i] != 0.0:
                 y[free] = 0.0
-                y[free, first], y[free, i] = 1.0, -1.0
+                y[free, corner], y[free, i] = 1.0, -1.0
                 free += 1
     else:
         for i in range(0, 4, 2):
@@ -224,15 +224,15 @@ def mollifier(x, nodes, threshold, gradient):
 def add_parallel_curvature(x, nodes, factor, definite, block):
     """Add ``factor`` ≥ 0 times the Hessian of c = |u × v|² to ``block`` (4, 4, 3, 3).
 
-    Twice the square of u × v's first derivatives, which ``definite`` keeps only, and u × v times its second.
+    For edges u and v: twice the square of the first derivatives of u × v (``definite``: only these), and its second.
     """
     u, v = difference(x, nodes[1], nodes[0]), difference(x, nodes[3], nodes[2])
     uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
     for i in range(3):
         for j in range(3):
-            same = 1.0 if i == j else 0.0
-            of_u, of_v = vv * same - v[i] * v[j], uu * same - u[i] * u[j]
-            mixed = u[i] * v[j] - uv * same
+            unit = 1.0 if i == j else 0.0
+            of_u, of_v = vv * unit - v[i] * v[j], uu * unit - u[i] * u[j]
+            mixed = u[i] * v[j] - uv * unit
             if not definite:
                 mixed += u[i] * v[j] - v[i] * u[j]
             for a in range(2):
@@ -250,25 +250,25 @@ def add_mixed(of_distance, of_both, of_parallel, normals, gradient, definite, bl
 
     ``definite`` keeps the matrix's positive part, with each gradient scaled to length one.
     """
-    first, second = np.linalg.norm(normals), np.linalg.norm(gradient)
-    if not (definite and second > 0.0):
+    length_d, length_c = np.linalg.norm(normals), np.linalg.norm(gradient)
+    if not (definite and length_c > 0.0):
         add_outer(of_distance, normals, normals, block)
         if not definite:
             add_outer(of_both, normals, gradient, block)
             add_outer(of_both, gradient, normals, block)
             add_outer(of_parallel, gradient, gradient, block)
         return
-    p, r, s = of_distance * first * first, of_both * first * second, of_parallel * second * second
+    p, r, s = of_distance * length_d * length_d, of_both * length_d * length_c, of_parallel * length_c * length_c
     mean, half = 0.5 * (p + s), np.hypot(0.5 * (p - s), r)
     for side in (1.0, -1.0):
         value = mean + side * half
         if value > 0.0 and half > 0.0:
             # the eigenvector along the first column of the matrix less the other eigenvalue, or along the second
             other = mean - side * half
-            e, f = (p - other, r) if abs(p - other) > abs(s - other) else (r, s - other)
-            length = np.hypot(e, f)
-            both = e / (length * first) * normals + f / (length * second) * gradient
-            add_outer(value, both, both, block)
+            along_d, along_c = (p - other, r) if abs(p - other) > abs(s - other) else (r, s - other)
+            length = np.hypot(along_d, along_c)
+            vector = along_d / (length * length_d) * normals + along_c / (length * length_c) * gradient
+            add_outer(value, vector, vector, block)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -330,7 +330,7 @@ def blocks(kinds, nodes, offsets, scales, mollify, gap, x, definite):
     The exact Hessian; with ``definite`` a positive semi-definite part of it, which lacks only negative terms.
     Where a row of ``nodes`` has a node twice, the blocks of both places belong to it.
     """
-    weights, active, levels = np.empty((len(kinds), 4)), np.empty(len(kinds), np.int64), np.empty(len(kinds))
+    weights, active, ratios = np.empty((len(kinds), 4)), np.empty(len(kinds), np.int64), np.empty(len(kinds))
     count = 0
     for k in range(len(kinds)):
         if boxes_apart(kinds[k], x, nodes[k], offsets[k] + gap):
@@ -338,13 +338,13 @@ def blocks(kinds, nodes, offsets, scales, mollify, gap, x, definite):
         distance, _ = closest(kinds[k], x, nodes[k], weights[count])
         s = (distance - offsets[k]) / gap
         if 0.0 < s < 1.0:
-            active[count], levels[count] = k, s
+            active[count], ratios[count] = k, s
             count += 1
-    out = np.zeros((count, 4, 4, 3, 3))
+    hessians = np.zeros((count, 4, 4, 3, 3))
     for a in range(count):
         k = active[a]
-        _add_hessian(kinds[k], nodes[k], scales[k], mollify[k], gap, x, weights[a], levels[a], definite, out[a])
-    return active[:count], out
+        _add_hessian(kinds[k], nodes[k], scales[k], mollify[k], gap, x, weights[a], ratios[a], definite, hessians[a])
+    return active[:count], hessians
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -172,8 +172,8 @@ class Contact(
         strengths = np.zeros(len(rest))
         strengths[: self._n] = particles.nodal_young_pa() * particles.areas
         self._proximity = Proximity(rest, self._surfaces, self._radii, self._can_touch, strengths, self.gap_m)
-        for o, where in zip(self.obstacles, self._ranges, strict=True):
-            self._proximity.movable[where] = len(o.times_s) > 0
+        for obstacle, points in zip(self.obstacles, self._ranges, strict=True):
+            self._proximity.movable[points] = len(obstacle.times_s) > 0
         self._proximity.movable[: self._n] = self._free
 
     def hold(self, fixed: np.ndarray) -> None:
@@ -187,8 +187,8 @@ class Contact(
         """
         if not self._together:
             return x
-        kinds = (self._together, self._ranges, self._surfaces, self._radii, self._is_floor)
-        movable = Movable(*kinds, self._masses, self._free, self.gap_m)
+        parts = (self._together, self._ranges, self._surfaces, self._radii, self._is_floor)
+        movable = Movable(*parts, self._masses, self._free, self.gap_m)
         return start_outside(self._all_points(x).copy(), movable, self._overlap, self._proximity, self.names)
 
     def at(self, t: float) -> None:
@@ -251,8 +251,8 @@ class Contact(
         points = self._all_points(x)
         nodes, blocks = self._near(points).blocks(points, definite)
         if self._lagged:
-            more, stiff = self._lagged.blocks(points, definite)
-            nodes, blocks = np.vstack([nodes, more]), np.concatenate([blocks, stiff])
+            friction_nodes, friction_blocks = self._lagged.blocks(points, definite)
+            nodes, blocks = np.vstack([nodes, friction_nodes]), np.concatenate([blocks, friction_blocks])
         return np.repeat(nodes, 4, axis=1).ravel(), np.tile(nodes, (1, 4)).ravel(), blocks.reshape(-1, 3, 3)
 
     def instruments_on(self) -> InstrumentContact:
@@ -356,12 +356,12 @@ class Contact(
         others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])
         distance = np.linalg.norm(ends - others, axis=1)
         middle = 0.5 * (ends + others) + 0.5 * (self._radii[sides[:, 1]] - self._radii[sides[:, 0]])[:, None] * normals
-        order = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None]
-        normals = order * normals
-        moving = order * np.einsum("ki,kij->kj", active.weights, velocities[active.nodes])
+        sign = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None]
+        normals = sign * normals
+        relative = sign * np.einsum("ki,kij->kj", active.weights, velocities[active.nodes])
         sides = np.sort(sides, axis=1).T
         columns = {side: [self.names[i] for i in row] for side, row in zip(("first", "second"), sides, strict=True)}
-        for start, values, unit in (("", middle, "_m"), ("normal_", normals, ""), ("velocity_", moving, "_m_s")):
+        for start, values, unit in (("", middle, "_m"), ("normal_", normals, ""), ("velocity_", relative, "_m_s")):
             columns |= {f"{start}{letter}{unit}": values[:, axis] for axis, letter in enumerate("xyz")}
         return pd.DataFrame(columns | {"gap_m": distance - near.offsets[active.rows], "force_n": active.forces})
 

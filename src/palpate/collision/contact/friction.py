@@ -22,8 +22,7 @@ class LaggedFriction:
 
     stencils : the first six arguments of barrier.energy, in their state at ``x`` (n, 3) [m]
     friction : coefficient μ; slip_m : > 0 [m]; start : (n, 3) [m]
-    rows : (a,) of the active stencils; nodes, weights : (a, 4); normals : (a, 3); forces : (a,) λ [N];
-    limits : (a,) μ λ [N]
+    rows : (a,) of the active stencils; nodes, weights : (a, 4); normals : (a, 3); forces, limits : (a,) λ, μ λ [N]
     Traps: below the limit contacts creep; and friction with the directions and forces of an earlier state has the error
     of their change since: lag and solve again until they no longer change.
     """
@@ -135,16 +134,17 @@ def add_force(nodes, weights, normals, limits, slip, x, start, force):
 
 @numba.njit(cache=True)
 def blocks(nodes, weights, normals, limits, slip, x, start, definite):
-    u, out = np.empty(3), np.empty((len(nodes), 4, 4, 3, 3))
+    """Return the Hessians (a, 4, 4, 3, 3) [N/m] of friction at ``x`` by stencils' nodes; u : slip since ``start``."""
+    u, hessians = np.empty(3), np.empty((len(nodes), 4, 4, 3, 3))
     for k in range(len(nodes)):
-        _, resistance, change = law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)
+        _, resistance, slope = law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)
         if definite:
-            change = 0.0
+            slope = 0.0
         for i in range(3):
             for j in range(3):
                 across = (1.0 if i == j else 0.0) - normals[k, i] * normals[k, j]
-                value = limits[k] * (resistance * across + change * u[i] * u[j])
+                value = limits[k] * (resistance * across + slope * u[i] * u[j])
                 for a in range(4):
                     for b in range(4):
-                        out[k, a, b, i, j] = value * weights[k, a] * weights[k, b]
-    return out
+                        hessians[k, a, b, i, j] = value * weights[k, a] * weights[k, b]
+    return hessians

@@ -79,7 +79,7 @@ def pushes(points, stiff, tools, rubbing):
     stiff : (q,) [N/m], the penalty; with one in [Pa/m], also in ``rubbing_of``, forces and energies are per area
     """
     gaps, normals = gaps_of(points, tools)
-    held, limits, slip, start, shifts = rubbing
+    lagged, limits, slip, start, shifts = rubbing
     forces, energies, u = np.zeros(normals.shape), np.zeros(len(points)), np.empty(3)
     for k in range(len(gaps)):
         for q in range(len(points)):
@@ -88,7 +88,7 @@ def pushes(points, stiff, tools, rubbing):
                 for i in range(3):
                     forces[k, q, i] = -stiff[q] * gaps[k, q] * normals[k, q, i]
             if limits[k, q] > 0.0:
-                potential, resistance, _ = law(_slide(points[q], start[q], shifts[k], held[k, q], u), slip)
+                potential, resistance, _ = law(_slide(points[q], start[q], shifts[k], lagged[k, q], u), slip)
                 energies[q] += limits[k, q] * potential
                 for i in range(3):
                     forces[k, q, i] -= limits[k, q] * resistance * u[i]
@@ -97,19 +97,19 @@ def pushes(points, stiff, tools, rubbing):
 
 @numba.njit(cache=True, error_model="numpy")
 def stiffness(points, stiff, tools, rubbing, chosen):
-    """Return blocks (c, 3, 3) [N/m] of the ``chosen`` (c,) points, without negative terms of curvature and sliding."""
+    """Return blocks (c, 3, 3) [N/m] of points ``chosen`` (c,) without negative terms; lagged : normals of friction."""
     gaps, normals = gaps_of(points, tools)
-    held, limits, slip, start, shifts = rubbing
+    lagged, limits, slip, start, shifts = rubbing
     blocks, u = np.zeros((len(chosen), 3, 3)), np.empty(3)
     for k in range(len(gaps)):
         for c in range(len(chosen)):
             q, rubbed = chosen[c], 0.0
             if limits[k, q] > 0.0:
-                rubbed = limits[k, q] * law(_slide(points[q], start[q], shifts[k], held[k, q], u), slip)[1]
+                rubbed = limits[k, q] * law(_slide(points[q], start[q], shifts[k], lagged[k, q], u), slip)[1]
             pressed = stiff[q] if gaps[k, q] < 0.0 else 0.0
             for i in range(3):
                 blocks[c, i, i] += rubbed
                 for j in range(3):
-                    turned = pressed * normals[k, q, i] * normals[k, q, j] - rubbed * held[k, q, i] * held[k, q, j]
-                    blocks[c, i, j] += turned
+                    entry = pressed * normals[k, q, i] * normals[k, q, j] - rubbed * lagged[k, q, i] * lagged[k, q, j]
+                    blocks[c, i, j] += entry
     return blocks

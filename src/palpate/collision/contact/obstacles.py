@@ -61,12 +61,12 @@ class Obstacle:
             raise InputError(f"{self.name} is a {self.kind}; motions of what is touched know spheres and capsules.")
         along = self.points[-1] - self.points[0]
         length = float(np.linalg.norm(along))
-        first = along / length if length else np.eye(3)[0]
-        second = np.cross(np.eye(3)[np.abs(first).argmin()], first)
-        second /= np.linalg.norm(second)
-        up = np.cross(first, second)
+        axis = along / length if length else np.eye(3)[0]
+        across = np.cross(np.eye(3)[np.abs(axis).argmin()], axis)
+        across /= np.linalg.norm(across)
+        up = np.cross(axis, across)
         tip = self.points.mean(axis=0) - self.radius_m * up
-        return Pose(Shape(self.kind, self.radius_m, length_m=length), tip, np.array([first, second, up]))
+        return Pose(Shape(self.kind, self.radius_m, length_m=length), tip, np.array([axis, across, up]))
 
     @property
     def crossing_s(self) -> float:
@@ -126,11 +126,11 @@ def _pieces(particles: Particles) -> list[tuple[np.ndarray, np.ndarray]]:
 
     The triples are the triangles, then two of each tetrahedron.
     """
-    cells = np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
+    triples = np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
     if particles.ties is not None:  # parts that a cut will separate are one piece, as they begin in touch
-        cells = particles.ties.leaders()[cells]
-    labels = label_shells(cells, len(particles.nodes))
-    return [(cells, labels == label) for label in dict.fromkeys(labels[: len(particles.triangles)].tolist())]
+        triples = particles.ties.leaders()[triples]
+    labels = label_shells(triples, len(particles.nodes))
+    return [(triples, labels == label) for label in dict.fromkeys(labels[: len(particles.triangles)].tolist())]
 
 
 LEAST_CLEARANCE = 1e-8
@@ -200,14 +200,14 @@ def displace_nodes(
         blocked = limits(near.kinds, near.nodes, near.offsets, points, motion) < 1.0
         if not blocked.any():
             return (points + motion)[:n_nodes]
-        count = int(displaced.sum())
+        before = int(displaced.sum())
         for nodes in near.nodes[blocked]:
             driver = nodes[np.argmax(np.square(motion[nodes]).sum(axis=1))]
             if displaced[driver]:
-                taken = nodes[~displaced[nodes] & proximity.movable[nodes]]
-                motion[taken] = motion[driver]
-                displaced[taken] = True
-        if int(displaced.sum()) == count:
+                carried = nodes[~displaced[nodes] & proximity.movable[nodes]]
+                motion[carried] = motion[driver]
+                displaced[carried] = True
+        if int(displaced.sum()) == before:
             break
     # displaced nodes have exactly the obstacle's motion
     driving = (motion[n_nodes:] == motion[driver]).all(axis=1)

@@ -102,8 +102,8 @@ class Proximity:
     def find_near(self, points: np.ndarray, travel: float) -> NearStencils:
         """Return the stencils that may touch while ``points`` (n, 3) [m] move by up to ``travel`` [m].
 
-        There is a new search only if points have moved far; else they are those of the last search whose clearance was
-        then less than the decrease that is possible since.
+        A new search is made only if points have moved far; else the last one's stencils are returned whose clearance
+        was so small that the motion since, and ``travel``, may have closed it.
         """
         moved = float(np.sqrt(np.square(points - self._searched_at).sum(axis=1).max()))
         self._travel = max(travel, self._travel if travel == 0.0 else 0.0)
@@ -129,13 +129,13 @@ class Proximity:
         pieces = self.owners[nodes[:, [0, 3]]]
         offsets = self._thicknesses[pieces].sum(axis=1)
         clearance = closest_points(kinds, nodes, points)[0] - offsets
-        kept = np.flatnonzero((clearance <= self._gap + 2.0 * self._reach) & self.movable[nodes].any(axis=1))
-        kept = kept[np.argsort(clearance[kept], kind="stable")]
-        kinds, nodes, offsets, pieces = kinds[kept], nodes[kept], offsets[kept], pieces[kept]
+        near = np.flatnonzero((clearance <= self._gap + 2.0 * self._reach) & self.movable[nodes].any(axis=1))
+        near = near[np.argsort(clearance[near], kind="stable")]
+        kinds, nodes, offsets, pieces = kinds[near], nodes[near], offsets[near], pieces[near]
         strengths = self._strengths[nodes]
         scales = strengths.sum(axis=1) / np.maximum((strengths > 0.0).sum(axis=1), 1)
         mollify = thresholds(kinds, nodes, self._rest)
-        return NearStencils(kinds, nodes, offsets, scales, mollify, self._gap, pieces, clearance[kept])
+        return NearStencils(kinds, nodes, offsets, scales, mollify, self._gap, pieces, clearance[near])
 
     def _pairs(self) -> list[tuple[int, int]]:
         """Return the pieces that can touch themselves, and pairs that can touch and whose bounding volumes overlap."""
@@ -187,15 +187,15 @@ def limit(kinds, nodes, offsets, clearances, x, motion, keep=0.1):
 @numba.njit(cache=True)
 def _relative_motion(kind, nodes, motion):
     """Compute the largest relative motion [m] of a node of one part and one of the other; NaN if not finite."""
-    ends, most = kind + 1, 0.0
-    for i in range(ends):
-        for j in range(ends, 4):
+    n_first, largest = kind + 1, 0.0
+    for i in range(n_first):
+        for j in range(n_first, 4):
             square = 0.0
             for a in range(3):
                 square += (motion[nodes[i], a] - motion[nodes[j], a]) ** 2
-            if not square <= most:
-                most = square
-    return np.sqrt(most)
+            if not square <= largest:
+                largest = square
+    return np.sqrt(largest)
 
 
 @numba.njit(cache=True)
@@ -210,23 +210,23 @@ def limits(kinds, nodes, offsets, x, motion, keep=0.1):
 @numba.njit(cache=True)
 def _advance(kind, nodes, offset, x, motion, keep, longest, work):
     """Return the limit of one stencil, or ``longest`` if that is less; work : scratch of nodes, velocities, weights."""
-    y, velocity, weights = work
+    places, velocity, weights = work
     size = _velocities(nodes, motion, velocity)
     if not np.isfinite(size):
         return 0.0
-    t, kept, rows = 0.0, 0.0, np.arange(4)
+    t, margin, rows = 0.0, 0.0, np.arange(4)
     for step in range(MAX_STEPS):
         for i in range(4):
             for j in range(3):
-                y[i, j] = x[nodes[i], j] - x[nodes[0], j] + t * velocity[i, j]
-        distance, _ = closest(kind, y, rows, weights)
+                places[i, j] = x[nodes[i], j] - x[nodes[0], j] + t * velocity[i, j]
+        distance, _ = closest(kind, places, rows, weights)
         if step == 0:
             if not distance - offset > 0.0:
                 return 0.0
-            kept = keep * (distance - offset)
-        elif distance - offset <= (1.0 + SLACK) * kept:
+            margin = keep * (distance - offset)
+        elif distance - offset <= (1.0 + SLACK) * margin:
             return t / size
-        t += _safe_step(kind, y, velocity, separation(y, rows, weights), distance, offset + kept)
+        t += _safe_step(kind, places, velocity, separation(places, rows, weights), distance, offset + margin)
         if t >= longest * size:
             return longest
     return t / size
@@ -258,9 +258,9 @@ def _safe_step(kind, y, velocity, r, distance, least):
     Where rounding of ``r`` tilts the slab so that nodes reach into it, only the bound by speed counts, as it needs no
     direction. It is infinite if nothing moves.
     """
-    ends, by_slab, fastest = kind + 1, np.inf, 0.0
-    for i in range(ends):
-        for j in range(ends, 4):
+    n_first, by_slab, fastest = kind + 1, np.inf, 0.0
+    for i in range(n_first):
+        for j in range(n_first, 4):
             apart, closing, square = 0.0, 0.0, 0.0
             for a in range(3):
                 speed = velocity[j, a] - velocity[i, a]

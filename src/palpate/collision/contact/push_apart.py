@@ -42,11 +42,11 @@ class Movable:
 
         Pieces without a held node move in inverse proportion to their masses, an instrument only if no piece can.
         """
-        light = [self._lightness(surface) for surface in (first, second)]
-        if sum(light) == 0.0:
-            light = [float(s >= len(self.together) and not self.floors[s]) for s in (first, second)]
-        total = sum(light) or 1.0
-        return light[0] / total, light[1] / total
+        mobility = [self._lightness(surface) for surface in (first, second)]
+        if sum(mobility) == 0.0:
+            mobility = [float(s >= len(self.together) and not self.floors[s]) for s in (first, second)]
+        total = sum(mobility) or 1.0
+        return mobility[0] / total, mobility[1] / total
 
     def moved(self, surface: int) -> np.ndarray | slice:
         """Return the points that move with a surface."""
@@ -72,16 +72,16 @@ def start_outside(
     back, and displaces the nodes in its path. Raises InputError, with ``names`` of surfaces, if overlaps remain.
     """
     count = len(movable.free)
-    apart = push_apart(points, movable, find)
-    overlap = find(apart)
+    separated = push_apart(points, movable, find)
+    overlap = find(separated)
     if overlap is not None:
         raise InputError(f"{overlap.describe(names)[:-1]}, since push_out found no way out.")
     back = np.zeros_like(points)
-    back[count:] = points[count:] - apart[count:]
+    back[count:] = points[count:] - separated[count:]
     if not back.any():
-        return apart[:count]
+        return separated[:count]
     try:
-        return displace_nodes(proximity, apart, back, count, names)
+        return displace_nodes(proximity, separated, back, count, names)
     except NotConverged as failure:
         raise InputError(f"push_out: {failure}.") from failure
 
@@ -89,8 +89,7 @@ def start_outside(
 def push_apart(points: np.ndarray, movable: Movable, find: Callable[[np.ndarray], Overlap | None]) -> np.ndarray:
     """Return points (n, 3) [m] of surfaces that are shifted until ``find`` returns no overlap, or one that remains.
 
-    Each pair is separated along the direction in which their convex hulls overlap least, as far as their surfaces
-    need, and one gap more.
+    Each pair is separated along the direction of least overlap of convex hulls, until surfaces are a gap apart.
     """
     for _ in range(MAX_ROUNDS * len(movable.surfaces)):
         overlap = find(points)
@@ -105,12 +104,12 @@ def push_apart(points: np.ndarray, movable: Movable, find: Callable[[np.ndarray]
         for surface, share in zip(pair, (shares[0], -shares[1]), strict=True):
             shift[movable.moved(surface)] = share * separation
 
-        def meets(part: float, at: np.ndarray = points, by: np.ndarray = shift, pair: tuple = pair) -> bool:
-            met = find(at + part * by)
+        def meets(fraction: float, origin: np.ndarray = points, motion: np.ndarray = shift, pair: tuple = pair) -> bool:
+            met = find(origin + fraction * motion)
             return met is not None and {met.first, met.second} == set(pair)
 
-        part = _least_part(meets) + movable.gap_m / float(np.linalg.norm(separation))
-        points = points + min(1.0, part) * shift
+        fraction = _least_part(meets) + movable.gap_m / float(np.linalg.norm(separation))
+        points = points + min(1.0, fraction) * shift
     return points
 
 
@@ -121,9 +120,9 @@ def shortest_separation(points: np.ndarray, movable: Movable, pair: tuple[int, i
     """
     triangles = [points[movable.surfaces[surface]] for surface in pair]
     directions = np.vstack([-_normals(triangles[0]), _normals(triangles[1]), DIRECTIONS])
-    for other, sign in ((1, 1.0), (0, -1.0)):
-        if movable.floors[pair[other]]:
-            directions = sign * _normals(triangles[other])
+    for number, sign in ((1, 1.0), (0, -1.0)):
+        if movable.floors[pair[number]]:
+            directions = sign * _normals(triangles[number])
     # along each direction, the first moves until its hindmost point is ahead of the foremost of the second
     hindmost, foremost = (triangles[0] @ directions.T).min(axis=(0, 1)), (triangles[1] @ directions.T).max(axis=(0, 1))
     lengths = foremost - hindmost + movable.radii[pair[0]] + movable.radii[pair[1]] + movable.gap_m

@@ -38,15 +38,15 @@ def build(boxes, centres, leaf):
     """
     m = len(boxes)
     nodes, order = np.empty((max(2 * m - 1, 1), 4), np.int32), np.arange(m).astype(np.int32)
-    deepest, height, used = 2 * int(np.log2(m + 1)) + 8, 0, 1
-    stack = np.empty((3 * deepest, 4), np.int64)
+    deepest, height, count = 2 * int(np.log2(m + 1)) + 8, 0, 1
+    stack = np.empty((3 * deepest, 4), np.int64)  # nodes to split: node, range of triangles, level
     stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, m, 0
-    depth = 1
+    top = 1
     extent, bins, counts = np.empty((2, 3)), np.empty((BINS, 6)), np.empty(BINS, np.int64)
-    right = np.empty(BINS)
-    while depth:
-        depth -= 1
-        node, first, last, level = stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3]
+    costs = np.empty(BINS)
+    while top:
+        top -= 1
+        node, first, last, level = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
         height = max(height, level)
         nodes[node, CHILD], nodes[node, FIRST], nodes[node, LAST], nodes[node, KIND] = -1, first, last, level
         if last - first <= leaf:
@@ -54,15 +54,15 @@ def build(boxes, centres, leaf):
         _centre_extent(centres, order, first, last, extent)
         cut = -1
         if last - first > 2 and level < deepest:
-            cut = _split_by_cost(boxes, centres, order, first, last, extent, bins, counts, right)
+            cut = _split_by_cost(boxes, centres, order, first, last, extent, bins, counts, costs)
         if cut < 0:
             cut = _split_at_median(centres, order, first, last, extent)
-        nodes[node, CHILD] = used
+        nodes[node, CHILD] = count
         for side, start, end in ((1, cut, last), (0, first, cut)):
-            stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3] = used + side, start, end, level + 1
-            depth += 1
-        used += 2
-    return nodes[:used].copy(), order, height
+            stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = count + side, start, end, level + 1
+            top += 1
+        count += 2
+    return nodes[:count].copy(), order, height
 
 
 @numba.njit(cache=True)
@@ -78,35 +78,35 @@ def _centre_extent(centres, order, first, last, extent):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _split_by_cost(boxes, centres, order, first, last, extent, bins, counts, right):
+def _split_by_cost(boxes, centres, order, first, last, extent, bins, counts, costs):
     """Split the range where Σ area × count over both sides is least; return the position, -1 if there is none."""
     best, axis, border = np.inf, -1, 0
-    used = min(BINS, last - first)
+    n_bins = min(BINS, last - first)
     for i in range(3):
-        scale = used / (extent[1, i] - extent[0, i])
+        scale = n_bins / (extent[1, i] - extent[0, i])
         if not (scale > 0.0 and scale < np.inf):
             continue
-        bins[:used, :3], bins[:used, 3:], counts[:used] = np.inf, -np.inf, 0
+        bins[:n_bins, :3], bins[:n_bins, 3:], counts[:n_bins] = np.inf, -np.inf, 0
         for k in range(first, last):
             t = order[k]
-            b = min(int((centres[t, i] - extent[0, i]) * scale), used - 1)
+            b = min(int((centres[t, i] - extent[0, i]) * scale), n_bins - 1)
             counts[b] += 1
             _enlarge(bins[b], boxes[t])
-        _areas_from_right(bins, counts, used, right)
-        for b in range(used - 1):
+        _areas_from_right(bins, counts, n_bins, costs)
+        for b in range(n_bins - 1):
             if b:
                 _enlarge(bins[b], bins[b - 1])
                 counts[b] += counts[b - 1]
             if 0 < counts[b] < last - first:
-                cost = _half_surface(bins[b]) * counts[b] + right[b + 1]
+                cost = _half_surface(bins[b]) * counts[b] + costs[b + 1]
                 if cost < best:
                     best, axis, border = cost, i, b
     if axis < 0:
         return -1
-    scale = used / (extent[1, axis] - extent[0, axis])
+    scale = n_bins / (extent[1, axis] - extent[0, axis])
     i, j = first, last - 1
     while i <= j:
-        if min(int((centres[order[i], axis] - extent[0, axis]) * scale), used - 1) <= border:
+        if min(int((centres[order[i], axis] - extent[0, axis]) * scale), n_bins - 1) <= border:
             i += 1
         else:
             order[i], order[j] = order[j], order[i]
@@ -115,17 +115,17 @@ def _split_by_cost(boxes, centres, order, first, last, extent, bins, counts, rig
 
 
 @numba.njit(cache=True)
-def _areas_from_right(bins, counts, used, right):
-    """Write into ``right[b]`` half the surface of the box around bins b and following, times their triangles."""
+def _areas_from_right(bins, counts, n_bins, costs):
+    """Write into ``costs[b]`` half the surface of the box around bins b and following, times their triangles."""
     lx = ly = lz = np.inf
     hx = hy = hz = -np.inf
     count = 0
-    for b in range(used - 1, 0, -1):
+    for b in range(n_bins - 1, 0, -1):
         row = bins[b]
         lx, ly, lz = min(lx, row[0]), min(ly, row[1]), min(lz, row[2])
         hx, hy, hz = max(hx, row[3]), max(hy, row[4]), max(hz, row[5])
         count += counts[b]
-        right[b] = ((hx - lx) * (hy - ly) + (hy - ly) * (hz - lz) + (hz - lz) * (hx - lx)) * count
+        costs[b] = ((hx - lx) * (hy - ly) + (hy - ly) * (hz - lz) + (hz - lz) * (hx - lx)) * count
 
 
 @numba.njit(cache=True)
@@ -176,16 +176,16 @@ def gather_corners(points, triangles, corners):
     """Gather the corners of the leaves' triangles in order.
 
     corners : (3m, 3), overwritten; a node's corners are one range of them
-    Returns whether all are finite.
+    Returns whether all are finite: ``probe`` stays 0 then.
     """
-    total = 0.0
+    probe = 0.0
     for t in range(len(triangles)):
         for k in range(3):
-            p = triangles[t, k]
+            node = triangles[t, k]
             for i in range(3):
-                corners[3 * t + k, i] = points[p, i]
-                total += 0.0 * points[p, i]
-    return total == 0.0
+                corners[3 * t + k, i] = points[node, i]
+                probe += 0.0 * points[node, i]
+    return probe == 0.0
 
 
 @numba.njit(cache=True)
@@ -239,7 +239,7 @@ def box_areas(nodes, corners):
         else:
             merge_bounds(3, boxes, n, nodes[n, CHILD])
         x, y, z = boxes[n, 3] - boxes[n, 0], boxes[n, 4] - boxes[n, 1], boxes[n, 5] - boxes[n, 2]
-        area = x * y + y * z + z * x
+        area = x * y + y * z + z * x  # the last is the root's
         total += area
     return total / area if area > 0.0 and total < np.inf else 0.0
 
@@ -269,35 +269,35 @@ def choose_axes(nodes, corners, corner_offsets, axes):
     corners : (3m, 3); corner_offsets : (2,) of each node, overwritten: the frame's second corner, the farthest from the
         node's first, and the third, the farthest from the line through both, counted from the first
     """
-    row, frame = np.empty((1, 15)), np.empty((3, 3))
+    obb, frame = np.empty((1, 15)), np.empty((3, 3))
     for n in range(len(nodes)):
         first, last = 3 * nodes[n, FIRST], 3 * nodes[n, LAST]
         corner_offsets[n, 0] = corner_offsets[n, 1] = 0
         best = 0.0
         for p in range(first + 1, last):
-            far = 0.0
+            distance = 0.0
             for i in range(3):
-                far += abs(corners[p, i] - corners[first, i])
-            if far > best:
-                best, corner_offsets[n, 0] = far, p - first
+                distance += abs(corners[p, i] - corners[first, i])
+            if distance > best:
+                best, corner_offsets[n, 0] = distance, p - first
         _frame(corners, first, corner_offsets[n, 0], 0, frame)
         best = 0.0
         for p in range(first + 1, last):
-            far = 0.0
+            distance = 0.0
             for k in range(1, 3):
                 along = 0.0
                 for i in range(3):
                     along += frame[k, i] * (corners[p, i] - corners[first, i])
-                far += abs(along)
-            if far > best:
-                best, corner_offsets[n, 1] = far, p - first
+                distance += abs(along)
+            if distance > best:
+                best, corner_offsets[n, 1] = distance, p - first
         _frame(corners, first, corner_offsets[n, 0], corner_offsets[n, 1], frame)
-        fit_obb(corners, first, last, row, 0)
+        fit_obb(corners, first, last, obb, 0)
         for i in range(3):
             for k in range(3):
                 axes[n, i, k] = 0.0
                 for j in range(3):
-                    axes[n, i, k] += row[0, 3 + 3 * i + j] * frame[k, j]
+                    axes[n, i, k] += obb[0, 3 + 3 * i + j] * frame[k, j]
 
 
 @numba.njit(cache=True)
@@ -310,12 +310,12 @@ def _frame(corners, first, second, third, frame):
     if not _normalise(frame, 0):
         frame[0, 0], frame[0, 1], frame[0, 2] = 1.0, 0.0, 0.0
     if not _normalise(frame, 1) or not _straighten(frame):
-        least = 0
+        smallest = 0
         for i in range(1, 3):
-            if abs(frame[0, i]) < abs(frame[0, least]):
-                least = i
+            if abs(frame[0, i]) < abs(frame[0, smallest]):
+                smallest = i
         for i in range(3):
-            frame[1, i] = 1.0 if i == least else 0.0
+            frame[1, i] = 1.0 if i == smallest else 0.0
         _straighten(frame)
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3

@@ -118,13 +118,13 @@ class Tree:
     def _fit(self, pad: float) -> None:
         if not len(self.triangles):
             return
-        where = (self.nodes, self._corners, pad)
+        fitted = (self.nodes, self._corners, pad)
         if self.structure == "obb":
-            build_tree.refit_obbs(*where, self._frames, self._axes, self.boxes)
+            build_tree.refit_obbs(*fitted, self._frames, self._axes, self.boxes)
         elif self.structure in ("dop14", "dop18"):
-            build_tree.refit_dops(*where, DIRECTIONS[self.structure], self.boxes)
+            build_tree.refit_dops(*fitted, DIRECTIONS[self.structure], self.boxes)
         else:
-            build_tree.refit_boxes(*where, self.boxes, self.spheres)
+            build_tree.refit_boxes(*fitted, self.boxes, self.spheres)
 
     def _cost(self) -> float:
         return build_tree.box_areas(self.nodes, self._corners) if len(self.triangles) else 0.0

@@ -69,14 +69,14 @@ def search_nodes(
     if not len(tree_a.triangles) or not len(tree_b.triangles):
         return np.empty((0, 2), np.int64), 0
     check_comparable(tree_a, tree_b)
-    one = (*within, tree_a.spheres, tree_a.boxes)
-    other = (*others, tree_b.spheres, tree_b.boxes)
+    side_a = (*within, tree_a.spheres, tree_a.boxes)
+    side_b = (*others, tree_b.spheres, tree_b.boxes)
     stack = np.empty((4 * (tree_a.height + tree_b.height) + 8, 2), np.int32)
     pairs = np.empty((2 * (len(tree_a.triangles) + len(tree_b.triangles)) + 1024, 2), np.int64)
-    count, tests = _find(*one, *other, tree_a.triangles, same, stack, pairs)
+    count, tests = _find(*side_a, *side_b, tree_a.triangles, same, stack, pairs)
     if count > len(pairs):
         pairs = np.empty((count, 2), np.int64)
-        _find(*one, *other, tree_a.triangles, same, stack, pairs)
+        _find(*side_a, *side_b, tree_a.triangles, same, stack, pairs)
     return pairs[:count], tests
 
 
@@ -110,9 +110,9 @@ def _find(nodes_a, order_a, spheres_a, boxes_a, nodes_b, order_b, spheres_b, box
     while depth:
         depth -= 1
         a, b = stack[depth, 0], stack[depth, 1]
-        down_a, down_b = nodes_a[a, CHILD], nodes_b[b, CHILD]
+        left_a, left_b = nodes_a[a, CHILD], nodes_b[b, CHILD]
         larger = nodes_a[a, LAST] - nodes_a[a, FIRST] >= nodes_b[b, LAST] - nodes_b[b, FIRST]
-        if down_a < 0 and down_b < 0:
+        if left_a < 0 and left_b < 0:
             for i in range(nodes_a[a, FIRST], nodes_a[a, LAST]):
                 for j in range(nodes_b[b, FIRST], nodes_b[b, LAST]):
                     t, u = order_a[i], order_b[j]
@@ -122,25 +122,25 @@ def _find(nodes_a, order_a, spheres_a, boxes_a, nodes_b, order_b, spheres_b, box
                         pairs[count, 0], pairs[count, 1] = (min(t, u), max(t, u)) if same else (t, u)
                     count += 1
         elif same and a == b:
-            for child in range(down_a, down_a + 2):
+            for child in range(left_a, left_a + 2):
                 stack[depth, 0] = stack[depth, 1] = child
                 depth += 1
             tests += 1
-            kind = nodes_a[down_a, KIND]
-            if volumes_overlap(kind, kind, spheres_a, spheres_a, boxes_a, boxes_a, down_a, down_a + 1):
-                stack[depth, 0], stack[depth, 1] = down_a, down_a + 1
+            kind = nodes_a[left_a, KIND]
+            if volumes_overlap(kind, kind, spheres_a, spheres_a, boxes_a, boxes_a, left_a, left_a + 1):
+                stack[depth, 0], stack[depth, 1] = left_a, left_a + 1
                 depth += 1
-        elif down_b < 0 or (down_a >= 0 and larger):
+        elif left_b < 0 or (left_a >= 0 and larger):
             tests += 2
             kind = nodes_b[b, KIND]
-            for child in range(down_a, down_a + 2):
+            for child in range(left_a, left_a + 2):
                 if volumes_overlap(nodes_a[child, KIND], kind, spheres_a, spheres_b, boxes_a, boxes_b, child, b):
                     stack[depth, 0], stack[depth, 1] = child, b
                     depth += 1
         else:
             tests += 2
             kind = nodes_a[a, KIND]
-            for child in range(down_b, down_b + 2):
+            for child in range(left_b, left_b + 2):
                 if volumes_overlap(kind, nodes_b[child, KIND], spheres_a, spheres_b, boxes_a, boxes_b, a, child):
                     stack[depth, 0], stack[depth, 1] = a, child
                     depth += 1
@@ -222,13 +222,13 @@ def overlapping_trees(trees: Sequence[Tree]) -> np.ndarray:
         return np.empty((0, 2), np.int64)
     for i in chosen[1:]:
         check_comparable(trees[chosen[0]], trees[i])
-    low, high = np.array([_interval(trees[i]) for i in chosen]).T
-    ranks = np.argsort(low, kind="stable")
-    ends = np.searchsorted(low[ranks], high[ranks], side="right")
+    starts, stops = np.array([_interval(trees[i]) for i in chosen]).T
+    ranks = np.argsort(starts, kind="stable")
+    ends = np.searchsorted(starts[ranks], stops[ranks], side="right")
     pairs = []
-    for place, end in enumerate(ends):
-        for other in range(place + 1, end):
-            i, j = sorted((chosen[ranks[place]], chosen[ranks[other]]))
+    for rank, end in enumerate(ends):
+        for other in range(rank + 1, end):
+            i, j = sorted((chosen[ranks[rank]], chosen[ranks[other]]))
             if _roots_overlap(trees[i], trees[j]):
                 pairs.append((i, j))
     return np.array(sorted(pairs), np.int64).reshape(-1, 2)
@@ -261,6 +261,7 @@ def overlaps(tree_a: Tree, tree_b: Tree, pairs: np.ndarray) -> tuple[np.ndarray,
 
 @numba.njit(cache=True)
 def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs):
+    """Return places (k, 3), directions (k, 3) in which a leaves, and depths (k,) of overlaps of nodes, ``pairs``."""
     places, directions, depths = np.empty((len(pairs), 3)), np.empty((len(pairs), 3)), np.empty(len(pairs))
     for k in range(len(pairs)):
         a, b = pairs[k, 0], pairs[k, 1]
@@ -293,32 +294,32 @@ def _lead(start, end, direction):
 
 
 @numba.njit(cache=True)
-def _of_spheres(one, other, place, direction):
-    """Write place and direction of the overlap of two spheres, rows (4,); return its depth. Concentric: along z."""
-    distance = _lead(other, one, direction)
+def _of_spheres(a, b, place, direction):
+    """Write the place where two spheres (4,) overlap, and a's way out, along z if concentric; return the depth."""
+    distance = _lead(b, a, direction)
     if distance == 0.0:
         direction[0], direction[1], direction[2] = 0.0, 0.0, 1.0
-    # along the line of centres, from the other's: where both begin and end
-    low, high = max(-other[3], distance - one[3]), min(other[3], distance + one[3])
+    # along the line of centres from that of b: where the overlap begins and ends
+    begin, end = max(-b[3], distance - a[3]), min(b[3], distance + a[3])
     for axis in range(3):
-        place[axis] = other[axis] + 0.5 * (low + high) * direction[axis]
-    return max(one[3] + other[3] - distance, 0.0)
+        place[axis] = b[axis] + 0.5 * (begin + end) * direction[axis]
+    return max(a[3] + b[3] - distance, 0.0)
 
 
 @numba.njit(cache=True)
-def _of_boxes(one, other, place, direction):
-    """Write place and direction of the overlap of two AABBs, rows (6,), and return its depth."""
-    least = np.inf
+def _of_boxes(a, b, place, direction):
+    """Write the place where two AABBs (6,) overlap, and the direction of a's shortest way out; return the depth."""
+    depth = np.inf
     direction[:] = 0.0
     chosen, sign = 0, 1.0
     for axis in range(3):
-        low, high = max(one[axis], other[axis]), min(one[3 + axis], other[3 + axis])
-        place[axis] = 0.5 * (low + high)
-        up, down = other[3 + axis] - one[axis], one[3 + axis] - other[axis]
-        if min(up, down) < least:
-            least, chosen, sign = min(up, down), axis, 1.0 if up <= down else -1.0
+        begin, end = max(a[axis], b[axis]), min(a[3 + axis], b[3 + axis])
+        place[axis] = 0.5 * (begin + end)
+        up, down = b[3 + axis] - a[axis], a[3 + axis] - b[axis]
+        if min(up, down) < depth:
+            depth, chosen, sign = min(up, down), axis, 1.0 if up <= down else -1.0
     direction[chosen] = sign
-    return max(least, 0.0)
+    return max(depth, 0.0)
 
 
 @numba.njit(cache=True)
@@ -332,17 +333,17 @@ def _of_sphere_and_box(sphere, box, place, direction):
             # half way from the box's surface to the sphere's
             place[axis] -= 0.5 * (sphere[3] - distance) * direction[axis]
         return max(sphere[3] - distance, 0.0)
-    least, chosen, sign = np.inf, 0, 1.0
+    depth, chosen, sign = np.inf, 0, 1.0
     for axis in range(3):
         up, down = box[3 + axis] - sphere[axis], sphere[axis] - box[axis]
-        if min(up, down) < least:
-            least, chosen, sign = min(up, down), axis, 1.0 if up <= down else -1.0
+        if min(up, down) < depth:
+            depth, chosen, sign = min(up, down), axis, 1.0 if up <= down else -1.0
     direction[chosen] = sign
     for axis in range(3):
         # what both have in common, as boxes
-        low, high = max(sphere[axis] - sphere[3], box[axis]), min(sphere[axis] + sphere[3], box[3 + axis])
-        place[axis] = 0.5 * (low + high)
-    return least + sphere[3]
+        begin, end = max(sphere[axis] - sphere[3], box[axis]), min(sphere[axis] + sphere[3], box[3 + axis])
+        place[axis] = 0.5 * (begin + end)
+    return depth + sphere[3]
 
 
 class RefittedTrees:

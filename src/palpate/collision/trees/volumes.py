@@ -22,15 +22,15 @@ UNDERFLOW_M = 1e-150
 def fit_sphere(points, first, last, rows, n):
     """Fit the smallest sphere about the centre in ``rows[n, :3]`` around ``points[first:last]`` (…, 3) [m]."""
     cx, cy, cz = rows[n, 0], rows[n, 1], rows[n, 2]
-    square = other = 0.0
+    square = odd = 0.0
     # two maxima, as a single one would serialise the loop
     for p in range(first, last - 1, 2):
         x, y, z = points[p, 0] - cx, points[p, 1] - cy, points[p, 2] - cz
         square = max(square, x * x + y * y + z * z)
         x, y, z = points[p + 1, 0] - cx, points[p + 1, 1] - cy, points[p + 1, 2] - cz
-        other = max(other, x * x + y * y + z * z)
+        odd = max(odd, x * x + y * y + z * z)
     x, y, z = points[last - 1, 0] - cx, points[last - 1, 1] - cy, points[last - 1, 2] - cz
-    square = max(square, other, x * x + y * y + z * z)
+    square = max(square, odd, x * x + y * y + z * z)
     rows[n, 3] = np.sqrt(square) * (1.0 + 4.0 * ULP) + UNDERFLOW_M
 
 
@@ -108,7 +108,7 @@ def _area(rows, n):
 @numba.njit(cache=True, error_model="numpy")
 def _principal(points, first, last, axes):
     """Find the eigenvectors of the points' covariance by Jacobi rotations; unchanged if it is not finite."""
-    c, mean, at, scale = np.zeros((3, 3)), np.zeros(3), np.empty(3), 0.0
+    c, mean, offset, scale = np.zeros((3, 3)), np.zeros(3), np.empty(3), 0.0
     for p in range(first, last):
         for i in range(3):
             mean[i] += (points[p, i] - points[first, i]) / (last - first)
@@ -117,10 +117,10 @@ def _principal(points, first, last, axes):
         return
     for p in range(first, last):
         for i in range(3):
-            at[i] = (points[p, i] - points[first, i] - mean[i]) / scale
+            offset[i] = (points[p, i] - points[first, i] - mean[i]) / scale
         for i in range(3):
             for j in range(3):
-                c[i, j] += at[i] * at[j]
+                c[i, j] += offset[i] * offset[j]
     for turn in range(15):
         # each rotation moves the larger eigenvalue to the front, so the pairs must agree on an order
         i, j = (turn % 3) // 2, min(turn % 3 + 1, 2)
@@ -197,7 +197,7 @@ def _sphere_overlaps_box(centre, radius, low, high):
 
 @numba.njit(cache=True)
 def _obbs_overlap(offset, u, v, a, b):
-    """Test 15 separating axes (Gottschalk, Lin, Manocha 1996): axes ``u``, ``v`` (3, 3), half lengths ``a``, ``b``."""
+    """Test 15 axes (Gottschalk, Lin, Manocha 1996) of boxes of axes u, v, half lengths a, b; r = u vᵀ, t = u offset."""
     (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = _products(u[0], v), _products(u[1], v), _products(u[2], v)
     s00, s01, s02 = abs(r00) + PARALLEL, abs(r01) + PARALLEL, abs(r02) + PARALLEL
     s10, s11, s12 = abs(r10) + PARALLEL, abs(r11) + PARALLEL, abs(r12) + PARALLEL

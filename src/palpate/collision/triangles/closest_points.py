@@ -43,7 +43,7 @@ def combine(w, e1, e2, e3):
 
 @numba.njit(cache=True)
 def closest_inside(kind, e1, e2, e3):
-    """Find the weights of the minimum over both parameters, its distance [m] and its duality gap.
+    """Find weights, distance [m] and duality gap of the minimum over both parameters; e : nodes less the first [m].
 
     Distance and gap are inf if the minimum is outside or does not exist, and 0 where the shape leaves no doubt.
     """
@@ -64,19 +64,19 @@ def closest_inside(kind, e1, e2, e3):
 @numba.njit(cache=True, error_model="numpy")
 def _least_squares(r, e, f):
     """Find s and t with r ≈ s e + t f, and the sine of the angle between e and f."""
-    first, second = np.sqrt(dot(e, e)), np.sqrt(dot(f, f))
-    if not (first > 0.0 and second > 0.0):
+    length_e, length_f = np.sqrt(dot(e, e)), np.sqrt(dot(f, f))
+    if not (length_e > 0.0 and length_f > 0.0):
         return 0.0, 0.0, 0.0
-    e = (e[0] / first, e[1] / first, e[2] / first)
+    e = (e[0] / length_e, e[1] / length_e, e[2] / length_e)
     along = dot(e, f)
     f = (f[0] - along * e[0], f[1] - along * e[1], f[2] - along * e[2])
     perpendicular = np.sqrt(dot(f, f))
-    if not perpendicular > THIN * second:
+    if not perpendicular > THIN * length_f:
         return 0.0, 0.0, 0.0
     f = (f[0] / perpendicular, f[1] / perpendicular, f[2] / perpendicular)
     s = dot(e, r)
     t = dot(f, (r[0] - s * e[0], r[1] - s * e[1], r[2] - s * e[2])) / perpendicular
-    return (s - along * t) / first, t, perpendicular / second
+    return (s - along * t) / length_e, t, perpendicular / length_f
 
 
 @numba.njit(cache=True)
@@ -184,13 +184,13 @@ def separation(x, nodes, weights):
 @numba.njit(cache=True)
 def boxes_apart(kind, x, nodes, reach):
     """Test whether the boxes of a stencil's two parts already show that these are more than ``reach`` [m] apart."""
-    ends = kind + 1
+    n_first = kind + 1
     for i in range(3):
         low, high = x[nodes[0], i], x[nodes[0], i]
-        if ends == 2:
+        if n_first == 2:
             low, high = min(low, x[nodes[1], i]), max(high, x[nodes[1], i])
         other_low, other_high = x[nodes[3], i], x[nodes[3], i]
-        for j in range(ends, 3):
+        for j in range(n_first, 3):
             other_low, other_high = min(other_low, x[nodes[j], i]), max(other_high, x[nodes[j], i])
         if other_low - high > reach or low - other_high > reach:
             return True

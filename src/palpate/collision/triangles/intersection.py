@@ -41,17 +41,17 @@ def triangles_intersect(points, sums):
     """
     if not boxes_overlap(points):
         return False
-    of_a = plane_sides(points, 0, 3, sums)
-    if one_sided(of_a):
+    sides_a = plane_sides(points, 0, 3, sums)
+    if one_sided(sides_a):
         return False
-    of_b = plane_sides(points, 3, 0, sums)
-    if one_sided(of_b):
+    sides_b = plane_sides(points, 3, 0, sums)
+    if one_sided(sides_b):
         return False
-    if of_a != (0, 0, 0) and of_b != (0, 0, 0):
-        p, q, r, u, v, w = canonical_order(of_a, of_b)
+    if sides_a != (0, 0, 0) and sides_b != (0, 0, 0):
+        p, q, r, u, v, w = canonical_order(sides_a, sides_b)
         return orient3d(points, p, q, u, v, sums) <= 0 and orient3d(points, p, r, w, u, sums) <= 0
-    if of_a != (0, 0, 0) or of_b != (0, 0, 0):
-        i, j, triangle = degenerate_segment(of_a, of_b)
+    if sides_a != (0, 0, 0) or sides_b != (0, 0, 0):
+        i, j, triangle = degenerate_segment(sides_a, sides_b)
         return line_intersects(points, i, j, triangle, sums)
     return _intersect_flat(points, sums)
 
@@ -80,8 +80,8 @@ def plane_sides(points, first, plane, sums):
 def canonical_order(of_a, of_b):
     """Order the pair's points: p, q, r of a and u, v, w of b, with p and u alone on a side of the other's plane.
 
-    It is the upper side: where it is not, the other triangle is reversed. So along the planes' common line
-    edge pq comes before pr, and uw before uv.
+    of_a, of_b : ``plane_sides`` of their points. That side is the upper one, or else the other triangle is reversed; so
+    along the planes' common line edge pq comes before pr, and uw before uv.
     """
     i, upper_a = _lone_vertex(of_a)
     j, upper_b = _lone_vertex(of_b)
@@ -116,7 +116,7 @@ def _lone_vertex(signs):
 
 @numba.njit(cache=True)
 def degenerate_segment(of_a, of_b):
-    """Choose two points of the degenerate triangle, not both in the other's plane nor on one side of it.
+    """Choose two points of the degenerate triangle by ``plane_sides``, not both in the other's plane nor on one side.
 
     Also returns the first point of the other triangle. One of the two is degenerate, since its undefined plane contains
     all points of the other.
@@ -170,11 +170,11 @@ def _projection_axis(points, triples, sums):
 def _intersect_projected(points, axis, sums):
     """Test whether no edge's line separates the triangles projected along ``axis``, not all on one line there."""
     for i in range(6):
-        one = i - i % 3
-        j, k, other = one + (i + 1) % 3, one + (i + 2) % 3, 3 - one
-        side = orient2d(points, i, j, other, axis, sums)
+        triangle = i - i % 3
+        j, k, opposite = triangle + (i + 1) % 3, triangle + (i + 2) % 3, 3 - triangle
+        side = orient2d(points, i, j, opposite, axis, sums)
         apart = side != 0
-        for point in (other + 1, other + 2):
+        for point in (opposite + 1, opposite + 2):
             apart = apart and orient2d(points, i, j, point, axis, sums) == side
         if apart and orient2d(points, i, j, k, axis, sums) != side:
             return False
@@ -263,6 +263,7 @@ def crossing_segments(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 @numba.njit(cache=True)
 def _find_crossings(a, b):
+    """Return which pairs cross, and the ends of their segments, as ``crossing_segments`` says."""
     crossing, ends = np.zeros(len(a), dtype=np.bool_), np.zeros((len(a), 2, 3))
     points, scaled, sums = np.empty((6, 3)), np.empty((6, 3)), new_accumulator()
     for n in range(len(a)):
@@ -283,18 +284,18 @@ def find_crossing(points, scaled, sums, ends):
     """
     if not boxes_overlap(points):
         return False
-    of_a, of_b = plane_sides(points, 0, 3, sums), plane_sides(points, 3, 0, sums)
-    flat_a, flat_b = of_b == (0, 0, 0), of_a == (0, 0, 0)
-    if one_sided(of_a) or one_sided(of_b) or (flat_a and flat_b):
+    sides_a, sides_b = plane_sides(points, 0, 3, sums), plane_sides(points, 3, 0, sums)
+    flat_a, flat_b = sides_b == (0, 0, 0), sides_a == (0, 0, 0)
+    if one_sided(sides_a) or one_sided(sides_b) or (flat_a and flat_b):
         return False
     if flat_a or flat_b:
-        i, j, triangle = degenerate_segment(of_a, of_b)
+        i, j, triangle = degenerate_segment(sides_a, sides_b)
         if not line_intersects(points, i, j, triangle, sums):
             return False
         _intersect_plane(scaled, i, j, triangle, ends[0])
         ends[1] = ends[0]
         return True
-    p, q, r, u, v, w = canonical_order(of_a, of_b)
+    p, q, r, u, v, w = canonical_order(sides_a, sides_b)
     if orient3d(points, p, q, u, v, sums) > 0 or orient3d(points, p, r, w, u, sums) > 0:
         return False
     # the later of both starts, and the earlier of both ends
@@ -313,9 +314,9 @@ def find_crossing(points, scaled, sums, ends):
 def _intersect_plane(points, i, j, triangle, point):
     """Write the point where the edge from i to j, with ends on both sides of a triangle's plane, crosses it."""
     plane = normal(points, triangle)
-    low, high = height(points, triangle, plane, points[i]), height(points, triangle, plane, points[j])
+    height_i, height_j = height(points, triangle, plane, points[i]), height(points, triangle, plane, points[j])
     # rounding may have made both heights equal, or of equal sign
-    fraction = min(max(low / (low - high), 0.0), 1.0) if low != high else 0.5
+    fraction = min(max(height_i / (height_i - height_j), 0.0), 1.0) if height_i != height_j else 0.5
     # from the nearer end, so that no point lies beyond an end
     if fraction > 0.5:
         i, j, fraction = j, i, 1.0 - fraction

@@ -90,13 +90,13 @@ def _exact3d(points, chosen, sums):
         for q in range(p + 1, 4):
             if coincide(points, chosen[p], chosen[q]):
                 return 0
-    low, high = len(sums), 0
+    lowest, highest = len(sums), 0
     for term in TERMS_3D:
         x, y, z = points[chosen[term[1]], 0], points[chosen[term[2]], 1], points[chosen[term[3]], 2]
         if x != 0.0 and y != 0.0 and z != 0.0:
-            place = _add_product(term[0], x, y, z, sums)
-            low, high = min(low, place), max(high, place)
-    return _take_sign(low, high, sums)
+            digit = _add_product(term[0], x, y, z, sums)
+            lowest, highest = min(lowest, digit), max(highest, digit)
+    return _take_sign(lowest, highest, sums)
 
 
 @numba.njit(cache=True)
@@ -119,38 +119,38 @@ def _integer_mantissa(x):
 
 @numba.njit(cache=True)
 def _add_product(sign, x, y, z, sums):
-    """Add ± x y z to ``sums`` without carries, for up to 24 products; return its lowest digit."""
-    x, at_x = _integer_mantissa(x)
-    y, at_y = _integer_mantissa(y)
-    z, at_z = _integer_mantissa(z)
+    """Add ± x y z to ``sums`` without carries, for up to 24 products; return the index of its lowest digit."""
+    x, power_x = _integer_mantissa(x)
+    y, power_y = _integer_mantissa(y)
+    z, power_z = _integer_mantissa(z)
     if (x < 0) != (y < 0):
         sign = -sign
     if z < 0:
         sign = -sign
     x, y, z = abs(x), abs(y), abs(z)
-    place, shift = divmod(at_x + at_y + at_z + LOWEST, LIMB)
+    digit, shift = divmod(power_x + power_y + power_z + LOWEST, LIMB)
     x0, x1, y0, y1 = x & MASK, x >> LIMB, y & MASK, y >> LIMB
     low, middle, high = x0 * y0, x0 * y1 + x1 * y0, x1 * y1
     middle += low >> LIMB
     high += middle >> LIMB
     xy = (low & MASK, middle & MASK, high & MASK, high >> LIMB)
     z0, z1, z2 = (z << shift) & MASK, (z >> (LIMB - shift)) & MASK, z >> (2 * LIMB - shift)
-    for d in range(4):
-        sums[place + d] += sign * xy[d] * z0
-        sums[place + d + 1] += sign * xy[d] * z1
-        sums[place + d + 2] += sign * xy[d] * z2
-    return place
+    for limb in range(4):
+        sums[digit + limb] += sign * xy[limb] * z0
+        sums[digit + limb + 1] += sign * xy[limb] * z1
+        sums[digit + limb + 2] += sign * xy[limb] * z2
+    return digit
 
 
 @numba.njit(cache=True)
-def _take_sign(low, high, sums):
-    """Return the sign of the number in ``sums``, to which products at digits low … high were added, and zero it."""
+def _take_sign(lowest, highest, sums):
+    """Return the sign of the number in ``sums``, to which products at digits lowest … highest were added; zero it."""
     carry, digits = np.int64(0), np.int64(0)
-    for d in range(low, high + 9):
-        value = sums[d] + carry
+    for limb in range(lowest, highest + 9):
+        value = sums[limb] + carry
         carry = value >> LIMB
         digits |= value & MASK
-        sums[d] = 0
+        sums[limb] = 0
     if carry != 0:
         return -1 if carry < 0 else 1
     return 1 if digits != 0 else 0

@@ -25,22 +25,22 @@ _shape_at_unit = njit(error_model="numpy")(neo_hookean.shape)
 
 def shape_of(stiffening):
     """Return the function ``shape`` of a law with the ``stiffening`` b."""
-    twice = 2.0 * stiffening
-    if twice == 0.0:
+    two_b = 2.0 * stiffening
+    if two_b == 0.0:
         return neo_hookean.shape
 
     def shape(s, mu, gradient, hessian):
         """Return W = μ/(2 b) (exp(2 b w) − 1), w being the neo-Hookean W for μ = 1, and write its derivatives."""
-        exponent = twice * _shape_at_unit(s, 1.0, gradient, hessian)
+        exponent = two_b * _shape_at_unit(s, 1.0, gradient, hessian)
         if not exponent < LARGEST:
             gradient[:], hessian[:] = 0.0, 0.0
             return inf
         factor = mu * exp(exponent)
         for i in range(3):
             for j in range(3):
-                hessian[i, j] = factor * (hessian[i, j] + twice * gradient[i] * gradient[j])
+                hessian[i, j] = factor * (hessian[i, j] + two_b * gradient[i] * gradient[j])
         for i in range(3):
             gradient[i] *= factor
-        return mu * expm1(exponent) / twice
+        return mu * expm1(exponent) / two_b
 
     return shape

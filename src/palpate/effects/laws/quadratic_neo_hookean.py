@@ -14,10 +14,10 @@ def shape(s, mu, gradient, hessian):
     change = s[0] * s[1] * s[2] - 1.0
     energy = (0.5 * change - 1.0) * mu * change
     for i in range(3):
-        area = s[(i + 1) % 3] * s[(i + 2) % 3]
+        area_i = s[(i + 1) % 3] * s[(i + 2) % 3]
         energy += 0.5 * mu * (s[i] - 1.0) * (s[i] + 1.0)
-        gradient[i] = mu * (s[i] + (change - 1.0) * area)
+        gradient[i] = mu * (s[i] + (change - 1.0) * area_i)
         for j in range(3):
-            other = s[(j + 1) % 3] * s[(j + 2) % 3]
-            hessian[i, j] = mu * area * other + (mu if i == j else mu * (change - 1.0) * s[3 - i - j])
+            area_j = s[(j + 1) % 3] * s[(j + 2) % 3]
+            hessian[i, j] = mu * area_i * area_j + (mu if i == j else mu * (change - 1.0) * s[3 - i - j])
     return energy

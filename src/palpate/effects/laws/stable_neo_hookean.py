@@ -14,17 +14,17 @@ __all__ = ["measure", "shape", "volume"]
 
 
 def shape(s, mu, gradient, hessian):
-    """Return W = Ψ − λ/2 (J − 1)², without stress at rest, and write its derivatives."""
+    """Return W = Ψ − λ/2 (J − 1)² and write its derivatives; ``grown`` is I − 3, ``change`` J − 1, area ∂J/∂s."""
     m, grown, change = 4.0 / 3.0 * mu, 0.0, s[0] * s[1] * s[2] - 1.0
     for i in range(3):
         grown += (s[i] - 1.0) * (s[i] + 1.0)
     share, tension = 1.0 / (grown + 4.0), 5.0 / 6.0 * mu * change - mu
     for i in range(3):
-        area = s[(i + 1) % 3] * s[(i + 2) % 3]
-        gradient[i] = m * (1.0 - share) * s[i] + tension * area
+        area_i = s[(i + 1) % 3] * s[(i + 2) % 3]
+        gradient[i] = m * (1.0 - share) * s[i] + tension * area_i
         for j in range(3):
-            other = s[(j + 1) % 3] * s[(j + 2) % 3]
-            hessian[i, j] = 2.0 * m * share * share * s[i] * s[j] + 5.0 / 6.0 * mu * area * other
+            area_j = s[(j + 1) % 3] * s[(j + 2) % 3]
+            hessian[i, j] = 2.0 * m * share * share * s[i] * s[j] + 5.0 / 6.0 * mu * area_i * area_j
             hessian[i, j] += m * (1.0 - share) if i == j else tension * s[3 - i - j]
     return 0.5 * m * (grown - log1p(0.25 * grown)) + (5.0 / 12.0 * mu * change - mu) * change
 

@@ -42,15 +42,15 @@ def _middles(motion: Motion, thing: Moved) -> np.ndarray:
 
 
 def _rows_of(motion: Motion, thing: Moved) -> pd.DataFrame:
-    """Tabulate an instrument's force and depth: its radius less the least signed distance of its points."""
-    middles, corners = _middles(motion, thing), motion.rest[motion.triangles]
-    shifts = middles[1:] - middles[0]  # the first is the start
-    table = _forces(motion, thing.name)
+    """Tabulate an instrument's force, and its depth [m]: radius less its points' distance to the rest surface."""
+    centres, facets = _middles(motion, thing), motion.rest[motion.triangles]
+    shifts = centres[1:] - centres[0]  # of the instrument since the start [m], one a step
+    rows = _forces(motion, thing.name)
     if thing.kind != "floor" and is_closed(motion.triangles):
-        ends = thing.positions[0]  # a rod is evaluated at 9 points of its axis, anything else at its corners
-        points = np.linspace(ends[0], ends[1], 9) if len(ends) == 2 else np.unique(ends, axis=0)
-        table["depth_m"] = thing.radius_m - least_signed_distance(points, shifts, corners)
-    return table
+        starts = thing.positions[0]  # two are a rod, of whose axis 9 points are taken
+        points = np.linspace(starts[0], starts[1], 9) if len(starts) == 2 else np.unique(starts, axis=0)
+        rows["depth_m"] = thing.radius_m - least_signed_distance(points, shifts, facets)
+    return rows
 
 
 def _forces(motion: Motion, name: str) -> pd.DataFrame:
@@ -63,21 +63,21 @@ def _forces(motion: Motion, name: str) -> pd.DataFrame:
 
 
 def least_signed_distance(points: np.ndarray, shifts: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Compute the least signed distance (s,) [m] of ``points`` (n, 3), moved by each of ``shifts`` (s, 3), to a body.
+    """Compute for each of ``shifts`` (s, 3) [m] the least signed distance (s,) [m] of the shifted ``points`` to a body.
 
-    corners : (m, 3, 3) [m] of the triangles of the closed surface, oriented outward; distances are negative inside
-    A point that moves by less than its distance stays on its side, so that few winding numbers are computed.
+    points : (n, 3) [m]; corners : (m, 3, 3) [m] of its surface's triangles, closed and outward; it is negative inside
+    A winding number tells inside from outside; it is computed where a point moved by its distance or more.
     """
     moved = points + shifts[:, None]
-    numbers = np.arange(3 * len(corners)).reshape(-1, 3)
-    apart = distances(moved.reshape(-1, 3), corners.reshape(-1, 3), numbers).reshape(moved.shape[:2])
-    inside, may_cross = np.zeros(apart.shape, dtype=bool), np.ones(apart.shape, dtype=bool)
-    may_cross[1:] = apart[:-1] <= np.linalg.norm(np.diff(moved, axis=0), axis=2)
-    for step, points_at in enumerate(moved):
+    facets = np.arange(3 * len(corners)).reshape(-1, 3)
+    unsigned = distances(moved.reshape(-1, 3), corners.reshape(-1, 3), facets).reshape(moved.shape[:2])
+    inside, may_cross = np.zeros(unsigned.shape, dtype=bool), np.ones(unsigned.shape, dtype=bool)
+    may_cross[1:] = unsigned[:-1] <= np.linalg.norm(np.diff(moved, axis=0), axis=2)
+    for step, places in enumerate(moved):
         inside[step] = inside[step - 1]
-        crossed = may_cross[step]
-        inside[step, crossed] = [winding_number(point, corners) > 0.5 for point in points_at[crossed]]
-    return np.where(inside, -apart, apart).min(axis=1)
+        unsure = may_cross[step]
+        inside[step, unsure] = [winding_number(point, corners) > 0.5 for point in places[unsure]]
+    return np.where(inside, -unsigned, unsigned).min(axis=1)
 
 
 def contact_tables(motions: Sequence[Motion]) -> dict[str, pd.DataFrame]:

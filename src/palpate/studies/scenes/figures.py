@@ -46,17 +46,17 @@ def of_effects(table: pd.DataFrame) -> list[str]:
 
 
 def _panel(axis, scene: str, rows: pd.DataFrame) -> None:
-    """Draw one scene in the unit that suits its largest energy."""
-    parts = of_effects(rows)
-    drawn = [*parts, *(c for c in ("total_j", "outer_work_j") if c in rows)]
-    largest = float(np.nanmax(np.abs(rows[drawn].to_numpy())))
-    unit, factor = next(((u, f) for u, f in _UNITS if largest * f >= 1), _UNITS[-1])
+    """Draw the energies of one scene (``rows`` of the table energy) over time, in the unit that suits the largest."""
+    energies = of_effects(rows)
+    columns = [*energies, *(c for c in ("total_j", "outer_work_j") if c in rows)]
+    largest = float(np.nanmax(np.abs(rows[columns].to_numpy())))
+    unit, factor = next(((name, per_joule) for name, per_joule in _UNITS if largest * per_joule >= 1), _UNITS[-1])
     t = rows["time_s"]
     axis.axhline(0, color=style.FAINT, lw=0.6, zorder=1)
     if whole(rows):
         axis.plot(t, factor * rows["total_j"], color="#c4c4c4", lw=4, zorder=2)
         axis.plot(t, factor * rows["balance_j"], color=style.INK, lw=1.1, zorder=4)
-    for column in parts:
+    for column in energies:
         axis.plot(t, factor * rows[column], color=style.effect_colour(column.removesuffix("_j")), zorder=3)
     if "outer_work_j" in rows and rows["outer_work_j"].any():
         axis.plot(t, factor * rows["outer_work_j"], ls="--", color=style.effect_colour("outer_work"), zorder=3)
@@ -65,13 +65,13 @@ def _panel(axis, scene: str, rows: pd.DataFrame) -> None:
 
 
 def _legend(energy: pd.DataFrame) -> list[Line2D]:
-    """Return the handles of every energy in some scene, then of the sums; elastic effects share colour and line."""
-    names: dict[str, list[str]] = {}
+    """Return a handle for each colour of energies in any scene, labelled with their names, then those of the sums."""
+    names_by_colour: dict[str, list[str]] = {}
     for column in of_effects(energy.dropna(axis="columns", how="all")):
         name = column.removesuffix("_j")
-        names.setdefault(style.effect_colour(name), []).append(spaced(name))
+        names_by_colour.setdefault(style.effect_colour(name), []).append(spaced(name))
     return [
-        *(Line2D([], [], color=colour, label=", ".join(sharing)) for colour, sharing in names.items()),
+        *(Line2D([], [], color=colour, label=", ".join(names)) for colour, names in names_by_colour.items()),
         Line2D([], [], color="#c4c4c4", lw=4, label="sum"),
         Line2D([], [], color=style.effect_colour("outer_work"), ls="--", label="external work"),
         Line2D([], [], color=style.INK, lw=1.1, label="sum − external work"),
@@ -89,18 +89,18 @@ def draw_effects(effects: pd.DataFrame) -> Figure:
     effects : the table of this name. The error is the root mean square over frames and nodes, as a share of the
     largest displacement; effects without one (the elastic one, the integrator, runs that fail) have a dash.
     """
-    names = tables.scenes(effects)
-    parts = [tables.where(effects, scene=scene) for scene in names]
-    counts = [len(rows) for rows in parts]
-    height = _BAR_INCHES * sum(counts) + 0.5 * len(names) + 0.45
+    scenes = tables.scenes(effects)
+    tables_by_scene = [tables.where(effects, scene=scene) for scene in scenes]
+    bars = [len(rows) for rows in tables_by_scene]
+    height = _BAR_INCHES * sum(bars) + 0.5 * len(scenes) + 0.45
     figure = Figure(figsize=(9.0, height), layout="constrained")
-    heights = [_BAR_INCHES * n + 0.2 for n in counts]
-    grid = figure.subplots(len(names), 2, squeeze=False, sharey="row", height_ratios=heights, width_ratios=[3, 2])
+    heights = [_BAR_INCHES * count + 0.2 for count in bars]
+    grid = figure.subplots(len(scenes), 2, squeeze=False, sharey="row", height_ratios=heights, width_ratios=[3, 2])
     finite = effects["error_if_left_out"].replace([np.inf, -np.inf], np.nan)
-    top = max(1.0, 3 * float(np.nan_to_num(finite.max())))
-    for (left, right), scene, rows in zip(grid, names, parts, strict=True):
+    largest_error = max(1.0, 3 * float(np.nan_to_num(finite.max())))
+    for (left, right), scene, rows in zip(grid, scenes, tables_by_scene, strict=True):
         _bars(left, rows)
-        _dots(right, rows, top)
+        _dots(right, rows, largest_error)
         left.set_title(scene)
     grid[-1, 0].set_xlabel("time per step [ms]")
     grid[0, 1].set_title("error if left out [% of peak]")
@@ -118,18 +118,18 @@ def _bars(axis, rows: pd.DataFrame) -> None:
     axis.grid(axis="y", visible=False)
 
 
-def _dots(axis, rows: pd.DataFrame, top: float) -> None:
-    """Draw the errors on a logarithmic scale that all scenes share."""
+def _dots(axis, rows: pd.DataFrame, largest: float) -> None:
+    """Draw a dot for each effect's error on one logarithmic scale, from _LEAST to ``largest``; a dash for none."""
     for y, row in enumerate(rows.itertuples()):
         error = row.error_if_left_out
         if np.isfinite(error):
-            drawn = 100 * max(error, _LEAST)
-            axis.plot([100 * _LEAST, drawn], [y, y], color="#cccccc", lw=1, zorder=2)
-            axis.plot(drawn, y, "o", color=style.effect_colour(row.effect), mec=style.INK, mew=0.5, ms=6, zorder=3)
-            axis.annotate(percent(error), (drawn, y), (6, 0), textcoords="offset points", va="center", fontsize=7)
+            shown = 100 * max(error, _LEAST)
+            axis.plot([100 * _LEAST, shown], [y, y], color="#cccccc", lw=1, zorder=2)
+            axis.plot(shown, y, "o", color=style.effect_colour(row.effect), mec=style.INK, mew=0.5, ms=6, zorder=3)
+            axis.annotate(percent(error), (shown, y), (6, 0), textcoords="offset points", va="center", fontsize=7)
         else:
             axis.annotate("–", (100 * _LEAST, y), (6, 0), textcoords="offset points", va="center", color="#666666")
-    axis.set(xscale="log", xlim=(100 * _LEAST, 1000 * top))
+    axis.set(xscale="log", xlim=(100 * _LEAST, 1000 * largest))
     axis.xaxis.set_major_locator(LogLocator(numticks=6))
     axis.xaxis.set_major_formatter("{x:g}")
     axis.minorticks_off()
@@ -145,8 +145,8 @@ def draw_contact_force(contact_force: pd.DataFrame, *, scene: str) -> Figure:
 
     contact_force : the table of this name, which may have no rows
     """
-    felt = tables.where(contact_force, scene=scene)
-    names = list(dict.fromkeys(felt["instrument"]))
+    forces = tables.where(contact_force, scene=scene)
+    names = list(dict.fromkeys(forces["instrument"]))
     if not names:
         figure = Figure(figsize=(9.5, 1.2), layout="constrained")
         axis, note = figure.add_subplot(), f"{scene}: no instrument moves before the scene ends"
@@ -154,35 +154,36 @@ def draw_contact_force(contact_force: pd.DataFrame, *, scene: str) -> Figure:
         axis.text(0.0, 0.5, note, va="center", transform=axis.transAxes)
         return figure
     figure = Figure(figsize=(9.5, 4.2 * len(names)), layout="constrained")
-    for part, name in zip(figure.subfigures(len(names), squeeze=False)[:, 0], names, strict=True):
-        rows = tables.where(felt, instrument=name)
+    for panel, name in zip(figure.subfigures(len(names), squeeze=False)[:, 0], names, strict=True):
+        rows = tables.where(forces, instrument=name)
         title = f"{scene}: force on the {spaced(name)}"
         if rows["depth_m"].notna().any():
-            _with_depth(part, rows, title)
+            _with_depth(panel, rows, title)
         else:
-            force = part.subplots()
+            force = panel.subplots()
             _force(force, rows, f"{title}, which has no depth")
             force.set(xlabel="time [s]")
     return figure
 
 
-def _with_depth(part, rows: pd.DataFrame, title: str) -> None:
-    grid = part.add_gridspec(2, 2, width_ratios=[1.7, 1], height_ratios=[2, 1])
-    force, depth, loop = (part.add_subplot(grid[where]) for where in ((0, 0), (1, 0), (slice(None), 1)))
-    _force(force, rows, title)
-    force.sharex(depth)
-    force.tick_params(labelbottom=False)
+def _with_depth(panel, rows: pd.DataFrame, title: str) -> None:
+    """Draw force and depth of one instrument over time in ``panel``, and beside them the force over the depth."""
+    grid = panel.add_gridspec(2, 2, width_ratios=[1.7, 1], height_ratios=[2, 1])
+    force_axis, depth_axis, cycle = (panel.add_subplot(grid[cell]) for cell in ((0, 0), (1, 0), (slice(None), 1)))
+    _force(force_axis, rows, title)
+    force_axis.sharex(depth_axis)
+    force_axis.tick_params(labelbottom=False)
     t, millimetres = rows["time_s"], 1e3 * rows["depth_m"]
-    depth.fill_between(t, 0.0, millimetres.clip(lower=0.0), color="#d9d4cf")
-    depth.plot(t, millimetres, color=style.INK)
-    depth.set(xlabel="time [s]", ylabel="depth [mm]")
-    depth.margins(x=0.0)
+    depth_axis.fill_between(t, 0.0, millimetres.clip(lower=0.0), color="#d9d4cf")
+    depth_axis.plot(t, millimetres, color=style.INK)
+    depth_axis.set(xlabel="time [s]", ylabel="depth [mm]")
+    depth_axis.margins(x=0.0)
     touched = rows["force_n"] > 0.0
-    loop.plot(millimetres, rows["force_n"], color=style.FAINT, lw=0.8)
-    dots = loop.scatter(millimetres[touched], rows["force_n"][touched], c=t[touched], cmap="viridis", s=14, zorder=3)
+    cycle.plot(millimetres, rows["force_n"], color=style.FAINT, lw=0.8)
+    dots = cycle.scatter(millimetres[touched], rows["force_n"][touched], c=t[touched], cmap="viridis", s=14, zorder=3)
     if touched.any():
-        part.colorbar(dots, ax=loop, label="time [s]", shrink=0.8)
-    loop.set(title="force over depth", xlabel="depth below the surface at rest [mm]", ylabel="force [N]")
+        panel.colorbar(dots, ax=cycle, label="time [s]", shrink=0.8)
+    cycle.set(title="force over depth", xlabel="depth below the surface at rest [mm]", ylabel="force [N]")
 
 
 def _force(axis, rows: pd.DataFrame, title: str) -> None:

@@ -52,10 +52,10 @@ def energy_balance(energies: pd.DataFrame, integrators: Mapping[str, str]) -> pd
     rows = []
     for scene, integrator in integrators.items():
         of_scene = energies[energies["scene"] == scene].dropna(axis="columns", how="all")
-        done = of_scene["outer_work_j"]
+        works = of_scene["outer_work_j"]
         if "gravity_j" in of_scene:
-            done = done + of_scene["gravity_j"].iloc[0] - of_scene["gravity_j"]
-        work = float(done.abs().max() or np.ptp(of_scene["total_j"]))
+            works = works + of_scene["gravity_j"].iloc[0] - of_scene["gravity_j"]
+        work = float(works.abs().max() or np.ptp(of_scene["total_j"]))
         gain, verdict = np.nan, UNKNOWN
         if whole(of_scene):
             gain = float(of_scene["gain_j"].max())
@@ -70,11 +70,11 @@ def warn_of_gain(scene: Scene, energies: pd.DataFrame) -> None:
     """Warn if a step of one of UNPROVEN gained more energy than MUCH of the work; energies : of the scene's motion."""
     if scene.integrator not in UNPROVEN:
         return
-    gained = energy_balance(energies.assign(scene=scene.name), {scene.name: scene.integrator})["gain_of_work"].iloc[0]
-    if gained > MUCH:
+    ratio = energy_balance(energies.assign(scene=scene.name), {scene.name: scene.integrator})["gain_of_work"].iloc[0]
+    if ratio > MUCH:
         warnings.warn(
             f"{scene.place}: nothing proves that steps of {scene.integrator} make no energy, and one made "
-            f"{gained:.1%} of the work; take shorter ones, or choose backward_euler.",
+            f"{ratio:.1%} of the work; take shorter ones, or choose backward_euler.",
             stacklevel=2,
         )
 
@@ -124,19 +124,19 @@ def cost(scene: Scene, particles: Particles, first: Run, repeats: int) -> pd.Dat
     ENOUGH_S.
     """
     runs = [first]
-    while len(runs) < repeats and sum(r.seconds for r in runs) < ENOUGH_S:
+    while len(runs) < repeats and sum(timed.seconds for timed in runs) < ENOUGH_S:
         runs.append(run(scene, particles))
-    runs.sort(key=lambda r: r.seconds)
-    middle = runs[len(runs) // 2]
-    seconds = dict(middle.effect_seconds)
-    seconds[REST] = middle.seconds - sum(seconds.values())
+    runs.sort(key=lambda timed: timed.seconds)
+    median = runs[len(runs) // 2]
+    seconds = dict(median.effect_seconds)
+    seconds[REST] = median.seconds - sum(seconds.values())
     return pd.DataFrame(
         {
             "scene": scene.name,
             "effect": list(seconds),
-            "ms_per_step": [1e3 * s / middle.steps for s in seconds.values()],
-            "share_of_step": [s / middle.seconds for s in seconds.values()],
-            "memory_kb": [middle.effect_kb.get(name, np.nan) for name in seconds],
+            "ms_per_step": [1e3 * effect_s / median.steps for effect_s in seconds.values()],
+            "share_of_step": [effect_s / median.seconds for effect_s in seconds.values()],
+            "memory_kb": [median.effect_kb.get(name, np.nan) for name in seconds],
         }
     )
 
@@ -153,9 +153,9 @@ def left_out(scene: Scene, particles: Particles, whole: Motion, progress: Callab
     peak = float(np.linalg.norm(whole.positions - particles.nodes, axis=-1).max())
     for effect in progress(effects[1:]):
         try:
-            other = run(scene, particles, without=effect).motion
-            away = np.linalg.norm(other.positions - whole.positions, axis=-1)
-            error = float(np.sqrt((away**2).mean()))
+            without = run(scene, particles, without=effect).motion
+            distances = np.linalg.norm(without.positions - whole.positions, axis=-1)
+            error = float(np.sqrt((distances**2).mean()))
             rows.append([scene.name, effect, error / peak if peak else np.nan, "" if peak else "the scene is still"])
         except (NotConverged, InputError) as failure:
             rows.append([scene.name, effect, np.nan, str(failure)])
@@ -169,11 +169,11 @@ def simulate_scene(input: Any, output: Any, scene: Scene, say: Callable) -> dict
     for row in table.itertuples():
         say(f"{scene.name}: {row.effect} {'yes' if row.called else 'no'}; {row.reason}")
     run(scene.but(duration_s=2 * scene.step_s), particles)  # compiles the code, so that the next run is timed
-    first = run(scene, load_particles(scene, input.bodies), steps(say, f"{scene.name}: step"))
-    warn_of_gain(scene, first.motion.energy)
-    warn_of_doubt(scene, first.motion)
-    store(first.motion, output.motion)
-    costs = cost(scene, particles, first, repeats=3)
+    timed = run(scene, load_particles(scene, input.bodies), steps(say, f"{scene.name}: step"))
+    warn_of_gain(scene, timed.motion.energy)
+    warn_of_doubt(scene, timed.motion)
+    store(timed.motion, output.motion)
+    costs = cost(scene, particles, timed, repeats=3)
     progress = steps(say, f"{scene.name}: without effect")
     errors = left_out(scene, load_particles(scene, input.bodies), stored(Motion, output.motion), progress)
     return {"decisions": table, "cost": costs, "left_out": errors}
@@ -184,8 +184,8 @@ def tabulate_scenes(input: Any, integrators: dict[str, str]) -> Any:
     costs, errors = (pd.concat(map(pd.read_csv, paths)) for paths in (input.costs, input.errors))
     energies = {motion.scene: motion.energy for motion in (stored(Motion, path) for path in input.motions)}
     energy = pd.concat(energies, names=["scene", "frame"]).reset_index("scene")
-    touching = [stored(Motion, path) for path in input.touching]
-    return (contact_tables(touching) if touching else {}) | {
+    with_contact = [stored(Motion, path) for path in input.touching]
+    return (contact_tables(with_contact) if with_contact else {}) | {
         "scene_effects": pd.concat(map(pd.read_csv, input.decisions)),
         "effects": costs.merge(errors, on=["scene", "effect"], how="left"),
         "energy": energy,

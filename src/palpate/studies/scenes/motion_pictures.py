@@ -49,26 +49,26 @@ def animate(motion: Motion, path: str | Path) -> None:
 
 
 class Scenery:
-    """Common parts of all pictures of a motion: view, surface, displacements [mm], limit, held nodes and things."""
+    """What all pictures of a motion share: view, surface nodes, displacements [mm], their limit, held nodes, things."""
 
     def __init__(self, motion: Motion):
         self._motion = motion
         self.surface = np.unique(motion.triangles)
-        moved = motion.positions - motion.rest
-        self.millimetres = 1e3 * np.linalg.norm(moved, axis=2)
+        displacements = motion.positions - motion.rest
+        self.millimetres = 1e3 * np.linalg.norm(displacements, axis=2)
         self.limit = float(self.millimetres[:, self.surface].max()) or 1.0  # a body at rest has one colour
         self.held = np.intersect1d(motion.held, self.surface)
-        cloud = np.vstack([motion.rest[self.surface], *motion.positions[:, self.surface]])
-        self.things = [*(_seen(thing, cloud) for thing in motion.obstacles), *motion.drawn]
+        all_places = np.vstack([motion.rest[self.surface], *motion.positions[:, self.surface]])
+        self.things = [*(_seen(thing, all_places) for thing in motion.obstacles), *motion.drawn]
         peak = self.surface[np.argmax(self.millimetres[:, self.surface].max(axis=0))]
         a, b, c = motion.rest[motion.triangles[(motion.triangles == peak).any(axis=1)]].transpose(1, 0, 2)
         normal = np.cross(b - a, c - a).sum(axis=0)
         normal = normal / (np.linalg.norm(normal) or 1.0)  # zero if the triangles around the peak have no area
         if any(thing.kind == "floor" for thing in self.things):
             normal[motion.up] = max(normal[motion.up], 0.0)  # seen from below, a floor would hide everything
-        axes = render.directions(cloud, normal, motion.up)
+        axes = render.directions(all_places, normal, motion.up)
         boxes = [thing.positions.reshape(-1, 3) + r for thing in self.things for r in (-thing.radius_m, thing.radius_m)]
-        view = render.frame(axes, [cloud, *boxes])
+        view = render.frame(axes, [all_places, *boxes])
         # very high or very flat views get more space at the sides
         self.view = replace(view, width=max(view.width, 0.6 * view.height), height=max(view.height, view.width / 3.0))
         self._ball = 0.011 * self.view.width
@@ -96,32 +96,32 @@ class Scenery:
 
 
 def _seen(thing: Moved, cloud: np.ndarray) -> Moved:
-    """Return the thing as it is drawn: for a floor, the part below the points ``cloud`` (n, 3) [m]."""
+    """Return the thing as it is drawn: of an endless floor only the rectangle under the points ``cloud`` (n, 3) [m]."""
     if thing.kind != "floor":
         return thing
     up = int(np.argmin(np.ptp(thing.positions[0], axis=0)))
-    low, high = (np.delete(limit, up) for limit in (cloud.min(axis=0), cloud.max(axis=0)))
-    room = 0.1 * (high - low).max()
-    (a, b), (c, d) = low - room, high + room
-    level = np.insert(np.array([[a, b], [c, b], [c, d], [a, d]]), up, 0.0, axis=1)
+    lower, upper = (np.delete(corner, up) for corner in (cloud.min(axis=0), cloud.max(axis=0)))
+    margin = 0.1 * (upper - lower).max()
+    (west, south), (east, north) = lower - margin, upper + margin
+    rectangle = np.insert(np.array([[west, south], [east, south], [east, north], [west, north]]), up, 0.0, axis=1)
     heights = thing.positions[:, :1, up]
-    positions = np.repeat(level[None], len(heights), axis=0)
+    positions = np.repeat(rectangle[None], len(heights), axis=0)
     positions[:, :, up] = heights
     return replace(thing, positions=positions, triangles=np.array([[0, 1, 2], [0, 2, 3]]))
 
 
 def _moments(motion: Motion, surface: np.ndarray, count: int) -> list[int]:
-    """Choose frames from first to last, evenly spaced in the mean of relative time and distance; one is the peak."""
-    moved = motion.positions[:, surface] - motion.positions[0, surface]
-    peak = int(np.linalg.norm(moved, axis=2).max(axis=1).argmax())
-    steps = np.linalg.norm(np.diff(moved, axis=0), axis=2).mean(axis=1)
-    distance = np.concatenate([[0.0], np.cumsum(steps)])
-    time = motion.times - motion.times[0]
-    progress = time / (time[-1] or 1.0) + distance / (distance[-1] or 1.0)
+    """Choose ``count`` frames, evenly spaced in relative time plus relative distance travelled; one shows the peak."""
+    displacements = motion.positions[:, surface] - motion.positions[0, surface]
+    peak = int(np.linalg.norm(displacements, axis=2).max(axis=1).argmax())
+    mean_travel = np.linalg.norm(np.diff(displacements, axis=0), axis=2).mean(axis=1)
+    distance = np.concatenate([[0.0], np.cumsum(mean_travel)])
+    since_start = motion.times - motion.times[0]
+    progress = since_start / (since_start[-1] or 1.0) + distance / (distance[-1] or 1.0)
     frames = [int(np.argmin(np.abs(progress - target))) for target in np.linspace(0.0, progress[-1], count)]
-    if count > 2 and 0 < peak < len(time) - 1:
-        inner = 1 + int(np.argmin(np.abs(progress[frames[1:-1]] - progress[peak])))
-        frames[inner] = peak
+    if count > 2 and 0 < peak < len(since_start) - 1:
+        nearest_inner = 1 + int(np.argmin(np.abs(progress[frames[1:-1]] - progress[peak])))
+        frames[nearest_inner] = peak
     return sorted(set(frames))
 
 
@@ -133,26 +133,26 @@ def _size(aspect: float) -> tuple[int, int]:
 def write(motion: Motion, path: str | Path) -> None:
     """Write at most 60 frames of the surface, coloured as in the stills, of the rigid things, and their times."""
     scenery = Scenery(motion)
-    kept = np.array(turnable.evenly(len(motion.times), 60))
+    frames = np.array(turnable.evenly(len(motion.times), 60))
     norm = Normalize(0.0, scenery.limit)
     renumber = np.full(len(motion.rest), -1)
     renumber[scenery.surface] = np.arange(len(scenery.surface))
-    shades = turnable.shades(scenery.millimetres[np.ix_(kept, scenery.surface)], norm)
-    shades[:, renumber[scenery.held]] = turnable.HELD
-    positions, triangles = [motion.positions[np.ix_(kept, scenery.surface)]], [renumber[motion.triangles]]
+    colours = turnable.shades(scenery.millimetres[np.ix_(frames, scenery.surface)], norm)
+    colours[:, renumber[scenery.held]] = turnable.HELD
+    positions, triangles = [motion.positions[np.ix_(frames, scenery.surface)]], [renumber[motion.triangles]]
     for thing in scenery.things:
-        solids = [render.solid(thing.positions[frame], thing) for frame in kept]
-        points = np.array([solid.points for solid in solids])
-        triangles.append(solids[0].regular_faces + sum(part.shape[1] for part in positions))
+        solid_by_frame = [render.solid(thing.positions[frame], thing) for frame in frames]
+        points = np.array([solid.points for solid in solid_by_frame])
+        triangles.append(solid_by_frame[0].regular_faces + sum(earlier.shape[1] for earlier in positions))
         positions.append(points)
-        shades = np.hstack([shades, np.full(points.shape[:2], turnable.THING, np.uint8)])
-    times = motion.times[kept]
+        colours = np.hstack([colours, np.full(points.shape[:2], turnable.THING, np.uint8)])
+    times = motion.times[frames]
     pace, note = turnable.pace(float(np.ptp(times)))
-    peak = int(np.argmax(scenery.millimetres[np.ix_(kept, scenery.surface)].max(axis=1)))
+    peak = int(np.argmax(scenery.millimetres[np.ix_(frames, scenery.surface)].max(axis=1)))
     legend = turnable.legend("displacement [mm]", norm, style.DISPLACEMENT)
     played = {"times_s": times.round(6).tolist(), "pace": pace, "note": note.removeprefix(", "), "start": peak}
     surfaces = np.concatenate(positions, axis=1), np.vstack(triangles)
-    turnable.write(turnable.Turnable(scenery.view, *surfaces, shades, len(triangles[0]), legend, played), path)
+    turnable.write(turnable.Turnable(scenery.view, *surfaces, colours, len(triangles[0]), legend, played), path)
 
 
 def draw_motion(input, output):

@@ -19,12 +19,12 @@ Settings = Annotated[dict[Name, Scene], Field(min_length=1, description="What is
 
 
 def check(config: Any, file: Path) -> None:
-    """Raise InputError for the first scene that names what is not there."""
+    """Raise InputError for the first fault of a scene: an unknown body, unsuitable effect, wrong path, load or file."""
     for name, scene in config.scenes.items():
         place = f"{file}: scenes.{name}"
-        if own := scene.model_fields_set & {"name", "seed"}:  # those of scenes made in Python
+        if idle := scene.model_fields_set & {"name", "seed"}:  # those of scenes made in Python
             raise InputError(
-                f"{place}.{min(own)} has no use: a scene has its key's name and the run's seed; remove it."
+                f"{place}.{min(idle)} has no use: a scene has its key's name and the run's seed; remove it."
             )
         _check_bodies(place, scene, config.bodies)
         _check_effects(place, scene, config.bodies)

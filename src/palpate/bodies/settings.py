@@ -348,10 +348,10 @@ def check_body(place: str, body: Body, folder: Path) -> None:
                 raise InputError(
                     f"{place}.regions.{name} needs exactly one of tag, sphere and label; give one of them."
                 )
-    papers = body.paper_surface if isinstance(body, Compared) else None
-    if papers is not None and len(papers) != levels:
+    paper_rows = body.paper_surface if isinstance(body, Compared) else None
+    if paper_rows is not None and len(paper_rows) != levels:
         raise InputError(
-            f"{place}.paper_surface has {len(papers)} entries; give one for each of the {levels} levels, or null."
+            f"{place}.paper_surface has {len(paper_rows)} entries; give one for each of the {levels} levels, or null."
         )
     if not isinstance(body, Ct):
         return

@@ -48,9 +48,9 @@ class CoarseAnswer:
         fine = np.where(under_disc, pressure * np.linalg.norm(self._normals, axis=1), 0.0)
         if not fine.any():
             fine[corners] = weights
-        coarse = np.zeros(len(self.arrays["compliance"]) // 3)
-        np.add.at(coarse, self.arrays["parents"], self.arrays["weights"] * (fine / fine.sum())[:, None])
-        return coarse
+        coarse_shares = np.zeros(len(self.arrays["compliance"]) // 3)
+        np.add.at(coarse_shares, self.arrays["parents"], self.arrays["weights"] * (fine / fine.sum())[:, None])
+        return coarse_shares
 
     def respond(self, presses: Sequence[Mapping]) -> PortableAnswer:
         """Return the answer to ``presses``, each with triangle, weights, and either force [N] or moved [m].
@@ -58,13 +58,13 @@ class CoarseAnswer:
         It estimates no error and has no doubt.
         """
         shares = np.array([self.shares(press["triangle"], press["weights"]) for press in presses])
-        size = shares.shape[1]
-        compliance = self.arrays["compliance"].reshape(size, 3, size, 3)
+        count = shares.shape[1]
+        compliance = self.arrays["compliance"].reshape(count, 3, count, 3)
         # (k, m, 3, 3) [m/N], how free coarse nodes move by a unit force along x, y and z on each disc
         moved_by = np.stack([np.einsum("iajb,j->iab", compliance, share, optimize=True) for share in shares])
-        between = np.einsum("im,kmab->iakb", shares, moved_by).reshape(3 * len(shares), -1)
-        given = np.array([press["moved"] if "moved" in press else press["force"] for press in presses])
-        forces = press_forces(between, given, np.array(["moved" in press for press in presses]))
+        disc_compliance = np.einsum("im,kmab->iakb", shares, moved_by).reshape(3 * len(shares), -1)
+        prescribed = np.array([press["moved"] if "moved" in press else press["force"] for press in presses])
+        forces = press_forces(disc_compliance, prescribed, np.array(["moved" in press for press in presses]))
         coarse = np.einsum("kmab,kb->ma", moved_by, forces)
         moved = np.einsum("nc,nca->na", self.arrays["weights"], coarse[self.arrays["parents"]])
         return PortableAnswer(moved, forces, float("nan"), "", [])
@@ -78,8 +78,8 @@ def press_forces(compliance: np.ndarray, given: np.ndarray, pushed: np.ndarray) 
     """
     unknown, forces = np.repeat(pushed, 3), np.where(pushed[:, None], 0.0, given).ravel()
     if unknown.any():
-        missing = (given.ravel() - compliance @ forces)[unknown]
-        forces[unknown] = np.linalg.solve(compliance[np.ix_(unknown, unknown)], missing)
+        missing_m = (given.ravel() - compliance @ forces)[unknown]
+        forces[unknown] = np.linalg.solve(compliance[np.ix_(unknown, unknown)], missing_m)
     return forces.reshape(-1, 3)
 
 
@@ -105,8 +105,8 @@ def _compliance(body: Body, kept: np.ndarray) -> np.ndarray:
     count, free = len(body.coarse.nodes), np.ones(len(body.coarse.nodes), bool)
     free[body.anchors[0]] = False
     multiply, _ = Equilibrium(body, 0).linearise(body.coarse.nodes)
-    units = np.eye(3 * count).reshape(count, 3, -1)
-    stiffness = multiply(units).reshape(3 * count, -1)
+    unit_displacements = np.eye(3 * count).reshape(count, 3, -1)
+    stiffness = multiply(unit_displacements).reshape(3 * count, -1)
     unknowns = np.flatnonzero(np.repeat(free, 3))
     rows = np.searchsorted(unknowns, (3 * kept[:, None] + np.arange(3)).ravel())
     compliance = np.linalg.solve(stiffness[np.ix_(unknowns, unknowns)], np.eye(len(unknowns))[:, rows])[rows]

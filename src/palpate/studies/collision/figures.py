@@ -37,8 +37,8 @@ def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
     if not depths:
         return shown
     # one alone gets the middle shade
-    first = (len(_DEPTHS) - len(among)) // 2
-    shade = _DEPTHS[min(max(first, 0) + list(among).index(depths), len(_DEPTHS) - 1)] if among else shown.colour
+    first_shade = (len(_DEPTHS) - len(among)) // 2
+    shade = _DEPTHS[min(max(first_shade, 0) + list(among).index(depths), len(_DEPTHS) - 1)] if among else shown.colour
     return Look(f"composite {depths}", shade, shown.marker)
 
 
@@ -91,20 +91,20 @@ def draw_collision(collision) -> Figure:
 
 
 def _accuracy(axis, here, looks: dict) -> None:
-    counted, joined = here[~here["rival"].astype(bool)], []
+    own_trees, composites = here[~here["rival"].astype(bool)], []
     for row in here.itertuples():
         shown = looks[row.structure, row.depths]
         if row.rival:
             axis.axhline(row.query_ms, color=shown.colour, lw=1, ls=":")
             continue
         false = row.triangle_tests - row.pairs
-        joined += [(false, row.query_ms)] if row.depths else []
+        composites += [(false, row.query_ms)] if row.depths else []
         # stars are drawn below markers at the same place
         size, order = (10, 3) if row.depths else (5.5, 4)
         axis.plot(false, row.query_ms, shown.marker, color=shown.colour, ms=size, mec="white", mew=0.6, zorder=order)
-    axis.plot(*zip(*joined, strict=True), color=style.FAINT, lw=0.8, zorder=2)
+    axis.plot(*zip(*composites, strict=True), color=style.FAINT, lw=0.8, zorder=2)
     axis.set(xscale="log", yscale="log", xlabel="false pairs tested per frame")
-    false = (counted["triangle_tests"] - counted["pairs"]).clip(lower=1)
+    false = (own_trees["triangle_tests"] - own_trees["pairs"]).clip(lower=1)
     axis.set_xlim(false.min() / 1.6, false.max() * 1.6)
     style.plain_log(axis.xaxis)
 
@@ -163,9 +163,9 @@ def draw_collision_precision(collision_precision) -> Figure:
         column[0].set_title(f"{spaced(scene)},\n{here['triangles'].iloc[0]:,} triangles")
         for axis, error in zip(column, ERRORS, strict=True):
             _curves(axis, here, error, among)
-        wanted = 1e3 * here["response_m"].iloc[0]
-        if wanted > 0.0:
-            column[0].axhline(wanted, color=style.FAINT, lw=1, ls=":")
+        response_mm = 1e3 * here["response_m"].iloc[0]
+        if response_mm > 0.0:
+            column[0].axhline(response_mm, color=style.FAINT, lw=1, ls=":")
         column[-1].set_xlabel("refit and contacts of a frame [ms]")
     for axis, title in zip(grid[:, 0], ERRORS.values(), strict=True):
         axis.set_ylabel(title)
@@ -196,8 +196,8 @@ def _curves(axis, here, error: str, among: list[str]) -> None:
             for end in (stopped["layer"].idxmin(), stopped["layer"].idxmax()):
                 place = (stopped["frame_ms"][end], values[end])
                 axis.annotate(f"{stopped['layer'][end]:g}", place, (-5, -9), textcoords="offset points", fontsize=6.5)
-        ends = np.maximum(1e3 * whole[error], LEAST_MM)
-        axis.plot(whole["frame_ms"], ends, marker=seen.marker, ms=9, ls="", mfc="none", color=seen.colour)
+        errors = np.maximum(1e3 * whole[error], LEAST_MM)
+        axis.plot(whole["frame_ms"], errors, marker=seen.marker, ms=9, ls="", mfc="none", color=seen.colour)
     style.plain_log(axis.xaxis)
 
 

@@ -61,14 +61,14 @@ def cell_tags(cell_data: Mapping[str, np.ndarray]) -> Tags:
     cell_data : name → values of the tetrahedra; arrays of another shape than (k,) and of fractions are no tags
     """
     numbers = {name: values for name, values in cell_data.items() if values.ndim == 1 and values.dtype.kind in "iuf"}
-    whole = {name: values.astype(np.int64) for name, values in numbers.items() if (values == np.round(values)).all()}
-    by_lower_name = {name.lower(): name for name in whole}
-    name_of_tags = next((by_lower_name[name] for name in KNOWN if name in by_lower_name), next(iter(whole), ""))
+    integers = {name: values.astype(np.int64) for name, values in numbers.items() if (values == np.round(values)).all()}
+    by_lower_name = {name.lower(): name for name in integers}
+    name_of_tags = next((by_lower_name[name] for name in KNOWN if name in by_lower_name), next(iter(integers), ""))
     if not name_of_tags:
         return Tags()
-    if len(whole) > 1 and name_of_tags.lower() not in KNOWN:
-        return Tags(fault=f"its cell data {', '.join(sorted(whole))} could all be tags; name the right one region")
-    return Tags({int(tag): np.flatnonzero(whole[name_of_tags] == tag) for tag in np.unique(whole[name_of_tags])})
+    if len(integers) > 1 and name_of_tags.lower() not in KNOWN:
+        return Tags(fault=f"its cell data {', '.join(sorted(integers))} could all be tags; name the right one region")
+    return Tags({int(tag): np.flatnonzero(integers[name_of_tags] == tag) for tag in np.unique(integers[name_of_tags])})
 
 
 VTK = (".vtk", ".vtu", ".vtp")
@@ -192,10 +192,10 @@ def _read_gmsh(path: Path) -> RawMesh:
         for kind, corners in elements.items():
             label, dimension, *_ = gmsh.model.mesh.getElementProperties(kind)
             name = {"Tetrahedron 4": "tetra", "Triangle 3": "triangle", "Quadrilateral 4": "quad"}.get(label, label)
-            _, first, group = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_inverse=True)
-            _add_elements(raw, name, dimension, corners[np.sort(first)])
+            _, firsts, groups = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_inverse=True)
+            _add_elements(raw, name, dimension, corners[np.sort(firsts)])
             if name == "tetra":
-                raw.tags = gmsh_tags(gmsh, kind, np.searchsorted(np.sort(first), first[group]))
+                raw.tags = gmsh_tags(gmsh, kind, np.searchsorted(np.sort(firsts), firsts[groups]))
     return raw
 
 

@@ -33,8 +33,8 @@ def coarse_body(shape: Shape, length_m: float, balls: Sequence[Ball] = ()) -> Te
     """Build a coarse mesh of 140 nodes and 276 triangles on the surface of ``shape``, identical on every call.
 
     Its longest side is ``length_m``; the origin is the middle of the bounding box of the smooth shape. In ``balls``
-    elements are smaller. Trap: which elements are made, and their order, hang on rounding, so that all lengths get
-    those of one.
+    elements are smaller. Trap: which elements gmsh makes, and their order, depend on rounding, so that the mesh is made
+    at one length and scaled.
     """
     made_m = MADE_M.get(shape, 0.2)
     scale = length_m / made_m

@@ -143,21 +143,21 @@ def merge_particles(parts: list[Particles], shifts: Sequence[Sequence[float]], p
     )
 
 
-def _check_alike(first: Particles, part: Particles, place: str) -> None:
+def _check_alike(one: Particles, other: Particles, place: str) -> None:
     """Raise InputError unless two bodies can be particles of one scene."""
-    if first.material.law != part.material.law:
+    if one.material.law != other.material.law:
         raise InputError(
-            f"{place}: {first.name} has law {first.material.law} and {part.name} {part.material.law}; "
+            f"{place}: {one.name} has law {one.material.law} and {other.name} {other.material.law}; "
             "bodies of one scene must have the same law: make them equal."
         )
-    solid = len(first.tetrahedra) > 0 and len(part.tetrahedra) > 0
-    to_compare = [("thickness_m", first.thickness_m, part.thickness_m)]
+    solid = len(one.tetrahedra) > 0 and len(other.tetrahedra) > 0
+    to_compare = [("thickness_m", one.thickness_m, other.thickness_m)]
     if not solid:
-        to_compare += [(name, getattr(first.material, name), getattr(part.material, name)) for name in STIFFNESS]
+        to_compare += [(name, getattr(one.material, name), getattr(other.material, name)) for name in STIFFNESS]
     for name, of_first, of_part in to_compare:
         if of_first != of_part:
             raise InputError(
-                f"{place}: {first.name} has {name} {of_first:g} and {part.name} {of_part:g}; "
+                f"{place}: {one.name} has {name} {of_first:g} and {other.name} {of_part:g}; "
                 "sheets and surfaces of one scene must have the same stiffness and thickness: make them equal."
             )
 

@@ -161,10 +161,10 @@ def quadratic_prolongation(coarse: Mesh, fine: Mesh) -> sparse.csr_array:
     place_in_parent = np.argmax(coarse_ten[parents][:, None, :] == fine.tetrahedra[:, :, None], axis=2)
     # of the fine elements' corners, (m, 4, 4): barycentric coordinates in their parents
     corners = np.vstack([np.eye(4), np.eye(4)[EDGES].mean(axis=1)])[place_in_parent]
-    nodes, first = np.unique(fine_ten[:, 4:], return_index=True)
-    middles = corners[:, EDGES].mean(axis=2).reshape(-1, 4)[first]
+    nodes, first_entry = np.unique(fine_ten[:, 4:], return_index=True)
+    middles = corners[:, EDGES].mean(axis=2).reshape(-1, 4)[first_entry]
     values = shape_functions(middles)  # halves and quarters: zeros are exact
-    columns = coarse_ten[parents[first // 6]]
+    columns = coarse_ten[parents[first_entry // 6]]
     nonzero = values != 0.0
     rows = np.concatenate([np.arange(n), np.broadcast_to(nodes[:, None], values.shape)[nonzero]])
     columns = np.concatenate([np.arange(n), columns[nonzero]])

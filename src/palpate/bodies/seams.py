@@ -46,14 +46,14 @@ def check_seams(source: str, mesh: TetMesh) -> None:
     Boundary faces are probed just below their middles and corners, and before their middles.
     """
     triangles = mesh.triangles
-    first, second, _ = _coinciding(mesh)
-    if len(first):
+    one, other, _ = _coinciding(mesh)
+    if len(one):
         warnings.warn(
-            f"{source}: {len(first)} pairs of faces within one piece coincide and share no nodes; they are taken for a "
+            f"{source}: {len(one)} pairs of faces within one piece coincide and share no nodes; they are taken for a "
             "cut, whose lips come apart and pass through each other; merge their nodes if nothing is cut there.",
             stacklevel=3,
         )
-    unpaired = np.delete(triangles, np.concatenate([first, second]), axis=0)
+    unpaired = np.delete(triangles, np.concatenate([one, other]), axis=0)
     corners = mesh.nodes[unpaired]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     # normals as long as a face is wide
@@ -71,10 +71,10 @@ def check_seams(source: str, mesh: TetMesh) -> None:
         "touch others and share no nodes with them": elements_at[4] > 0,
         f"are closer than {NEAR_OF_WIDTH:g} of their width to others, through which they pass": elements_at[5] > 0,
     }
-    for fault, of in faults.items():
-        if of.any():
-            first_at = ", ".join(f"{x:.3g}" for x in middles[of][0])
-            text = f"{source}: {of.sum()} of {len(triangles)} boundary faces {fault} (first at ({first_at}) m); "
+    for fault, bad in faults.items():
+        if bad.any():
+            first_at = ", ".join(f"{x:.3g}" for x in middles[bad][0])
+            text = f"{source}: {bad.sum()} of {len(triangles)} boundary faces {fault} (first at ({first_at}) m); "
             if fault.startswith("are"):
                 warnings.warn(f"{text}merge the nodes there if the parts hold together.", stacklevel=3)
             else:

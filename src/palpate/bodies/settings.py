@@ -366,9 +366,9 @@ def check_body(place: str, body: Body, folder: Path) -> None:
 
 def _check_samples(place: str, body: Solid) -> None:
     """Raise InputError unless whole contacts can be held out, and there is a fine mesh, of a body that is sampled."""
-    given = {"magnitudes": body.magnitudes, "train": body.train, "test": body.test}
-    missing = [name for name, value in given.items() if value is None]
-    if 0 < len(missing) < len(given):
+    sample_keys = {"magnitudes": body.magnitudes, "train": body.train, "test": body.test}
+    missing = [name for name, value in sample_keys.items() if value is None]
+    if 0 < len(missing) < len(sample_keys):
         raise InputError(
             f"{place} lacks {missing[0]}; give magnitudes, train and test together, "
             "or none of them for a body that only scenes use."

@@ -37,7 +37,7 @@ class Bed:
         return replace(self, center_m=self.center_m + shift)
 
     def faces(self, nodes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-        """Return which of a body's ``triangles`` (m, 3) on ``nodes`` (n, 3) [m] face as the bed asks, (m,) bool."""
+        """Return which ``triangles`` (m, 3) on ``nodes`` (n, 3) [m] have springs by ``facing``, (m,) bool."""
         if self.facing is None:
             return np.ones(len(triangles), dtype=bool)
         corners, normals = nodes[triangles], area_normals(nodes, triangles)

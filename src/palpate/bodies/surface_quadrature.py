@@ -84,30 +84,30 @@ def _rim(corners: np.ndarray, normal: np.ndarray, squared: np.ndarray, degree: i
     shares = [np.zeros_like(half), *np.clip([foot - half, foot + half], 0.0, 1.0), np.ones_like(half)]
     ends = [corners + share[..., None] * edges for share in shares]
     upward = np.broadcast_to(normal[:, None], corners.shape)
-    parts = [
+    swept_parts = [
         _arc(ends[0], ends[1], upward, squared, degree),
         _chord(ends[1], ends[2], upward, degree),
         _arc(ends[2], ends[3], upward, squared, degree),
     ]
-    rim, swept = (np.concatenate(each, axis=2) for each in zip(*parts, strict=True))
+    rim, swept = (np.concatenate(each, axis=2) for each in zip(*swept_parts, strict=True))
     return rim.reshape(len(corners), -1, 3), swept.reshape(len(corners), -1)
 
 
-def _chord(first: np.ndarray, last: np.ndarray, upward: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, 3, k, 3) on the segments from ``first`` to ``last``, and the doubled area that each sweeps."""
+def _chord(begin: np.ndarray, end: np.ndarray, upward: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (m, 3, k, 3) on the segments from ``begin`` to ``end``, and the doubled area that each sweeps."""
     places, weights = _gauss(degree)
-    area = (np.cross(first, last) * upward).sum(axis=2)
-    return first[:, :, None] + places[:, None] * (last - first)[:, :, None], area[..., None] * weights
+    area = (np.cross(begin, end) * upward).sum(axis=2)
+    return begin[:, :, None] + places[:, None] * (end - begin)[:, :, None], area[..., None] * weights
 
 
 def _arc(
-    first: np.ndarray, last: np.ndarray, upward: np.ndarray, squared: np.ndarray, degree: int
+    begin: np.ndarray, end: np.ndarray, upward: np.ndarray, squared: np.ndarray, degree: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, 3, k, 3) on the arcs between the rays to ``first`` and ``last``, and their doubled areas."""
+    """Return points (m, 3, k, 3) on the arcs between the rays to ``begin`` and ``end``, and their doubled areas."""
     places, weights = _gauss(2 * degree + 12)
-    angle = np.arctan2((np.cross(first, last) * upward).sum(axis=2), (first * last).sum(axis=2))
-    lengths = np.linalg.norm(first, axis=2, keepdims=True)
-    start = np.divide(first, lengths, out=np.zeros_like(first), where=lengths > 0.0) * np.sqrt(squared)[..., None]
+    angle = np.arctan2((np.cross(begin, end) * upward).sum(axis=2), (begin * end).sum(axis=2))
+    lengths = np.linalg.norm(begin, axis=2, keepdims=True)
+    start = np.divide(begin, lengths, out=np.zeros_like(begin), where=lengths > 0.0) * np.sqrt(squared)[..., None]
     angles = (angle[..., None] * places)[..., None]
     points = np.cos(angles) * start[:, :, None] + np.sin(angles) * np.cross(upward, start)[:, :, None]
     return points, (angle * squared)[..., None] * weights

@@ -167,8 +167,8 @@ def minimise_by_lbfgs(
         if lower_point is None:
             return descent
         descent.x, energy, length = lower_point
-        before, force = force, problem.force(descent.x)
-        step, force_change = length * direction, before - force
+        old_force, force = force, problem.force(descent.x)
+        step, force_change = length * direction, old_force - force
         if (curvature := float(np.vdot(step, force_change))) > 0.0:
             memory.append((step, force_change, 1.0 / curvature))
         else:

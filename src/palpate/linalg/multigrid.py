@@ -124,12 +124,12 @@ def _backward(indptr, indices, lower, inverses, correction, upper, x):
     Blocks are read strictly backwards, so that the processor fetches them ahead.
     """
     n = np.uint64(len(x))
-    for before in range(n):
-        i = n - np.uint64(1) - before
-        last, count = indptr[i + 1] - np.uint32(1), indptr[i + 1] - indptr[i]
+    for done in range(n):
+        i = n - np.uint64(1) - done
+        last_block, count = indptr[i + 1] - np.uint32(1), indptr[i + 1] - indptr[i]
         y0, y1, y2 = 0.0, 0.0, 0.0
         for k in range(count):
-            j, m = indices[last - k], lower[last - k]
+            j, m = indices[last_block - k], lower[last_block - k]
             a, b, c = correction[j, 0], correction[j, 1], correction[j, 2]
             y0 += m[0, 0] * a + m[0, 1] * b + m[0, 2] * c
             y1 += m[1, 0] * a + m[1, 1] * b + m[1, 2] * c
@@ -138,7 +138,7 @@ def _backward(indptr, indices, lower, inverses, correction, upper, x):
         a, b, c = x[i, 0] - a, x[i, 1] - b, x[i, 2] - c
         x[i, 0], x[i, 1], x[i, 2] = a, b, c
         for k in range(count):
-            j, m = indices[last - k], lower[last - k]
+            j, m = indices[last_block - k], lower[last_block - k]
             upper[j, 0] += m[0, 0] * a + m[1, 0] * b + m[2, 0] * c
             upper[j, 1] += m[0, 1] * a + m[1, 1] * b + m[2, 1] * c
             upper[j, 2] += m[0, 2] * a + m[1, 2] * b + m[2, 2] * c
@@ -174,14 +174,14 @@ def _backward_sides(indptr, indices, lower, inverses, correction, upper, x):
     """Do as ``_backward`` does for k right sides (n, 3, k)."""
     total = np.empty(x.shape[1:])
     for i in range(len(x) - 1, -1, -1):
-        last, count = indptr[i + 1] - np.uint32(1), indptr[i + 1] - indptr[i]
+        last_block, count = indptr[i + 1] - np.uint32(1), indptr[i + 1] - indptr[i]
         _copy(1.0, upper[i], total)
         for k in range(count):
-            add_block(lower[last - k], correction[indices[last - k]], total)
+            add_block(lower[last_block - k], correction[indices[last_block - k]], total)
         _copy(-1.0, total, total)
         add_block(inverses[i], total, x[i])
         for k in range(count):
-            add_block(lower[last - k].T, x[i], upper[indices[last - k]])
+            add_block(lower[last_block - k].T, x[i], upper[indices[last_block - k]])
 
 
 @numba.njit(cache=True, inline="always")

@@ -100,15 +100,15 @@ def coarse_answer(body: Body, radius_m: float) -> CoarseAnswer | None:
     return CoarseAnswer({"body": body.name, "radius_m": radius_m, "shapes": shapes}, **stored)
 
 
-def _compliance(body: Body, kept: np.ndarray) -> np.ndarray:
-    """Return the compliance (3 m, 3 m) [m/N] of coarse nodes ``kept`` (m,), by linear elements at rest."""
+def _compliance(body: Body, nodes: np.ndarray) -> np.ndarray:
+    """Return the compliance (3 m, 3 m) [m/N] of coarse ``nodes`` (m,), by linear elements at rest."""
     count, free = len(body.coarse.nodes), np.ones(len(body.coarse.nodes), bool)
     free[body.anchors[0]] = False
     multiply, _ = Equilibrium(body, 0).linearise(body.coarse.nodes)
     unit_displacements = np.eye(3 * count).reshape(count, 3, -1)
     stiffness = multiply(unit_displacements).reshape(3 * count, -1)
     unknowns = np.flatnonzero(np.repeat(free, 3))
-    rows = np.searchsorted(unknowns, (3 * kept[:, None] + np.arange(3)).ravel())
+    rows = np.searchsorted(unknowns, (3 * nodes[:, None] + np.arange(3)).ravel())
     compliance = np.linalg.solve(stiffness[np.ix_(unknowns, unknowns)], np.eye(len(unknowns))[:, rows])[rows]
     return (compliance + compliance.T) / 2
 

@@ -43,17 +43,17 @@ def check_header(path: Path) -> str:
     header = reader.GetNIFTIHeader()
     _check_voxels(path, header)
     spacing, counts = ([get(axis) for axis in (1, 2, 3)] for get in (header.GetPixDim, header.GetDim))
-    given = {"sform": reader.GetSFormMatrix(), "qform": reader.GetQFormMatrix()}
+    matrices = {"sform": reader.GetSFormMatrix(), "qform": reader.GetQFormMatrix()}
     forms = {
         name: np.reshape(form.GetData(), (4, 4))[:3] * [*spacing, 1.0]
-        for name, form in given.items()
+        for name, form in matrices.items()
         if form and form.Determinant()
     }
     for form in forms.values():
         orthonormal(path, form[:, :3] / spacing, np.array(spacing), counts)
-    if len(forms) > 1 and (away := apart(forms["sform"], forms["qform"], counts)) > SAME_GRID:
+    if len(forms) > 1 and (off := apart(forms["sform"], forms["qform"], counts)) > SAME_GRID:
         raise InputError(
-            f"{path}: its sform and its qform disagree, by up to {away:.3g} voxels; set the code of the wrong one to 0."
+            f"{path}: its sform and its qform disagree, by up to {off:.3g} voxels; set the code of the wrong one to 0."
         )
     return next(iter(forms), "")
 

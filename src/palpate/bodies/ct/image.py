@@ -190,9 +190,9 @@ def _uncropped(mask: Image, image: Image) -> Image:
     box = tuple(slice(start, start + count) for start, count in zip(offset, mask.hu.shape, strict=True))
     if offset.min() < 0 or any(side.stop > count for side, count in zip(box, image.hu.shape, strict=True)):
         return mask
-    whole = np.zeros(image.hu.shape, dtype=mask.hu.dtype)
-    whole[box] = mask.hu
-    return replace(mask, hu=whole, origin_m=mask.along_axes(-offset))
+    uncropped = np.zeros(image.hu.shape, dtype=mask.hu.dtype)
+    uncropped[box] = mask.hu
+    return replace(mask, hu=uncropped, origin_m=mask.along_axes(-offset))
 
 
 def _differences(mask: Image, image: Image) -> str:

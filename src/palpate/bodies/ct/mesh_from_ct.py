@@ -125,15 +125,15 @@ def refuse_thin(image: Image, mask: np.ndarray) -> None:
 
 def _largest_piece(mask: np.ndarray, image: Image, source: str) -> np.ndarray:
     """Keep the largest piece of a given mask, cavities filled; warn if there were others."""
-    kept = largest_filled(mask)
-    dropped_ml, kept_ml = (1e6 * piece.sum() * image.voxel_m3 for piece in (mask & ~kept, kept))
+    largest = largest_filled(mask)
+    dropped_ml, kept_ml = (1e6 * piece.sum() * image.voxel_m3 for piece in (mask & ~largest, largest))
     if dropped_ml > 0:
         warnings.warn(
             f"{source}: the mask is in several pieces, of which the largest is kept ({kept_ml:.4g} mL) and "
             f"the others are dropped ({dropped_ml:.2g} mL).",
             stacklevel=3,
         )
-    return kept
+    return largest
 
 
 def _crop_box(image: Image, corners: np.ndarray) -> tuple[slice, ...]:

@@ -34,8 +34,8 @@ def move_to_half_level(
         smooth[tuple(ndimage.distance_transform_edt(~reference, steps, return_distances=False, return_indices=True))]
         for reference in (well_inside, well_outside)
     )
-    low, high = threshold_hu
-    near_border = ~well_inside & ~well_outside & ((outside_hu < low) | (outside_hu > high))
+    lowest, highest = threshold_hu
+    near_border = ~well_inside & ~well_outside & ((outside_hu < lowest) | (outside_hu > highest))
     return np.where(near_border, np.abs(smooth - inside_hu) < np.abs(smooth - outside_hu), organ)
 
 

@@ -74,17 +74,17 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
     """
     if isinstance(body.coarse, Sheet):
         raise InputError(f"{body.name} is a sheet, which cannot be cut; cut a solid body.")
-    base = body.from_level(range(len(body.levels))[level]).up_to(0)
-    local = _refined(base, cut, edge_m, edge_m if front_m is None else front_m)
+    level_body = body.from_level(range(len(body.levels))[level]).up_to(0)
+    local = _refined(level_body, cut, edge_m, edge_m if front_m is None else front_m)
     mesh = Conforming(local.fine, np.isin(np.arange(len(local.fine.nodes)), local.anchors[-1]))
     for piece in cut.pieces:
         mesh.conform(piece)
     mesh.widen()
     mesh.improve()
-    whole = TetMesh(mesh.nodes, mesh.tetrahedra)
-    faces, elements = inner_faces(whole)
+    whole_mesh = TetMesh(mesh.nodes, mesh.tetrahedra)
+    faces, elements = inner_faces(whole_mesh)
     sides = mesh.sides(faces, elements[:, 0])
-    severed = sever(whole, faces, elements, sides != 0)
+    severed = sever(whole_mesh, faces, elements, sides != 0)
     # the lip on the cut's positive side is to come first; of a swapped pair the corners turn, too
     lips, swapped = severed.lips.copy(), sides[sides != 0] < 0
     lips[swapped] = lips[swapped][:, ::-1][:, :, [0, 2, 1]]
@@ -104,29 +104,29 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
         cut=cut,
         lips=lips[severed.apart],
         front=severed.front,
-        whole=whole,
+        whole=whole_mesh,
         origin=severed.origin,
     )
 
 
-def _refined(base: Body, cut: Cut, edge_m: float, front_m: float) -> Body:
+def _refined(body: Body, cut: Cut, edge_m: float, front_m: float) -> Body:
     """Refine a body until edges near the patch are at most ``edge_m`` long, and near its front ``front_m`` [m].
 
     Where the cut is narrow, edges near the front are at most SLENDER times as long as it is wide there.
     """
     if not cut.pieces:
-        return base
+        return body
     front_m = min(front_m, SLENDER * cut.narrow_m)
     patch, front = cut.patch(0.5 * edge_m), cut.front(0.5 * front_m)
-    if (longest_m := _longest_near(base.coarse, patch)) == 0.0:
-        return base
+    if (longest_m := _longest_near(body.coarse, patch)) == 0.0:
+        return body
     levels = [max(0, int(np.ceil(np.log2(longest_m / each)))) for each in (edge_m, front_m)]
     halvings = max(levels)
     if halvings == 0:
-        return base
+        return body
     steps = np.arange(halvings)
     targets = [patch if each < levels[0] else front for each in steps]
-    return LocalRefinement(base, halvings).around(targets, (REACH * longest_m / 2.0**steps).tolist())
+    return LocalRefinement(body, halvings).around(targets, (REACH * longest_m / 2.0**steps).tolist())
 
 
 def _longest_near(mesh: Mesh, points: np.ndarray) -> float:
@@ -218,7 +218,7 @@ class Conforming:
         return np.append(on_level, np.ones(len(edges), dtype=bool))
 
     def widen(self) -> None:
-        """Halve edges that cross the patch from front to front, where it would stay joined."""
+        """Halve edges that run inside the patch from front to front, as both lips would stay joined along them."""
         mesh = TetMesh(self.nodes, self.tetrahedra)
         faces, elements = inner_faces(mesh)
         edges, count = triangle_edges(faces[self.sides(faces, elements[:, 0]) != 0.0])
@@ -322,9 +322,9 @@ class Conforming:
         """Move the nodes of bad elements to where the worst element around them is better, if there is such a place."""
         around, projection = Around(self.tetrahedra, len(self.nodes)), self._free_directions()
         moved = self._on.any(axis=1) | (np.arange(len(self.nodes)) >= self._first)
-        near = moved[self.tetrahedra].any(axis=1)
+        near_cut = moved[self.tetrahedra].any(axis=1)
         for _ in range(ROUNDS):
-            bad = near & (qualities(self.nodes[self.tetrahedra]) < BAD_QUALITY)
+            bad = near_cut & (qualities(self.nodes[self.tetrahedra]) < BAD_QUALITY)
             if not sum(self._move_to_best(node, projection(node), around) for node in np.unique(self.tetrahedra[bad])):
                 return
 

@@ -264,17 +264,17 @@ class Blade(Cut):
         normals, nearest = self._normals, np.full(len(points), np.inf)
         across, along, below = (np.zeros(len(points)) for _ in range(3))
         for piece, (flat, normal) in enumerate(zip(self._flat, normals, strict=True)):
-            away = points - self.path_m[piece]
+            from_start = points - self.path_m[piece]
             begin, end = (each - self._starts[piece] for each in self._range(piece))
-            foot = np.clip(away @ flat, begin, end)
-            from_foot = np.column_stack([away @ flat - foot, away @ normal])
+            foot = np.clip(from_start @ flat, begin, end)
+            from_foot = np.column_stack([from_start @ flat - foot, from_start @ normal])
             distance = np.linalg.norm(from_foot, axis=1)
             sign = from_foot[:, 1].copy()
             for end_place, neighbour in ((begin, piece - 1), (end, piece + 1)):
                 at_end = foot == end_place
                 if at_end.any():  # at a kink both pieces are as near: their mean normal tells the side
                     mean = normal + normals[neighbour]
-                    sign[at_end] = (away[at_end] - np.outer(foot[at_end], flat)) @ mean
+                    sign[at_end] = (from_start[at_end] - np.outer(foot[at_end], flat)) @ mean
             closer = distance < nearest
             nearest[closer] = distance[closer]
             across[closer] = np.copysign(distance, sign)[closer]
@@ -312,7 +312,7 @@ class Cuts(Cut):
 
 
 def _count(length_m: float, spacing_m: float) -> int:
-    """Return how many points are ``spacing_m`` apart at most on a line."""
+    """Return how many points on a line of ``length_m``, ends included, are at most ``spacing_m`` apart."""
     return 1 + int(np.ceil(length_m / spacing_m))
 
 

@@ -53,7 +53,7 @@ class Ties:
     first: np.ndarray
 
     def leaders(self, t: float = -np.inf) -> np.ndarray:
-        """Return the node (n,) that each one moves with at ``t`` [s], itself where nothing ties it to one before it."""
+        """Return (n,) the node that each one moves with at ``t`` [s]: of those tied together, the first in order."""
         count = len(self.first)
         groups = components(self.pairs[self.let_go_s > t], count)
         leader_of_group = np.full(count, -1)
@@ -61,13 +61,13 @@ class Ties:
         return leader_of_group[groups]
 
     def surface(self, leaders: np.ndarray) -> np.ndarray:
-        """Return the triangles (m, 3) of the surface while nodes are tied to ``leaders``: lips that are open only."""
+        """Return the surface's triangles (m, 3), by the ``leaders`` (n,) of its nodes, without lips that are closed."""
         tied = leaders[self.triangles]
         _, face, copies = np.unique(np.sort(tied, axis=1), axis=0, return_inverse=True, return_counts=True)
         return tied[copies[face.ravel()] == 1]
 
     def beside(self, triangles: np.ndarray, count: int) -> "Ties":
-        """Return the same where the body is the first of several with ``count`` nodes; triangles : of the others."""
+        """Return the ties of several bodies with ``count`` nodes, this one first; triangles (m, 3) : of the others."""
         first = np.append(self.first, np.arange(len(self.first), count))
         return replace(self, triangles=np.vstack([self.triangles, triangles]), first=first)
 
@@ -140,8 +140,8 @@ def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Dou
     element_middles = parted.whole.nodes[parted.whole.tetrahedra].mean(axis=1)
     face_middles, parts_s = parted.mesh.nodes[one_lip].mean(axis=1), np.full(len(one_lip), np.inf)
     for c, stroke in enumerate(strokes):
-        apart = np.flatnonzero(parted.sides[elements, c].prod(axis=1) < 0)
-        ends = element_middles[parents[apart]]
+        on_two_sides = np.flatnonzero(parted.sides[elements, c].prod(axis=1) < 0)
+        ends = element_middles[parents[on_two_sides]]
         if way == SPLIT_FACES:
             sides = stroke.cut.across(ends.reshape(-1, 3)).reshape(-1, 2)
             crossing = np.divide(sides[:, 0], sides[:, 0] - sides[:, 1])[:, None]
@@ -149,12 +149,12 @@ def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Dou
             passes_s[~stroke.cut.severs(ends[:, 0], ends[:, 1])] = np.inf
         else:
             # the parts of an element are one until the blade has passed its middle, and with them all that they join
-            one_element = parents[apart, 0] == parents[apart, 1]
-            divided = _divided(parted, c)[parents[apart]].any(axis=1)
+            one_element = parents[on_two_sides, 0] == parents[on_two_sides, 1]
+            divided = _divided(parted, c)[parents[on_two_sides]].any(axis=1)
             passes_s = np.where(one_element, stroke.passes_s(ends[:, 0]), np.where(divided, -np.inf, np.inf))
-            between = ~divided & (stroke.cut.within(face_middles[apart]) > 0.0)
-            passes_s[between] = stroke.passes_s(face_middles[apart[between]])
-        parts_s[apart] = np.minimum(parts_s[apart], passes_s)
+            between = ~divided & (stroke.cut.within(face_middles[on_two_sides]) > 0.0)
+            passes_s[between] = stroke.passes_s(face_middles[on_two_sides[between]])
+        parts_s[on_two_sides] = np.minimum(parts_s[on_two_sides], passes_s)
     return _Doubled(parted.body, parted.whole, parted.origin, one_lip, other_lip, parts_s)
 
 

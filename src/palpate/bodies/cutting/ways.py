@@ -58,7 +58,7 @@ class Parted:
         return mesh
 
     def loose(self, held: np.ndarray) -> np.ndarray:
-        """Return the nodes (n,) bool of pieces that can still move or turn as a whole if nodes ``held`` (n,) are."""
+        """Return the nodes (n,) bool of pieces that can move or turn as a whole while nodes ``held`` (n,) are fixed."""
         piece, loose = components(self.mesh.edges, len(self.origin)), np.zeros(len(self.origin), dtype=bool)
         for number in range(piece.max() + 1):
             in_piece = piece == number
@@ -69,7 +69,7 @@ class Parted:
     def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
         """Return the interpolation (k, n) to points of the whole body from elements on their own side.
 
-        rows : (k, n_whole) that to the same points from the nodes of ``whole``, each from corners of one element
+        rows : (k, n_whole), interpolation to the same points from the nodes of ``whole``, each row from one element
         sides : (k, cuts) of the points, 1 or -1. Where all elements of a point are lost, or on the other side, its
             displacement is extrapolated from the element of its own side, if there is any, whose middle is nearest
         """
@@ -108,7 +108,7 @@ class Parted:
 
 
 def whole(body: Body, level: int, cuts: int) -> Parted:
-    """Return a ``level`` of a body before any of so many ``cuts``."""
+    """Return a ``level`` of a body as ``part`` does, whole, for a number of ``cuts`` that have not begun."""
     mesh = body.levels[level]
     assert isinstance(mesh, TetMesh)
     of_level = body.from_level(level).up_to(0)

@@ -137,10 +137,10 @@ def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
     """
     area = np.linalg.norm(area_normals(points, triangles), axis=1)
     longest = np.ptp(points[triangles], axis=1).max(axis=1)
-    kept = triangles[area > 1e-10 * longest**2]
-    _, first, kind = np.unique(np.sort(kept, axis=1), axis=0, return_index=True, return_inverse=True)
-    orientations = np.linalg.det(np.eye(3)[np.argsort(kept, axis=1)])
+    solid = triangles[area > 1e-10 * longest**2]
+    _, first_row, kind = np.unique(np.sort(solid, axis=1), axis=0, return_index=True, return_inverse=True)
+    orientations = np.linalg.det(np.eye(3)[np.argsort(solid, axis=1)])
     in_both_senses = np.abs(np.bincount(kind.ravel(), orientations)) < 0.5
-    single, unshared = np.sort(first), np.sort(first[~in_both_senses])
-    open_edges, open_edges_without = ((triangle_edges(kept[numbers])[1] % 2).sum() for numbers in (single, unshared))
-    return (kept[unshared], int(in_both_senses.sum())) if open_edges_without < open_edges else (kept[single], 0)
+    single, unshared = np.sort(first_row), np.sort(first_row[~in_both_senses])
+    open_edges, open_edges_without = ((triangle_edges(solid[numbers])[1] % 2).sum() for numbers in (single, unshared))
+    return (solid[unshared], int(in_both_senses.sum())) if open_edges_without < open_edges else (solid[single], 0)

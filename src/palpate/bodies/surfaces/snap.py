@@ -77,15 +77,15 @@ def _trial_places(nodes: np.ndarray, patch: np.ndarray, node: int) -> np.ndarray
 
 
 def _best_place(
-    nodes: np.ndarray, patch: np.ndarray, node: int, tried: np.ndarray, least: float
+    nodes: np.ndarray, patch: np.ndarray, node: int, trial_places: np.ndarray, least: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Find the trial place with the best worst element, and the elements' qualities; None if none is better."""
-    copies = np.repeat(nodes[np.newaxis, patch], len(tried), axis=0)
-    copies[:, patch == node] = tried[:, np.newaxis]
+    copies = np.repeat(nodes[np.newaxis, patch], len(trial_places), axis=0)
+    copies[:, patch == node] = trial_places[:, np.newaxis]
     flat = copies.reshape(-1, 3)
-    quality = element_quality(flat, np.arange(len(flat)).reshape(-1, 4)).reshape(len(tried), len(patch))
+    quality = element_quality(flat, np.arange(len(flat)).reshape(-1, 4)).reshape(len(trial_places), len(patch))
     best = int(np.argmax(quality.min(axis=1)))
-    return (tried[best], quality[best]) if quality[best].min() > least + 1e-6 else None
+    return (trial_places[best], quality[best]) if quality[best].min() > least + 1e-6 else None
 
 
 HALVINGS = 3

@@ -71,10 +71,10 @@ class Calibration:
             measured = f"{len(self.errors)} presses at {self.places} places"
             if len(self.paired):
                 measured += f"; {100 * self.paired.mean():.1f} % for two presses at once, of {len(self.paired)}"
-            mean, most = 100 * self.errors.mean(), 100 * self.errors.max()
+            mean, worst = 100 * self.errors.mean(), 100 * self.errors.max()
             kept = f"{100 * self.held:.0f} % of the answers keep the bound they give"
             between = (
-                f"between contacts {mean:.1f} % on average, {most:.1f} % at worst, of {measured}; RMSE over peak, "
+                f"between contacts {mean:.1f} % on average, {worst:.1f} % at worst, of {measured}; RMSE over peak, "
                 f"against contact modes that were prepared there; {kept}; {100 * self.answered:.0f} % of the presses "
                 "tried are believed, more with more contacts"
             )

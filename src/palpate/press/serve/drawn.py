@@ -135,11 +135,11 @@ def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray,
     all_pieces = [piece for cut in cuts for piece in cut.pieces]
     for c, cut in enumerate(cuts):
         for piece in cut.pieces:
-            parts, element = mesh.nodes[mesh.tetrahedra[doubled]], doubled
+            pieces, element = mesh.nodes[mesh.tetrahedra[doubled]], doubled
             for other in all_pieces:  # so that no section is on both sides of another piece
                 if other is not piece:
-                    parts, element, *_ = divide(parts, element, other.across(parts.reshape(-1, 3)))
-            _, _, sections, element = divide(parts, element, piece.across(parts.reshape(-1, 3)))
+                    pieces, element, *_ = divide(pieces, element, other.across(pieces.reshape(-1, 3)))
+            _, _, sections, element = divide(pieces, element, piece.across(pieces.reshape(-1, 3)))
             on_cut = np.abs(cut.across(sections.mean(axis=1))) <= NEAR_PLANE * size
             sections, element = sections[on_cut], element[on_cut]
             sides = sides_of(cuts, sections.mean(axis=1))

@@ -129,8 +129,8 @@ class KnifeModel:
         if not cuts:
             return
         earlier, whole_nodes = cuts[:-1], parted.whole.nodes
-        before = part(self._body, self._level, earlier, VIRTUAL_NODES).origin if earlier else whole_nodes
-        if len(parted.origin) <= len(before):
+        nodes_before = part(self._body, self._level, earlier, VIRTUAL_NODES).origin if earlier else whole_nodes
+        if len(parted.origin) <= len(nodes_before):
             edge_mm = 1e3 * self._edge_m
             raise InputError(f"this cut severs nothing, as elements are {edge_mm:.0f} mm long; cut longer or deeper.")
         copied = np.bincount(parted.origin)[parted.origin] > 1

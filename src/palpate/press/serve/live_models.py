@@ -132,10 +132,7 @@ class LiveModels:
 
 
 def best_row(rows: pd.DataFrame, known: Iterable[str]) -> pd.Series:
-    """Return the row of least validation error among the ``known`` settings that answer soon, or else the fastest.
-
-    InputError if the table has none of them.
-    """
+    """Return, of ``known`` settings, the row of least validation error that answers soon, or the fastest; InputError."""
     rows = rows[rows["setting"].isin(list(known))]
     if rows.empty:
         raise InputError("accuracy_vs_time.csv has other settings than the configuration; type make.")

@@ -51,12 +51,12 @@ def means(collision: pd.DataFrame) -> pd.DataFrame:
 def _composite(sphere: pd.Series, composite: pd.Series, box: pd.Series, premise: str) -> Iterator[Claim]:
     """Judge a composite tree's query time and false pairs by those of sphere and AABB trees."""
     trees = {"sphere": sphere, "composite": composite, "AABB": box}
-    near = composite["false_pairs"] <= (1 + NEAR_IN_FALSE_PAIRS) * box["false_pairs"]
+    few_false_pairs = composite["false_pairs"] <= (1 + NEAR_IN_FALSE_PAIRS) * box["false_pairs"]
     times = ", ".join(f"{name} {tree['query_ms']:.3g} ms" for name, tree in trees.items())
     false_pairs = ", ".join(f"{name} {tree['false_pairs']:,.0f}" for name, tree in trees.items())
     time, precision = "the composite tree's query takes a time", "the composite tree's false pairs are"
     yield Claim(3, "4", time, premise, "between sphere and AABB trees", times, _between(sphere, composite, box))
-    yield Claim(3, "4", precision, premise, "near those of AABB trees", false_pairs, verdict(near))
+    yield Claim(3, "4", precision, premise, "near those of AABB trees", false_pairs, verdict(few_false_pairs))
 
 
 def _between(sphere: pd.Series, composite: pd.Series, box: pd.Series) -> str:

@@ -260,13 +260,13 @@ def measure_growth(triangles: list[int], depths: list[list[int]], report: Callab
 def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.ndarray]]) -> tuple[float, ...]:
     """Measure the time of a build, and the medians of refit, query and pairs over frames of ``points``."""
     built, tree_pair = timed(make, triangles, points[0])
-    taken = []
+    measured = []
     # without a refit every frame is a build, which the first call has timed
     for frame_points in points:
         update = timed(tree_pair.update, frame_points)[0] if tree_pair.refits else np.nan
         query, pairs = timed(tree_pair.query)
-        taken.append((update, query, len(pairs)))
-    return built, *np.median(taken, axis=0)
+        measured.append((update, query, len(pairs)))
+    return built, *np.median(measured, axis=0)
 
 
 def measure_collision(

@@ -74,10 +74,10 @@ def draw_collision(collision) -> Figure:
     size = (2.9 * len(names) + 1.6, 7.4)
     figure, (above, below) = style.panels(2, len(names), size, sharey="row", height_ratios=(1.1, 1))
     for top, bottom, scene in zip(above, below, names, strict=True):
-        here = tables.where(table, scene=scene)
-        _accuracy(top, here, looks)
-        _frames(bottom, here, looks)
-        top.set_title(f"{spaced(scene)},\n{here['triangles'].iloc[0]:,} triangles")
+        of_scene = tables.where(table, scene=scene)
+        _accuracy(top, of_scene, looks)
+        _frames(bottom, of_scene, looks)
+        top.set_title(f"{spaced(scene)},\n{of_scene['triangles'].iloc[0]:,} triangles")
     above[0].set_ylabel("query [ms]")
     style.plain_log(above[0].yaxis)
     below[0].set_yticks(range(len(looks)), [shown.label for shown in looks.values()])
@@ -159,11 +159,11 @@ def draw_collision_precision(collision_precision) -> Figure:
     names, among = tables.scenes(table), depths_of(table)
     figure, grid = style.panels(len(ERRORS), len(names), (3.0 * len(names) + 0.6, 8.2), sharey="row")
     for column, scene in zip(grid.T, names, strict=True):
-        here = tables.where(table, scene=scene)
-        column[0].set_title(f"{spaced(scene)},\n{here['triangles'].iloc[0]:,} triangles")
+        of_scene = tables.where(table, scene=scene)
+        column[0].set_title(f"{spaced(scene)},\n{of_scene['triangles'].iloc[0]:,} triangles")
         for axis, error in zip(column, ERRORS, strict=True):
-            _curves(axis, here, error, among)
-        response_mm = 1e3 * here["response_m"].iloc[0]
+            _curves(axis, of_scene, error, among)
+        response_mm = 1e3 * of_scene["response_m"].iloc[0]
         if response_mm > 0.0:
             column[0].axhline(response_mm, color=style.FAINT, lw=1, ls=":")
         column[-1].set_xlabel("refit and contacts of a frame [ms]")
@@ -214,15 +214,15 @@ def draw_collision_apart(collision_apart) -> Figure:
     among, pairs = depths_of(table), list(dict.fromkeys(table["bodies"]))
     figure, grid = style.panels(len(pairs), len(COSTS), (11, 3.4 * len(pairs) + 0.8), sharex=True)
     for axes, bodies in zip(grid, pairs, strict=True):
-        here = tables.where(table, bodies=bodies)
+        of_bodies = tables.where(table, bodies=bodies)
         for axis, (column, title) in zip(axes, COSTS.items(), strict=True):
-            for (structure, depths), rows in here.groupby(["structure", "depths"], sort=False):
+            for (structure, depths), rows in of_bodies.groupby(["structure", "depths"], sort=False):
                 if rows[column].notna().all():
                     rival = bool(rows["rival"].iloc[0])
                     axis.loglog(1e3 * rows["gap_m"], rows[column], **_drawn(look(structure, depths, among), rival))
             axis.set_ylabel(title)
             style.plain_log(axis.xaxis, axis.yaxis)
-        axes[0].set_title(f"{spaced(bodies)}, {here['triangles'].iloc[0]:,} triangles")
+        axes[0].set_title(f"{spaced(bodies)}, {of_bodies['triangles'].iloc[0]:,} triangles")
     for axis in grid[-1]:
         axis.set_xlabel("gap between the surfaces [mm]")
     handles = []

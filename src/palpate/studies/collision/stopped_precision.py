@@ -95,8 +95,8 @@ def _inside(
     corners = points[triangles]
     # no point of a triangle is farther from all of its nodes than this (Jung 1901)
     reach = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1) / np.sqrt(3.0)
-    low, high = others.min(axis=0) - reach.max(), others.max(axis=0) + reach.max()
-    near = ((points >= low) & (points <= high)).all(axis=1)
+    lowest, highest = others.min(axis=0) - reach.max(), others.max(axis=0) + reach.max()
+    near = ((points >= lowest) & (points <= highest)).all(axis=1)
     signed_distance = np.full(len(points), np.inf)
     signed_distance[near] = [distance_to.EvaluateFunction(point) for point in points[near]]
     near_triangles = triangles[signed_distance[triangles].min(axis=1) < reach]

@@ -68,10 +68,10 @@ def _compare(method: str, image: Image, mask: np.ndarray, drawn: np.ndarray) -> 
     if method == BETWEEN:
         filled = fill_between(drawn, image, "z", Path(image.source))
     else:
-        half = (slices[1] - slices[0]) // 2
+        half_gap = (slices[1] - slices[0]) // 2
         numbers = np.arange(len(mask))
         nearest = slices[np.abs(numbers[:, None] - slices).argmin(axis=1)]
-        filled = np.where((np.abs(numbers - nearest) <= half)[:, None, None], drawn[nearest], False)
+        filled = np.where((np.abs(numbers - nearest) <= half_gap)[:, None, None], drawn[nearest], False)
     return dice(filled, mask), float(filled.sum() / mask.sum() - 1)
 
 

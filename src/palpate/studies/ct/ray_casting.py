@@ -190,15 +190,15 @@ def parallel_rays(image: Image, axes: np.ndarray, pixels: int, step: float) -> R
     return Rays(starts, step_in_voxels, counts, step_m, -axes[2], height, pixels)
 
 
-def _within(starts: np.ndarray, step: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _within(starts: np.ndarray, step: np.ndarray, largest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the first sample (n, 3) of each ray inside the grid, and how many there are (n,), 0 for a ray beside it.
 
-    starts : (n, 3) in voxels, on a plane of samples that all rays share; step : (3,); last : (3,) largest indices
+    starts : (n, 3) in voxels, on a plane of samples that all rays share; step : (3,); largest : (3,) last indices
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        at_first_face, at_last_face = -starts / step, (last - starts) / step
+        at_first_face, at_last_face = -starts / step, (largest - starts) / step
     parallel = step == 0
-    inside = ((starts >= 0) & (starts <= last)) | ~parallel
+    inside = ((starts >= 0) & (starts <= largest)) | ~parallel
     enter = np.where(parallel, -np.inf, np.minimum(at_first_face, at_last_face)).max(axis=1)
     leave = np.where(parallel, np.inf, np.maximum(at_first_face, at_last_face)).min(axis=1)
     first_sample = np.ceil(enter - 1e-9)
@@ -263,11 +263,11 @@ def _interpolate(voxels, z, y, x, c):
     nz, ny, nx, _ = voxels.shape
     k, j, i = min(max(int(z), 0), nz - 2), min(max(int(y), 0), ny - 2), min(max(int(x), 0), nx - 2)
     w, v, u = z - k, y - j, x - i
-    near = (1 - v) * ((1 - u) * voxels[k, j, i, c] + u * voxels[k, j, i + 1, c])
-    near += v * ((1 - u) * voxels[k, j + 1, i, c] + u * voxels[k, j + 1, i + 1, c])
-    far = (1 - v) * ((1 - u) * voxels[k + 1, j, i, c] + u * voxels[k + 1, j, i + 1, c])
-    far += v * ((1 - u) * voxels[k + 1, j + 1, i, c] + u * voxels[k + 1, j + 1, i + 1, c])
-    return (1 - w) * near + w * far
+    lower = (1 - v) * ((1 - u) * voxels[k, j, i, c] + u * voxels[k, j, i + 1, c])
+    lower += v * ((1 - u) * voxels[k, j + 1, i, c] + u * voxels[k, j + 1, i + 1, c])
+    upper = (1 - v) * ((1 - u) * voxels[k + 1, j, i, c] + u * voxels[k + 1, j, i + 1, c])
+    upper += v * ((1 - u) * voxels[k + 1, j + 1, i, c] + u * voxels[k + 1, j + 1, i + 1, c])
+    return (1 - w) * lower + w * upper
 
 
 @numba.njit(cache=True)

@@ -376,15 +376,15 @@ class PortableModel:
         order = np.argsort(apart, kind="stable")[:4]
         fourth_m = max(float(apart[order[3]]), 1e-9) if len(order) > 3 else math.inf
         distances = [max(float(apart[i]), 1e-9) for i in order[:3]]
-        weight = [max(0.0, 1.0 - distance / fourth_m) ** 2 / distance**2 for distance in distances]
+        weight = [max(0.0, 1.0 - one / fourth_m) ** 2 / one**2 for one in distances]
         total = sum(weight)
         if not total > 0.0:
             weight, total = [1.0, 0.0, 0.0][: len(weight)], 1.0
         near = []
         for i, w in zip(order, weight, strict=False):
             if w > 1e-3 * total:
-                contact = self.contacts[i]
-                near.append(_Near(contact, w, contact.loads + ((disc - contact.here) @ contact.coefficients).T))
+                one = self.contacts[i]
+                near.append(_Near(one, w, one.loads + ((disc - one.here) @ one.coefficients).T))
         total = sum(each.weight for each in near)
         return _Place(disc, [each._replace(weight=each.weight / total) for each in near], float(apart[order[0]]))
 
@@ -625,27 +625,33 @@ def _bfgs_inverse(inverse: np.ndarray | None, step: np.ndarray, change: np.ndarr
 
 
 def _energies(contacts: Sequence[Contact], points: Sequence[np.ndarray]) -> list[tuple[float, np.ndarray, float]]:
-    """Return (energy [J], gradient (r,), least det F) of each contact at its point (r,), all cells computed at once."""
+    """Return (energy [J], gradient (r,), least det F) of each contact at its point q (r,): its cells' and ½ qᵀ rest q."""
     if not contacts:
         return []
-    f = np.hstack([(contact.slopes @ q).reshape(9, -1) for contact, q in zip(contacts, points, strict=True)])
+    cells_f = np.hstack([(contact.slopes @ q).reshape(9, -1) for contact, q in zip(contacts, points, strict=True)])
     volumes, mu, lam = (np.concatenate(each) for each in zip(*(contact[6:9] for contact in contacts), strict=True))
-    f[::4] += 1.0
-    energies, stress, det, _, _ = _corotational(f, mu, lam)
-    pulls, done, first_cell = volumes * stress, [], 0
+    cells_f[::4] += 1.0
+    energies, stress, det, _, _ = _corotational(cells_f, mu, lam)
+    pulls, results, first_cell = volumes * stress, [], 0
     for contact, q in zip(contacts, points, strict=True):
-        cells, rest = slice(first_cell, first_cell + len(contact.volumes)), contact.rest @ q
-        first_cell = cells.stop
-        energy = float(volumes[cells] @ energies[cells]) + 0.5 * float(q @ rest)
-        done.append((energy, pulls[:, cells].ravel() @ contact.slopes + rest, float(det[cells].min(initial=math.inf))))
-    return done
+        of_contact, linear_force = slice(first_cell, first_cell + len(contact.volumes)), contact.rest @ q
+        first_cell = of_contact.stop
+        energy = float(volumes[of_contact] @ energies[of_contact]) + 0.5 * float(q @ linear_force)
+        results.append(
+            (
+                energy,
+                pulls[:, of_contact].ravel() @ contact.slopes + linear_force,
+                float(det[of_contact].min(initial=math.inf)),
+            )
+        )
+    return results
 
 
 def _corotational(f: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return energy (k,) and stress (9, k) [Pa] of cells with F (9, k), row by row, det F, s (k,), and R (9, k).
 
-    Ψ = μ ‖F − R‖² + λ/2 (tr RᵀF − 3)², where s = tr RᵀF is the largest root of (s² − I)² = 4 (II + 2 J s), I, II and J²
-    being the invariants of FᵀF; and R = ∂s/∂F.
+    Ψ = μ ‖F − R‖² + λ/2 (s − 3)², where s = tr RᵀF is the largest root of (s² − ‖F‖²)² = 4 (‖cof F‖² + 2 s det F), by
+    Newton's method, and R = ∂s/∂F.
     """
     a, b, c, d, e, g, h, i, j = f
     cof = np.array([
@@ -654,21 +660,21 @@ def _corotational(f: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> tuple[np.nd
         b * g - c * e, c * d - a * g, a * e - b * d,
     ])  # fmt: skip
     det = a * cof[0] + b * cof[1] + c * cof[2]
-    first, second = np.einsum("ik,ik->k", f, f), np.einsum("ik,ik->k", cof, cof)
-    s = np.sqrt(3.0 * first)
+    norm_f_2, norm_cof_2 = np.einsum("ik,ik->k", f, f), np.einsum("ik,ik->k", cof, cof)
+    s = np.sqrt(3.0 * norm_f_2)
     for _ in range(30):
-        apart = s * s - first
-        change = (apart * apart - 4.0 * second - 8.0 * det * s) / np.maximum(4.0 * s * apart - 8.0 * det, 1e-12)
+        apart = s * s - norm_f_2
+        change = (apart * apart - 4.0 * norm_cof_2 - 8.0 * det * s) / np.maximum(4.0 * s * apart - 8.0 * det, 1e-12)
         s = s - change
         if not np.abs(change).max(initial=0.0) > 1e-13 * np.abs(s).max(initial=0.0):
             break
-    apart = s * s - first
+    apart = s * s - norm_f_2
     rows = f.reshape(3, 3, -1)
     products = np.einsum("iak,ijk->ajk", rows, rows)
     cubed = np.einsum("iak,ajk->ijk", rows, products).reshape(9, -1)
     bottom = np.maximum(s * apart - 2.0 * det, 1e-12)
-    rotation = (apart * f + 2.0 * (first * f - cubed) + 2.0 * s * cof) / bottom
-    energies = mu * (first - 2.0 * s + 3.0) + 0.5 * lam * (s - 3.0) ** 2
+    rotation = (apart * f + 2.0 * (norm_f_2 * f - cubed) + 2.0 * s * cof) / bottom
+    energies = mu * (norm_f_2 - 2.0 * s + 3.0) + 0.5 * lam * (s - 3.0) ** 2
     stress = 2.0 * mu * (f - rotation) + lam * (s - 3.0) * rotation
     return energies, stress, det, s, rotation
 
@@ -812,10 +818,10 @@ class _Reader:
     def __init__(self, data: bytes):
         _must(len(data) >= HEAD and data[:8] == MAGIC, "this is no portable model of palpate")
         version, total, checksum, words, *counts = struct.unpack_from("<10I", data, 8)
-        known = 1 <= version <= VERSION
-        _must(known, f"this is a portable model of version {version}, and versions 1 to {VERSION} are read here")
-        whole = total == len(data)
-        _must(whole, f"the file has {len(data)} bytes instead of {total}; it was cut off, or more was added")
+        readable = 1 <= version <= VERSION
+        _must(readable, f"this is a portable model of version {version}, and versions 1 to {VERSION} are read here")
+        complete = total == len(data)
+        _must(complete, f"the file has {len(data)} bytes instead of {total}; it was cut off, or more was added")
         _must(checksum == zlib.crc32(data[20:]), "the checksum is wrong; the file is damaged")
         n, t, stored, vectors, contacts, parts = self.counts = counts
         sound = 0 < stored <= n <= total and 0 < t <= total and 0 < contacts <= total
@@ -834,8 +840,8 @@ class _Reader:
             raise ValueError("its header is not JSON") from None
         _must(isinstance(self.info, dict), "its header is not JSON")
         for name in WORDS + NUMBERS:
-            kind, said = (str, "a text") if name in WORDS else (int | float, "a number")
-            _must(isinstance(self.info.get(name), kind), f"its header lacks {name}, which is {said}")
+            kind, kind_words = (str, "a text") if name in WORDS else (int | float, "a number")
+            _must(isinstance(self.info.get(name), kind), f"its header lacks {name}, which is {kind_words}")
 
     def take(self, kind: str, count: int) -> np.ndarray:
         """Return ``count`` numbers; what follows begins at a multiple of four bytes."""

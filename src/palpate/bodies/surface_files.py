@@ -53,8 +53,8 @@ def vtk_errors() -> Iterator[None]:
     finally:
         vtkLogger.SetStderrVerbosity(level)
     if caught.error_events:
-        said = caught.error_events[0].alert.partition(" for file")[0].strip(" .:")
-        raise ValueError(said if said.isascii() and said.isprintable() else "VTK cannot read it")
+        reason = caught.error_events[0].alert.partition(" for file")[0].strip(" .:")
+        raise ValueError(reason if reason.isascii() and reason.isprintable() else "VTK cannot read it")
 
 
 def check_content(kind: str, data: bytes) -> None:

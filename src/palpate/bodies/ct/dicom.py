@@ -44,18 +44,18 @@ def read_folder(folder: Path, modality: str = "ct") -> "SimpleITK.Image":
 
     slices = [header for file in sorted(folder.iterdir()) if file.is_file() and (header := _read_header(file))]
     _check_series(folder, slices, modality)
-    first = slices[0]
-    normal = np.cross(first.orientation[:3], first.orientation[3:])
+    any_slice = slices[0]
+    normal = np.cross(any_slice.orientation[:3], any_slice.orientation[3:])
     slices = sorted(slices, key=lambda s: float(s.position @ normal))
     step = _slice_distance(folder, slices, normal)
     image = SimpleITK.GetImageFromArray(np.stack([_rescaled_values(s.file) for s in slices]))
-    column, row = first.grid[1:]
+    column, row = any_slice.grid[1:]
     first_to_last = slices[-1].position - slices[0].position
     tilted = np.abs(first_to_last - first_to_last @ normal * normal).max() > ROUNDED * min(column, row)
     upward = first_to_last / np.linalg.norm(first_to_last) if tilted else normal
     image.SetSpacing((row, column, step))
     image.SetOrigin(slices[0].position.tolist())
-    image.SetDirection(np.column_stack([first.orientation[:3], first.orientation[3:], upward]).ravel().tolist())
+    image.SetDirection(np.column_stack([any_slice.orientation[:3], any_slice.orientation[3:], upward]).ravel().tolist())
     image.SetMetaData("frame", "positions of its slices")
     image.SetMetaData("0018|5100", " and ".join(sorted({s.lies for s in slices})))
     return image

@@ -109,8 +109,8 @@ def read(path: str | Path, modality: str = "ct") -> Image:
         air = f"air, {AIR_HU} HU" if modality == "ct" else "0"
         raise InputError(f"{path}: it has voxels that are not finite numbers; fill them with {air}.")
     if hu.min() == hu.max():
-        wanted = "a CT in Hounsfield units" if modality == "ct" else "an MRI"
-        raise InputError(f"{path}: every voxel is {hu.min() + 0.0:g}; give {wanted}.")
+        expected = "a CT in Hounsfield units" if modality == "ct" else "an MRI"
+        raise InputError(f"{path}: every voxel is {hu.min() + 0.0:g}; give {expected}.")
     if _holds_labels(hu):
         raise InputError(
             f"{path}: its values are a few whole numbers from 0 to {hu.max():g}, as of a mask and not of an image; "

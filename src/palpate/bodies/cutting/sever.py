@@ -56,11 +56,11 @@ def sever(mesh: TetMesh, nodes: np.ndarray, elements: np.ndarray, cut: np.ndarra
     tetrahedra, count = mesh.tetrahedra, len(mesh.nodes)
     touched = np.zeros(count, dtype=bool)
     touched[nodes[cut]] = True
-    faces, sides = nodes[~cut], elements[~cut]
+    faces, both_sides = nodes[~cut], elements[~cut]
     beside_cut = touched[faces].any(axis=1)
-    faces, sides = faces[beside_cut], sides[beside_cut]
-    place = [np.argmax(tetrahedra[sides[:, s]][:, None, :] == faces[:, :, None], axis=2) for s in (0, 1)]
-    pairs = np.stack([4 * sides[:, s, None] + place[s] for s in (0, 1)], axis=-1).reshape(-1, 2)
+    faces, both_sides = faces[beside_cut], both_sides[beside_cut]
+    local_corner = [np.argmax(tetrahedra[both_sides[:, s]][:, None, :] == faces[:, :, None], axis=2) for s in (0, 1)]
+    pairs = np.stack([4 * both_sides[:, s, None] + local_corner[s] for s in (0, 1)], axis=-1).reshape(-1, 2)
     group = components(pairs, tetrahedra.size)
     # the group of the first element at a node keeps the node's number
     corners_at_cut = np.flatnonzero(touched[tetrahedra.ravel()])
@@ -91,6 +91,6 @@ def _lips(tetrahedra: np.ndarray, renamed: np.ndarray, faces: np.ndarray, elemen
     lips = []
     for side in (0, 1):
         corners = tetrahedra[elements[:, side]]
-        place = np.argmax(corners[:, None, :] == wound_faces[:, :, None], axis=2)
-        lips.append(np.take_along_axis(renamed[elements[:, side]], place, axis=1))
+        local_corner = np.argmax(corners[:, None, :] == wound_faces[:, :, None], axis=2)
+        lips.append(np.take_along_axis(renamed[elements[:, side]], local_corner, axis=1))
     return np.stack(lips, axis=1)

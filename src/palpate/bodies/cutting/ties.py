@@ -133,7 +133,7 @@ def _conforming(body: Body, level: int, strokes: Sequence[Stroke]) -> _Doubled:
 
 
 def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Doubled:
-    """Cut one level along faces of its mesh, or with virtual nodes; find when each face parts."""
+    """Cut one level along faces of its mesh, or with virtual nodes; find when [s] each face parts."""
     parted = part(body, level, [stroke.cut for stroke in strokes], way)
     one_lip, other_lip, elements = _parted_faces(parted.mesh.tetrahedra, parted.origin)
     parents = parted.parents[elements]
@@ -148,7 +148,7 @@ def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Dou
             passes_s = stroke.passes_s(ends[:, 0] + crossing * (ends[:, 1] - ends[:, 0]))
             passes_s[~stroke.cut.severs(ends[:, 0], ends[:, 1])] = np.inf
         else:
-            # the parts of an element are one until the blade has passed its middle, and with them all that they join
+            # parts of an element come apart as the blade passes its middle, and faces beside them need no tie (-inf)
             one_element = parents[on_two_sides, 0] == parents[on_two_sides, 1]
             divided = _divided(parted, c)[parents[on_two_sides]].any(axis=1)
             passes_s = np.where(one_element, stroke.passes_s(ends[:, 0]), np.where(divided, -np.inf, np.inf))

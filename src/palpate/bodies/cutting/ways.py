@@ -179,13 +179,13 @@ def _centred(mesh: TetMesh, cuts: Sequence[Cut]) -> _Copies:
 
 def _copied(mesh: TetMesh, cuts: Sequence[Cut]) -> _Copies:
     """Return a copy of each element for each of its parts; parts below LEAST_SHARE of the volume are left out."""
-    sides_of_elements, doubled, element, side, volume = _crossed(mesh, cuts)
+    sides_of_elements, doubled, piece_element, piece_sides, piece_volumes = _crossed(mesh, cuts)
     whole = np.flatnonzero(~doubled.any(axis=1))
-    cut_through = doubled[element]
+    cut_through = doubled[piece_element]
     is_divided = cut_through.any(axis=1)
-    sides = np.where(cut_through, side, sides_of_elements[element])[is_divided]
-    rows, row = np.unique(np.column_stack([element[is_divided], sides]), axis=0, return_inverse=True)
-    volumes = np.bincount(row.ravel(), volume[is_divided], minlength=len(rows))
+    sides = np.where(cut_through, piece_sides, sides_of_elements[piece_element])[is_divided]
+    rows, row = np.unique(np.column_stack([piece_element[is_divided], sides]), axis=0, return_inverse=True)
+    volumes = np.bincount(row.ravel(), piece_volumes[is_divided], minlength=len(rows))
     parents, sides = rows[:, 0], rows[:, 1:]
     large_enough = volumes >= LEAST_SHARE * mesh.volumes[parents]
     parents, sides, volumes = parents[large_enough], sides[large_enough], volumes[large_enough]
@@ -214,23 +214,23 @@ def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -
 
     Between copies on different sides of a cut a face is severed where one of them is a part of a crossed element, and
     otherwise where the face is in the patch. Parts of one element have its four faces between them, severed.
-    strict : whether a face is in the patch by its middle, and not by the line between the middles of its elements
+    strict : whether a face is in the patch if its middle is, and not if the line between its elements' middles crosses
     """
     copies_of = Around(copies.parents[:, None], len(mesh.tetrahedra))
     order, starts = copies_of.elements, copies_of.ends
     faces, elements = inner_faces(mesh)
-    several = np.flatnonzero(np.diff(starts) > 1)
-    faces_within = np.sort(mesh.tetrahedra[several][:, FACES].reshape(-1, 3), axis=1)
+    copied = np.flatnonzero(np.diff(starts) > 1)
+    faces_within = np.sort(mesh.tetrahedra[copied][:, FACES].reshape(-1, 3), axis=1)
     faces = np.vstack([faces, faces_within])
-    elements = np.vstack([elements, np.repeat(several, 4)[:, None] * [1, 1]])
+    elements = np.vstack([elements, np.repeat(copied, 4)[:, None] * [1, 1]])
     # a face of elements with p and q copies is between p q pairs of copies
     p, q = np.diff(starts)[elements].T
     face = np.repeat(np.arange(len(faces)), p * q)
-    number = np.arange(len(face)) - np.repeat(np.cumsum(p * q) - p * q, p * q)
+    nth_pair = np.arange(len(face)) - np.repeat(np.cumsum(p * q) - p * q, p * q)
     pairs = np.column_stack(
         [
-            order[starts[elements[face, 0]] + number // q[face]],
-            order[starts[elements[face, 1]] + number % q[face]],
+            order[starts[elements[face, 0]] + nth_pair // q[face]],
+            order[starts[elements[face, 1]] + nth_pair % q[face]],
         ]
     )
     distinct = pairs[:, 0] != pairs[:, 1]
@@ -268,16 +268,16 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> tuple[np.ndarray, np.ndarray
             areas[:, number] += np.bincount(owner[on_cut], section_area[on_cut], minlength=count)
             on_cut &= cut.within(middles) > 0.0
             areas_inside[:, number] += np.bincount(owner[on_cut], section_area[on_cut], minlength=count)
-    side = sides_of(cuts, pieces.mean(axis=1))
-    volume = np.abs(TetMesh(pieces.reshape(-1, 3), np.arange(4 * len(pieces)).reshape(-1, 4)).volumes)
+    piece_sides = sides_of(cuts, pieces.mean(axis=1))
+    piece_volumes = np.abs(TetMesh(pieces.reshape(-1, 3), np.arange(4 * len(pieces)).reshape(-1, 4)).volumes)
     doubled = np.zeros(sides.shape, dtype=bool)
     for number in range(len(cuts)):
-        share = np.bincount(owner_element, volume * (side[:, number] > 0), minlength=count) / mesh.volumes
+        share = np.bincount(owner_element, piece_volumes * (piece_sides[:, number] > 0), minlength=count) / mesh.volumes
         share[~mixed] = sides[~mixed, number] > 0
         divided = (share >= LEAST_SHARE) & (share <= 1.0 - LEAST_SHARE)
         sides[:, number] = np.where(divided, 0, np.where(share > 0.5, 1, -1))
         doubled[:, number] = divided & (areas_inside[:, number] > 0.5 * areas[:, number])
-    return sides, doubled, owner_element, side, volume
+    return sides, doubled, owner_element, piece_sides, piece_volumes
 
 
 def divide(

@@ -90,10 +90,10 @@ def mend(source: str, points: np.ndarray, triangles: np.ndarray) -> Mended:
     holes = find_holes(points, wound)
     for hole in holes:
         if hole.width_m > (FLAT_HOLE if hole.flat else SMALL_HOLE) * size:
-            place = ", ".join(f"{x:.3g}" for x in hole.centre_m)
+            place_words = ", ".join(f"{x:.3g}" for x in hole.centre_m)
             raise InputError(
                 f"{source}: its surface has a hole of {hole.edges} edges, {in_words(hole.width_m)} across, around "
-                f"({place}) m; close it in a mesh program, or download the file again if it was cut off."
+                f"({place_words}) m; close it in a mesh program, or download the file again if it was cut off."
             )
     if holes:
         largest = max(holes, key=lambda hole: hole.width_m)

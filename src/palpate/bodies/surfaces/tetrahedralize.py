@@ -71,8 +71,8 @@ def tetrahedralize(
                 f"{source}: gmsh cannot fill the surface ({error}); repair it where it intersects or touches itself."
             ) from error
     mesh = TetMesh(nodes, tetrahedra)
-    boundary, wanted = ({tuple(t) for t in np.sort(each, axis=1).tolist()} for each in (mesh.triangles, triangles))
-    if not np.array_equal(nodes[: len(points)], points) or boundary != wanted:
+    after, before = ({tuple(t) for t in np.sort(each, axis=1).tolist()} for each in (mesh.triangles, triangles))
+    if not np.array_equal(nodes[: len(points)], points) or after != before:
         raise InputError(
             f"{source}: gmsh changed the surface to fill it; "
             "remesh it so that it has no needles and does not intersect itself."

@@ -128,12 +128,12 @@ def calibrate(
     return Calibration(floor, share, spread, several, peak, stored, errors, len(set(places)), held, pairs, answered)
 
 
-def _bound_weights(parts: np.ndarray, error: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Fit weights (3,) to errors (k,) such that ``parts`` (k, 3) @ weights bounds nine of ten errors at new places."""
-    weights, _ = nnls(parts / error[:, None], np.ones(len(error)))
+def _bound_weights(terms: np.ndarray, errors: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Fit weights (3,) to errors (k,) such that ``terms`` (k, 3) @ weights bounds nine of ten errors at new places."""
+    weights, _ = nnls(terms / errors[:, None], np.ones(len(errors)))
     weights[0] = max(weights[0], 1.0)
-    scores = error / (parts @ weights)
-    factor = bound_factor(scores, place)
+    scores = errors / (terms @ weights)
+    factor = bound_factor(scores, places)
     return weights * (factor if np.isfinite(factor) else float(scores.max()))
 
 

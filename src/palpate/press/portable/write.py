@@ -132,15 +132,15 @@ def model_bytes(
     head += b" " * (-len(head) % 4)
     scale, packed = _short(basis.vectors.T)
     numbers = {**scalars, "places": float(len(places))}
-    bits = [struct.pack(f"<{len(SCALARS)}d", *(numbers[name] for name in SCALARS)), head]
-    bits += [_floats(basis.nodes), _floats(basis.normals), _words(basis.triangles), _words(basis.made_of)]
-    bits += [_floats(basis.weights), _floats(scale), packed, _floats(compliance)]
+    parts = [struct.pack(f"<{len(SCALARS)}d", *(numbers[name] for name in SCALARS)), head]
+    parts += [_floats(basis.nodes), _floats(basis.normals), _words(basis.triangles), _words(basis.made_of)]
+    parts += [_floats(basis.weights), _floats(scale), packed, _floats(compliance)]
     for each in contacts:
-        bits += _contact(each, basis)
+        parts += _contact(each, basis)
     for place in places:
-        bits += _touched(place)
+        parts += _touched(place)
     sizes = len(basis.nodes), len(basis.triangles), len(basis.rows), basis.vectors.shape[1], len(contacts), basis.parts
-    checked = struct.pack("<7I", len(head), *sizes) + b"".join(bits)
+    checked = struct.pack("<7I", len(head), *sizes) + b"".join(parts)
     total = HEAD - 8 * len(SCALARS) - 28 + len(checked)
     return MAGIC + struct.pack("<3I", VERSION, total, zlib.crc32(checked)) + checked
 
@@ -152,9 +152,9 @@ def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:
     scale, coefficients = _short(basis.coordinates(model.rest).T)
     places = np.concatenate([contact.place, contact.normal, model.bearing[0], [model.reach]])
     moduli = [np.broadcast_to(each, points.volumes.shape) for each in (points.mu, points.lam)]
-    bits = [_words(np.array([loads.shape[0], len(points.volumes)])), _floats(places), _floats(loads)]
-    bits += [_floats(model.reduced.rest), *(_floats(each) for each in (points.volumes, *moduli))]
-    return [*bits, *_columns(points.slopes.reshape(-1, points.slopes.shape[2])), _floats(scale), coefficients]
+    parts = [_words(np.array([loads.shape[0], len(points.volumes)])), _floats(places), _floats(loads)]
+    parts += [_floats(model.reduced.rest), *(_floats(each) for each in (points.volumes, *moduli))]
+    return [*parts, *_columns(points.slopes.reshape(-1, points.slopes.shape[2])), _floats(scale), coefficients]
 
 
 def _touched(place: TouchPlace) -> list[bytes]:
@@ -162,11 +162,11 @@ def _touched(place: TouchPlace) -> list[bytes]:
     r, sizes = place.rest.shape[0], (len(place.volumes), len(place.areas), len(place.pushed))
     lengths = place.radius_m, place.edge_m, place.deepest_m, place.stretched
     errors = place.error, place.force_error, place.tilted_error, place.tilted_force_error
-    bits = [_words(np.array([place.node, KINDS.index(place.kind), r, *sizes])), _floats(np.array([*lengths, *errors]))]
-    bits += [_floats(each) for each in (place.axes, place.first, place.rest, place.volumes, place.mu, place.lam)]
-    bits += [*_columns(place.slopes), _floats(place.points), *_columns(place.moves)]
-    bits += [_floats(each) for each in (place.areas, place.penalty, place.pushed, place.starts)]
-    return [*bits, *_columns(place.surface)]
+    parts = [_words(np.array([place.node, KINDS.index(place.kind), r, *sizes])), _floats(np.array([*lengths, *errors]))]
+    parts += [_floats(each) for each in (place.axes, place.first, place.rest, place.volumes, place.mu, place.lam)]
+    parts += [*_columns(place.slopes), _floats(place.points), *_columns(place.moves)]
+    parts += [_floats(each) for each in (place.areas, place.penalty, place.pushed, place.starts)]
+    return [*parts, *_columns(place.surface)]
 
 
 def _columns(rows: np.ndarray) -> tuple[bytes, bytes]:

@@ -128,7 +128,7 @@ def _under(mesh: TetMesh, triangles: np.ndarray, rows: sparse.csr_array) -> np.n
 
 
 def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray, sparse.csr_array]:
-    """Return the corners (t, 3, 3) [m] of both lips' triangles, and their interpolation (3t, n_parted)."""
+    """Return corners (t, 3, 3) [m] of both lips' triangles, sections of doubled elements, and a map (3t, n) to them."""
     mesh, corners = parted.whole, [np.empty((0, 3, 3))]
     nodes, weights = [np.empty((0, 3, 4), int)], [np.empty((0, 3, 4))]
     doubled = np.flatnonzero(np.bincount(parted.parents) > 1)

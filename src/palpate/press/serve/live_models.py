@@ -132,7 +132,7 @@ class LiveModels:
 
 
 def best_row(rows: pd.DataFrame, known: Iterable[str]) -> pd.Series:
-    """Return, of ``known`` settings, the row of least validation error that answers soon, or the fastest; InputError."""
+    """Return the ``known`` settings' row of least validation error that answers soon, or the fastest; InputError."""
     rows = rows[rows["setting"].isin(list(known))]
     if rows.empty:
         raise InputError("accuracy_vs_time.csv has other settings than the configuration; type make.")

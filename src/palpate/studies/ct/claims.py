@@ -35,11 +35,11 @@ def _compositing(table: pd.DataFrame) -> Iterator[Claim]:
     yield Claim(3, section, claim, _SCAN, "the same", ours, verdict(uncut_rays["difference"].max() <= _SAME))
     claim = "front to back with rays that end early is faster"
     for looks in (TRANSLUCENT, SOLID):
-        back, early = back_and_early(table, looks)
-        share, time = early["samples"] / back["samples"], early["median_s"] / back["median_s"]
+        back_first, ends_early = back_and_early(table, looks)
+        share, time = ends_early["samples"] / back_first["samples"], ends_early["median_s"] / back_first["median_s"]
         ours = f"{100 * share:.0f} % of the samples, {100 * time:.0f} % of the time, "
-        ours += f"colours within {100 * early['difference']:.2g} %"
-        premise = f"{_SCAN}, {looks} tissues, rays end at opacity {early['enough']:g}"
+        ours += f"colours within {100 * ends_early['difference']:.2g} %"
+        premise = f"{_SCAN}, {looks} tissues, rays end at opacity {ends_early['enough']:g}"
         yield Claim(3, section, claim, premise, "faster", ours, verdict(share <= _FASTER and time < 1))
 
 

@@ -514,9 +514,9 @@ class _Search:
         return _Found(force, rests, missed_m / self._way, missed_m, size <= 1e-3 * self._scale and missed_m < math.inf)
 
     def _missed(self, force: np.ndarray, rests: list[Rest]) -> tuple[np.ndarray, np.ndarray, float]:
-        """Return what the f prescribed displacements lack (f,) [m], Newton's step (k, 3) [N], and the error's size [m].
+        """Return what the f prescribed displacements lack (f,) [m], Newton's step (k, 3) [N], and the error's size.
 
-        The size counts what contacts will still move to their rests, too, foreseen by their own inverse stiffness.
+        Step and size include how far contacts will still move to their rests, foreseen by their inverse stiffness.
         """
         missed, slope = self._wanted - self._linear @ force.ravel(), self._linear.copy()
         rows_in_order, rests_in_order, foreseen = iter(self._seen), iter(rests), np.zeros(len(missed))
@@ -535,8 +535,8 @@ class _Search:
 def _independent(linear: np.ndarray, held: float) -> np.ndarray:
     """Return j combinations (f, j) of forces that move discs independently; linear : (f, f), three forces a disc.
 
-    Discs count over their mean response; one whose mean is at most ``held`` [m/N] counts as held. Two discs at nearly
-    one place can only be moved alike.
+    Responses are scaled by the mean of each disc; one whose mean is at most ``held`` [m/N] counts as held. Small
+    eigenvalues are left out, as two discs at nearly one place can only be moved alike.
     """
     mean = np.repeat(np.diagonal(linear).reshape(-1, 3).mean(axis=1), 3)
     scale = np.where(mean > held, mean, np.inf) ** -0.5
@@ -625,24 +625,20 @@ def _bfgs_inverse(inverse: np.ndarray | None, step: np.ndarray, change: np.ndarr
 
 
 def _energies(contacts: Sequence[Contact], points: Sequence[np.ndarray]) -> list[tuple[float, np.ndarray, float]]:
-    """Return (energy [J], gradient (r,), least det F) of each contact at its point q (r,): its cells' and ½ qᵀ rest q."""
+    """Return (energy [J], gradient (r,), least det F) of each contact at its q (r,): of its cells and ½ qᵀ rest q."""
     if not contacts:
         return []
-    cells_f = np.hstack([(contact.slopes @ q).reshape(9, -1) for contact, q in zip(contacts, points, strict=True)])
+    f = np.hstack([(contact.slopes @ q).reshape(9, -1) for contact, q in zip(contacts, points, strict=True)])
     volumes, mu, lam = (np.concatenate(each) for each in zip(*(contact[6:9] for contact in contacts), strict=True))
-    cells_f[::4] += 1.0
-    energies, stress, det, _, _ = _corotational(cells_f, mu, lam)
+    f[::4] += 1.0
+    energies, stress, det, _, _ = _corotational(f, mu, lam)
     pulls, results, first_cell = volumes * stress, [], 0
     for contact, q in zip(contacts, points, strict=True):
-        of_contact, linear_force = slice(first_cell, first_cell + len(contact.volumes)), contact.rest @ q
-        first_cell = of_contact.stop
-        energy = float(volumes[of_contact] @ energies[of_contact]) + 0.5 * float(q @ linear_force)
+        cells, linear_force = slice(first_cell, first_cell + len(contact.volumes)), contact.rest @ q
+        first_cell = cells.stop
+        energy = float(volumes[cells] @ energies[cells]) + 0.5 * float(q @ linear_force)
         results.append(
-            (
-                energy,
-                pulls[:, of_contact].ravel() @ contact.slopes + linear_force,
-                float(det[of_contact].min(initial=math.inf)),
-            )
+            (energy, pulls[:, cells].ravel() @ contact.slopes + linear_force, float(det[cells].min(initial=math.inf)))
         )
     return results
 
@@ -735,15 +731,15 @@ class _Touched:
         self.gradient = (place.volumes * stress).ravel() @ place.slopes + linear - self.pull
 
     def stiffness(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the positive definite part of the Hessian (r, r), and the rest, of rotations and of curved contact.
+        """Return the positive definite part of the Hessian (r, r), and the other, of rotations and of curved contact.
 
-        Under δF the rotation R turns by G⁻¹ a, where a is the axis of δF Rᵀ − R δFᵀ and G = s I − F Rᵀ.
+        Under δF the rotation R turns by G⁻¹ a: a, in ``turns``, is the axis of δF Rᵀ − R δFᵀ, and G = s I − F Rᵀ.
         """
         place, r = self._one, len(self.q)
         slopes, rotation = place.slopes.reshape(3, 3, -1, r), self._rotation.reshape(3, 3, -1)
-        bent = np.einsum("ikmr,jkm->ijmr", slopes, rotation)
-        trace = bent[0, 0] + bent[1, 1] + bent[2, 2]
-        turns = np.stack([bent[2, 1] - bent[1, 2], bent[0, 2] - bent[2, 0], bent[1, 0] - bent[0, 1]], axis=1)
+        df_r = np.einsum("ikmr,jkm->ijmr", slopes, rotation)
+        trace = df_r[0, 0] + df_r[1, 1] + df_r[2, 2]
+        turns = np.stack([df_r[2, 1] - df_r[1, 2], df_r[0, 2] - df_r[2, 0], df_r[1, 0] - df_r[0, 1]], axis=1)
         stretch = np.einsum("ikm,jkm->mij", self._f.reshape(3, 3, -1), rotation)
         g = self._s[:, None, None] * np.eye(3) - 0.5 * (stretch + stretch.transpose(0, 2, 1))
         regular = np.linalg.det(g) > 1e-6
@@ -756,9 +752,9 @@ class _Touched:
         moves = place.moves.reshape(-1, 3, r)[touching]
         along = np.einsum("pi,pir->pr", self._normals[touching], moves)
         firm += along.T @ ((place.areas * place.penalty)[touching, None] * along)
-        for tangents, curves in self._around:
+        for tangents, curvatures in self._around:
             across = np.einsum("pi,pir->pr", tangents[touching], moves)
-            soft -= across.T @ ((self._push * curves)[touching, None] * across)
+            soft -= across.T @ ((self._push * curvatures)[touching, None] * across)
         return firm, soft
 
 
@@ -774,12 +770,12 @@ def _punch(place: TouchPlace, points: np.ndarray) -> tuple[np.ndarray, np.ndarra
     on_edge = (beyond > 0.0) & (below > 0.0)
     distance = np.where(on_edge, np.sqrt(beyond * beyond + below * below), np.maximum(beyond, below))
     nonzero = np.where(on_edge, np.maximum(distance, 1e-300), 1.0)
-    side = np.where(on_edge, beyond / nonzero, beyond > below)
-    down = np.where(on_edge, below / nonzero, beyond <= below)
+    outward = np.where(on_edge, beyond / nonzero, beyond > below)
+    downward = np.where(on_edge, below / nonzero, beyond <= below)
     radial, turned = np.array([x / safe, y / safe]), np.array([-y / safe, x / safe])
-    normals = (side * radial).T @ place.axes[:2] - down[:, None] * place.axes[2]
-    along = (down * radial).T @ place.axes[:2] + side[:, None] * place.axes[2]
-    around = [(turned.T @ place.axes[:2], side / safe), (along, np.where(on_edge, 1.0 / nonzero, 0.0))]
+    normals = (outward * radial).T @ place.axes[:2] - downward[:, None] * place.axes[2]
+    along = (downward * radial).T @ place.axes[:2] + outward[:, None] * place.axes[2]
+    around = [(turned.T @ place.axes[:2], outward / safe), (along, np.where(on_edge, 1.0 / nonzero, 0.0))]
     return distance - edge, normals, around
 
 

@@ -33,10 +33,7 @@ def kept_contacts(body: Body, count: int | None) -> np.ndarray:
 
 
 def contacts_by_area(body: Body, count: int, seed: int) -> np.ndarray:
-    """Draw ``count`` contacts that samples may press, each as likely as its area is large, in the order of drawing.
-
-    A body that has fewer gives all.
-    """
+    """Draw ``count`` contacts that samples may press, or all if fewer, in order; chances are in proportion to areas."""
     pressed = pressed_contacts(body, contacts_of(body))
     # first arrivals of Poisson processes: a larger count only adds contacts (Efraimidis and Spirakis 2006)
     arrivals = np.random.default_rng(seed).exponential(size=len(pressed)) / body.coarse.areas[pressed]

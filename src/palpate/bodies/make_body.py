@@ -45,6 +45,7 @@ def make_body(name: str, entry: bodies.Body) -> Body:
 
 
 def _make(name: str, entry: bodies.Body) -> Body:
+    """Make the body ``name`` of its settings: coarse mesh, held nodes, regions and densities, and all levels."""
     material = Material(entry.young_pa, entry.poisson, entry.density_kg_m3, entry.law or LAWS[0])
     if isinstance(entry, Sheet):
         cloth = sheet(entry.sizes_m, entry.divisions, entry.thickness_m)

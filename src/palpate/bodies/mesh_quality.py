@@ -174,10 +174,7 @@ def radius_ratios(mesh: TetMesh) -> np.ndarray:
 
 
 def mesh_quality(body: Body) -> pd.DataFrame:
-    """Tabulate each level: body, level, min_dihedral_deg, max_dihedral_deg, min_radius_ratio, volume_m3.
-
-    A sheet, which has no tetrahedra, has no row.
-    """
+    """Tabulate body, level, min_dihedral_deg, max_dihedral_deg, min_radius_ratio, volume_m3 of levels of tetrahedra."""
     meshes = [mesh for mesh in body.levels if isinstance(mesh, TetMesh)]
     rows = [{"body": body.name, "level": i, **quality(mesh)} for i, mesh in enumerate(meshes)]
     return pd.DataFrame(rows)

@@ -108,6 +108,7 @@ def read(path: Path) -> RawMesh:
 # its facts, its frame, its shape and its tags are asked for one after another
 @lru_cache(maxsize=1)
 def _read(path: Path, changed: tuple[int, int] | None) -> RawMesh:
+    """Do as ``read``; changed : the file's time [ns] and size, by which the result is cached, None if it is missing."""
     suffix = path.suffix.lower()
     if suffix not in (known := (".msh", ".mesh", *VTK, *SURFACES)):
         raise InputError(f"{path}: its name does not show a mesh format; convert it to one of {' '.join(known)}.")

@@ -97,6 +97,7 @@ _FACET = re.compile(rb"outer\s+loop" + 3 * rb"\s+vertex\s+(\S+)\s+(\S+)\s+(\S+)"
 
 
 def _read_stl(data: bytes) -> Polygons:
+    """Read an STL file, text or binary: the corners (3 m, 3) of m triangles, and their numbers for each triangle."""
     text = data.lower()
     # trap: the header of a binary one may begin with "solid", too
     begins_with_solid = text.lstrip().startswith(b"solid")
@@ -123,6 +124,7 @@ def _is_whole_binary_stl(data: bytes) -> bool:
 
 
 def _binary_stl(data: bytes) -> np.ndarray:
+    """Read the corners (3 m, 3) of the m triangles of a binary STL file, or of several that are joined."""
     if len(data) < 84:
         raise ValueError(CUT.format(f"its {len(data)} bytes do not hold even the header of a binary STL file"))
     announced, present = int(np.frombuffer(data, "<u4", 1, 80)[0]), (len(data) - 84) // 50
@@ -144,6 +146,7 @@ def _binary_stl(data: bytes) -> np.ndarray:
 
 
 def _read_obj(data: bytes) -> Polygons:
+    """Read points and polygons of an OBJ file, whose faces count points from 1, or backwards if they are negative."""
     points: list[list[bytes]] = []
     faces: list[list[int]] = []
     words: list[bytes] = []
@@ -185,6 +188,7 @@ _PLY_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">
 
 
 def _read_ply(data: bytes) -> Polygons:
+    """Read the vertices and faces of a PLY file, text or binary, in the order and types that its header announces."""
     head, marker, body = data.partition(b"end_header")
     if not head.startswith(b"ply"):
         raise ValueError("it does not start like a PLY file")

@@ -233,6 +233,7 @@ class Multigrid:
         return self._cycle(len(self.patterns) - 1, right)
 
     def _cycle(self, level: int, right: np.ndarray) -> np.ndarray:
+        """Return the V-cycle's x for ``right`` of a level: sweep forward, add the coarser level's x, sweep backward."""
         if level == 0:
             return self._bottom.solve(right)
         x, residual = self._sweeps[level - 1].forward(right)

@@ -139,7 +139,10 @@ def nearest(a, turn, work, out):
 
 @numba.njit(cache=True, error_model="numpy")
 def _newton(a, turn, r):
-    """Improve the quaternion ``turn`` until its R maximises tr(RᵀA), and write R into ``r``; False if not certain."""
+    """Improve the quaternion ``turn`` until its R maximises tr(RᵀA), and write R into ``r``; False if not certain.
+
+    s : RᵀA; m : tr(S) I − S, made symmetric; c : its cofactors, so that c/det m times the axis of S is the next turn
+    """
     for _ in range(6):
         _matrix(turn, r)
         s00 = r[0, 0] * a[0, 0] + r[1, 0] * a[1, 0] + r[2, 0] * a[2, 0]

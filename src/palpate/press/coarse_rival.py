@@ -53,10 +53,7 @@ class CoarseAnswer:
         return coarse_shares
 
     def respond(self, presses: Sequence[Mapping]) -> PortableAnswer:
-        """Return the answer to ``presses``, each with triangle, weights, and either force [N] or moved [m].
-
-        It estimates no error and has no doubt.
-        """
+        """Answer ``presses``, each with triangle, weights, and force [N] or moved [m]; without an error or a doubt."""
         shares = np.array([self.shares(press["triangle"], press["weights"]) for press in presses])
         count = shares.shape[1]
         compliance = self.arrays["compliance"].reshape(count, 3, count, 3)

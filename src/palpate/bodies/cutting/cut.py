@@ -260,7 +260,7 @@ class Blade(Cut):
         return self._starts[piece] + along, from_start @ self.direction - path_drop * np.clip(along / length, 0.0, 1.0)
 
     def _place(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return points' (n, 3) signed distance from the nearest piece, and places along and below it, (n,) [m] each."""
+        """Return points' (n, 3) signed distances from the nearest piece, and places along and below it, (n,) [m]."""
         normals, nearest = self._normals, np.full(len(points), np.inf)
         across, along, below = (np.zeros(len(points)) for _ in range(3))
         for piece, (flat, normal) in enumerate(zip(self._flat, normals, strict=True)):

@@ -29,10 +29,7 @@ _DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")  # shades of t
 
 
 def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
-    """Look up the look of a structure.
-
-    depths : of a composite tree, which gets a label and a shade of its own ``among`` all depths of the figure
-    """
+    """Return the look of a structure; ``depths`` give a composite tree its label, and its shade ``among`` all depths."""
     shown = STRUCTURES[structure]
     if not depths:
         return shown
@@ -91,6 +88,7 @@ def draw_collision(collision) -> Figure:
 
 
 def _accuracy(axis, here, looks: dict) -> None:
+    """Draw query time over false pairs of each structure in the rows ``here`` of a scene; rivals as level lines."""
     own_trees, composites = here[~here["rival"].astype(bool)], []
     for row in here.itertuples():
         shown = looks[row.structure, row.depths]
@@ -179,6 +177,7 @@ def draw_collision_precision(collision_precision) -> Figure:
 
 
 def _curves(axis, here, error: str, among: list[str]) -> None:
+    """Draw a column ``error`` over the time of a frame in the rows ``here`` of a scene, a curve for each structure."""
     axis.set(xscale="log", yscale="log")
     if (error == "reported_m" and not here["frames_apart"].any()) or here[error].isna().all():
         why = "never apart" if error == "reported_m" else "never in contact"

@@ -241,6 +241,7 @@ def _mri(axis: Axes, image: Image, segmented: np.ndarray, liver: np.ndarray) -> 
 
 
 def _masks(axis: Axes, table: pd.DataFrame) -> None:
+    """Draw the Dice coefficients of mask_interpolation.csv over n, by body; dotted : the nearest drawn slice."""
     for i, body in enumerate(tables.bodies(table)):
         for method, line in ((BETWEEN, "-"), (None, ":")):
             rows = tables.where(table, body=body)

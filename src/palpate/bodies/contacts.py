@@ -120,12 +120,12 @@ def contacts_near_regions(body: Body, places: int) -> tuple[np.ndarray, np.ndarr
     contacts = pressed_contacts(body, contacts_of(body))
     region_elements, points = body.fine.tetrahedra[body.tissue(-1).region > 0], body.coarse.nodes[contacts]
     # to the middles of elements: of several nodes that are as near, one of an element's is nearest
-    distance = cKDTree(body.fine.nodes[region_elements].mean(axis=1)).query(points)[0]
-    depth = cKDTree(body.fine.nodes[np.unique(region_elements)]).query(points)[0]
-    nearest = contacts[np.argmin(distance)]
+    to_middles = cKDTree(body.fine.nodes[region_elements].mean(axis=1)).query(points)[0]
+    to_nodes = cKDTree(body.fine.nodes[np.unique(region_elements)]).query(points)[0]
+    nearest = contacts[np.argmin(to_middles)]
     same_side = body.fine.normals[contacts] @ body.fine.normals[nearest] > 0.0
-    contacts, distance, depth = contacts[same_side], distance[same_side], depth[same_side]
-    distances = np.linspace(distance.min(), min(distance.max(), body.coarse.size / 2), places)
-    chosen = np.unique(np.abs(distance - distances[:, None]).argmin(axis=1))
-    chosen = chosen[np.argsort(distance[chosen])]
-    return contacts[chosen], depth[chosen]
+    contacts, to_middles, to_nodes = contacts[same_side], to_middles[same_side], to_nodes[same_side]
+    wanted_m = np.linspace(to_middles.min(), min(to_middles.max(), body.coarse.size / 2), places)
+    chosen = np.unique(np.abs(to_middles - wanted_m[:, None]).argmin(axis=1))
+    chosen = chosen[np.argsort(to_middles[chosen])]
+    return contacts[chosen], to_nodes[chosen]

@@ -28,8 +28,8 @@ class FineSurfaceMap:
 
         Those of ``order`` 2 have the nodes and the edge midpoints of its finest level.
         """
-        triangles_of_nodes, weights = local.fine.triangles, local.prolongation
-        coarse = coarse_triangles(weights, triangles_of_nodes)
+        local_triangles, weights = local.fine.triangles, local.prolongation
+        coarse = coarse_triangles(weights, local_triangles)
         keys = self._key(coarse)
         ranked = np.argsort(keys, kind="stable")
         start, stop = (np.searchsorted(keys[ranked], self._keys, side) for side in ("left", "right"))
@@ -37,11 +37,11 @@ class FineSurfaceMap:
         node = np.repeat(np.arange(len(self._keys)), stop - start)
         candidate = np.arange(len(node)) - np.repeat(np.cumsum(stop - start) - (stop - start), stop - start)
         triangle = ranked[np.repeat(start, stop - start) + candidate]
-        corners = np.stack([_coordinates(weights, triangles_of_nodes[:, i], coarse) for i in range(3)], axis=2)
-        inside = np.linalg.solve(corners[triangle], self._places[node][:, :, None])[:, :, 0]
-        inside_rows = np.flatnonzero(inside.min(axis=1) > -_ROUNDING)
+        corners = np.stack([_coordinates(weights, local_triangles[:, i], coarse) for i in range(3)], axis=2)
+        coordinates = np.linalg.solve(corners[triangle], self._places[node][:, :, None])[:, :, 0]
+        inside_rows = np.flatnonzero(coordinates.min(axis=1) > -_ROUNDING)
         chosen = inside_rows[np.unique(node[inside_rows], return_index=True)[1]]
-        return surface_interpolation(local.fine, triangle[chosen], inside[chosen], order)
+        return surface_interpolation(local.fine, triangle[chosen], coordinates[chosen], order)
 
     def _key(self, sides: np.ndarray) -> np.ndarray:
         return (sides[:, 0].astype(np.int64) * self._coarse_nodes + sides[:, 1]) * self._coarse_nodes + sides[:, 2]

@@ -141,7 +141,7 @@ def nearest(a, turn, work, out):
 def _newton(a, turn, r):
     """Improve the quaternion ``turn`` until its R maximises tr(RᵀA), and write R into ``r``; False if not certain.
 
-    s : RᵀA; m : tr(S) I − S, made symmetric; c : its cofactors, so that c/det m times the axis of S is the next turn
+    s : RᵀA; m : tr(S) I − S, made symmetric; c : cofactors of m, so that the next turn is c/det m times the axis of S
     """
     for _ in range(6):
         _matrix(turn, r)

@@ -132,15 +132,15 @@ def _check_series(folder: Path, slices: list[Slice], modality: str) -> None:
     series = {s.series for s in slices}
     if len(series) > 1:
         raise InputError(f"{folder}: it holds {len(series)} series; put the one to use in a folder of its own.")
-    first = slices[0]
+    any_slice = slices[0]
     for s in slices:
         if not np.isfinite([*s.position, *s.orientation, *s.grid[1:]]).all() or s.grid[0][2:] not in ((), (1,)):
             raise InputError(
                 f"{s.file}: it is not one slice with a position, orientation and pixel spacing; "
                 "convert the series to NIfTI first."
             )
-        if s.grid != first.grid or np.abs(s.orientation - first.orientation).max() > 1e-3:
-            raise InputError(f"{s.file}: its pixels or orientation differ from {first.file.name}'s; remove it.")
+        if s.grid != any_slice.grid or np.abs(s.orientation - any_slice.orientation).max() > 1e-3:
+            raise InputError(f"{s.file}: its pixels or orientation differ from {any_slice.file.name}'s; remove it.")
     if len(slices) == 1:
         raise InputError(f"{folder}: it holds a single slice; give the whole series.")
 

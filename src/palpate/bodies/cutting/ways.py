@@ -108,7 +108,7 @@ class Parted:
 
 
 def whole(body: Body, level: int, cuts: int) -> Parted:
-    """Return a ``level`` of a body as ``part`` does, whole, for a number of ``cuts`` that have not begun."""
+    """Return an uncut ``level`` of a body in the form that ``part`` returns, with sides 0 of each of ``cuts`` cuts."""
     mesh = body.levels[level]
     assert isinstance(mesh, TetMesh)
     of_level = body.from_level(level).up_to(0)

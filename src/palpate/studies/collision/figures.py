@@ -29,7 +29,7 @@ _DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")  # shades of t
 
 
 def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
-    """Return the look of a structure; ``depths`` give a composite tree its label, and its shade ``among`` all depths."""
+    """Return the look of a structure; ``depths`` give a composite tree its label, and a shade ``among`` all depths."""
     shown = STRUCTURES[structure]
     if not depths:
         return shown

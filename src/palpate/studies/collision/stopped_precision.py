@@ -164,12 +164,12 @@ def measure(settings: Stopped, refinements: int, report: Callable) -> pd.DataFra
 
 def _course(scene: Moving, frames: int) -> list[Frame]:
     """Compute the frames of a scene, evenly over its duration, with their exact answers."""
-    spheres, course = [Tree(at, cells, "sphere") for at, cells in zip(scene.at(0.0), scene.triangles, strict=True)], []
+    trees, course = [Tree(at, cells, "sphere") for at, cells in zip(scene.at(0.0), scene.triangles, strict=True)], []
     for time in (np.arange(frames) + 0.5) / frames:
         points, neighbours = scene.at(time), zip(scene.at(time - SPAN), scene.at(time + SPAN), strict=True)
         velocities = [(after - before) / (2 * SPAN) for before, after in neighbours]
         pairs = crossing(points, scene.triangles)
-        gap_m = 0.0 if len(pairs) else distance(points, spheres)
+        gap_m = 0.0 if len(pairs) else distance(points, trees)
         overlap_of_frame = overlap(points, velocities, scene.triangles) if len(pairs) else None
         course.append(Frame(points, velocities, pairs, gap_m, overlap_of_frame))
     return course

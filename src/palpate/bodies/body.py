@@ -103,8 +103,8 @@ class Body:
         if isinstance(anchors, np.ndarray) and anchors.dtype == bool and anchors.shape != (len(coarse.nodes),):
             raise InputError(f"body {name}: anchors is a mask {anchors.shape}; give one of ({len(coarse.nodes)},).")
         fields: dict[str, Any] = {"young_pa": young_pa, "poisson": poisson, "density_kg_m3": density_kg_m3, "law": law}
-        given = Solid(anchors=anchors, refinements=refinements, **fields)  # type: ignore[arg-type]
-        return nest(name, coarse, refinements, choose_anchors(name, given.anchors, coarse), Material(**fields))
+        settings = Solid(anchors=anchors, refinements=refinements, **fields)  # type: ignore[arg-type]
+        return nest(name, coarse, refinements, choose_anchors(name, settings.anchors, coarse), Material(**fields))
 
     def node_at(self, point_m: Sequence[float]) -> int:
         """Return the number of the node of the coarse surface nearest to a point (3,) [m]; all levels have it."""

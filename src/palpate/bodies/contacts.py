@@ -33,10 +33,7 @@ def kept_contacts(body: Body, count: int | None) -> np.ndarray:
 
 
 def contacts_by_area(body: Body, count: int, seed: int) -> np.ndarray:
-    """Draw ``count`` contacts that samples may press, each as likely as its area is large, in the order of drawing.
-
-    A body that has fewer gives all.
-    """
+    """Draw ``count`` contacts that samples may press, or all if fewer, in order; chances are in proportion to areas."""
     pressed = pressed_contacts(body, contacts_of(body))
     # first arrivals of Poisson processes: a larger count only adds contacts (Efraimidis and Spirakis 2006)
     arrivals = np.random.default_rng(seed).exponential(size=len(pressed)) / body.coarse.areas[pressed]
@@ -64,8 +61,8 @@ def places_between(body: Body, count: int, known: np.ndarray) -> np.ndarray:
     """
     candidates = between_contacts(body)
     candidates = candidates[candidates >= len(body.coarse.nodes)]
-    points = body.fine.nodes
-    return candidates[spread_out(points[candidates], points[known], min(count, len(candidates)))]
+    nodes = body.fine.nodes
+    return candidates[spread_out(nodes[candidates], nodes[known], min(count, len(candidates)))]
 
 
 def between_contacts(body: Body) -> np.ndarray:
@@ -77,8 +74,8 @@ def between_contacts(body: Body) -> np.ndarray:
 
 def spread_over(points: np.ndarray, count: int) -> list[int]:
     """Choose ``count`` rows of ``points`` (n, 3), or all: the farthest from their middle, then by ``spread_out``."""
-    first = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
-    return [first, *spread_out(points, points[[first]], min(count, len(points)) - 1)]
+    farthest = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
+    return [farthest, *spread_out(points, points[[farthest]], min(count, len(points)) - 1)]
 
 
 def spread_out(points: np.ndarray, known: np.ndarray, count: int) -> list[int]:
@@ -94,8 +91,8 @@ def spread_out(points: np.ndarray, known: np.ndarray, count: int) -> list[int]:
 def pressed_contacts(body: Body, contacts: np.ndarray) -> np.ndarray:
     """Return those of ``contacts`` that samples press: not those on the bed or beside a held node."""
     elements = body.coarse.tetrahedra
-    away = np.setdiff1d(contacts, elements[np.isin(elements, body.anchors[0]).any(axis=1)])
-    return away if body.bed is None else np.setdiff1d(away, inner_nodes(body.coarse, body.bed))
+    free = np.setdiff1d(contacts, elements[np.isin(elements, body.anchors[0]).any(axis=1)])
+    return free if body.bed is None else np.setdiff1d(free, inner_nodes(body.coarse, body.bed))
 
 
 def row_of(contacts: np.ndarray, contact: int, place: str = "") -> int:
@@ -121,14 +118,14 @@ def contacts_near_regions(body: Body, places: int) -> tuple[np.ndarray, np.ndarr
     Returns the contacts and their distances [m] from the region's nodes, (places,) or fewer.
     """
     contacts = pressed_contacts(body, contacts_of(body))
-    stiff, at = body.fine.tetrahedra[body.tissue(-1).region > 0], body.coarse.nodes[contacts]
+    region_elements, points = body.fine.tetrahedra[body.tissue(-1).region > 0], body.coarse.nodes[contacts]
     # to the middles of elements: of several nodes that are as near, one of an element's is nearest
-    distance = cKDTree(body.fine.nodes[stiff].mean(axis=1)).query(at)[0]
-    cover = cKDTree(body.fine.nodes[np.unique(stiff)]).query(at)[0]
-    nearest = contacts[np.argmin(distance)]
-    side = body.fine.normals[contacts] @ body.fine.normals[nearest] > 0.0
-    contacts, distance, cover = contacts[side], distance[side], cover[side]
-    wanted = np.linspace(distance.min(), min(distance.max(), body.coarse.size / 2), places)
-    chosen = np.unique(np.abs(distance - wanted[:, None]).argmin(axis=1))
-    chosen = chosen[np.argsort(distance[chosen])]
-    return contacts[chosen], cover[chosen]
+    to_middles = cKDTree(body.fine.nodes[region_elements].mean(axis=1)).query(points)[0]
+    to_nodes = cKDTree(body.fine.nodes[np.unique(region_elements)]).query(points)[0]
+    nearest = contacts[np.argmin(to_middles)]
+    same_side = body.fine.normals[contacts] @ body.fine.normals[nearest] > 0.0
+    contacts, to_middles, to_nodes = contacts[same_side], to_middles[same_side], to_nodes[same_side]
+    wanted_m = np.linspace(to_middles.min(), min(to_middles.max(), body.coarse.size / 2), places)
+    chosen = np.unique(np.abs(to_middles - wanted_m[:, None]).argmin(axis=1))
+    chosen = chosen[np.argsort(to_middles[chosen])]
+    return contacts[chosen], to_nodes[chosen]

@@ -18,9 +18,9 @@ class FineSurfaceMap:
     """
 
     def __init__(self, body: Body):
-        first = np.unique(body.fine.triangles, return_index=True)[1]
+        first_corner = np.unique(body.fine.triangles, return_index=True)[1]
         self._coarse_nodes = len(body.coarse.nodes)
-        sides = coarse_triangles(body.prolongation, body.fine.triangles)[first // 3]
+        sides = coarse_triangles(body.prolongation, body.fine.triangles)[first_corner // 3]
         self._keys, self._places = self._key(sides), _coordinates(body.prolongation, body.fine.surface, sides)
 
     def of(self, local: Body, order: int) -> sparse.csr_array:
@@ -28,20 +28,20 @@ class FineSurfaceMap:
 
         Those of ``order`` 2 have the nodes and the edge midpoints of its finest level.
         """
-        numbers, weights = local.fine.triangles, local.prolongation
-        sides = coarse_triangles(weights, numbers)
-        keys = self._key(sides)
+        local_triangles, weights = local.fine.triangles, local.prolongation
+        coarse = coarse_triangles(weights, local_triangles)
+        keys = self._key(coarse)
         ranked = np.argsort(keys, kind="stable")
-        first, last = (np.searchsorted(keys[ranked], self._keys, side) for side in ("left", "right"))
+        start, stop = (np.searchsorted(keys[ranked], self._keys, side) for side in ("left", "right"))
         # each fine node with all local triangles in its coarse triangle
-        node = np.repeat(np.arange(len(self._keys)), last - first)
-        number = np.arange(len(node)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
-        triangle = ranked[np.repeat(first, last - first) + number]
-        corners = np.stack([_coordinates(weights, numbers[:, i], sides) for i in range(3)], axis=2)
-        inside = np.linalg.solve(corners[triangle], self._places[node][:, :, None])[:, :, 0]
-        kept = np.flatnonzero(inside.min(axis=1) > -_ROUNDING)
-        chosen = kept[np.unique(node[kept], return_index=True)[1]]
-        return surface_interpolation(local.fine, triangle[chosen], inside[chosen], order)
+        node = np.repeat(np.arange(len(self._keys)), stop - start)
+        candidate = np.arange(len(node)) - np.repeat(np.cumsum(stop - start) - (stop - start), stop - start)
+        triangle = ranked[np.repeat(start, stop - start) + candidate]
+        corners = np.stack([_coordinates(weights, local_triangles[:, i], coarse) for i in range(3)], axis=2)
+        coordinates = np.linalg.solve(corners[triangle], self._places[node][:, :, None])[:, :, 0]
+        inside_rows = np.flatnonzero(coordinates.min(axis=1) > -_ROUNDING)
+        chosen = inside_rows[np.unique(node[inside_rows], return_index=True)[1]]
+        return surface_interpolation(local.fine, triangle[chosen], coordinates[chosen], order)
 
     def _key(self, sides: np.ndarray) -> np.ndarray:
         return (sides[:, 0].astype(np.int64) * self._coarse_nodes + sides[:, 1]) * self._coarse_nodes + sides[:, 2]

@@ -73,19 +73,19 @@ class LocalRefinement:
         levels, numbers = [body.coarse], [np.arange(len(body.coarse.nodes))]
         prolongations, anchors, roots = [], [body.anchors[0]], [np.arange(len(body.coarse.tetrahedra))]
         for level in range(1, self._depth + 1):
-            parts = list(_elements(graded[: level + 1], marks[:level]))
-            elements, root = (np.concatenate(each) for each in zip(*parts, strict=True))
-            used = np.unique(elements)
+            pieces = list(_elements(graded[: level + 1], marks[:level]))
+            elements, root_of_element = (np.concatenate(arrays) for arrays in zip(*pieces, strict=True))
+            used_nodes = np.unique(elements)
             coarser = graded[level - 1].mesh
-            halved = coarser.edges[used[len(numbers[-1]) :] - len(coarser.nodes)]
-            prolongations.append(halfway(len(numbers[-1]), np.searchsorted(numbers[-1], halved)))
-            levels.append(TetMesh(graded[level].mesh.nodes[used], np.searchsorted(used, elements)))
+            halved_edges = coarser.edges[used_nodes[len(numbers[-1]) :] - len(coarser.nodes)]
+            prolongations.append(halfway(len(numbers[-1]), np.searchsorted(numbers[-1], halved_edges)))
+            levels.append(TetMesh(graded[level].mesh.nodes[used_nodes], np.searchsorted(used_nodes, elements)))
             anchors.append(midpoints_between(anchors[-1], prolongations[-1]))
-            numbers.append(used)
-            roots.append(root)
+            numbers.append(used_nodes)
+            roots.append(root_of_element)
         densities = None
         if body.densities is not None:
-            densities = [at_nodes[used] for at_nodes, used in zip(body.densities, numbers, strict=False)]
+            densities = [at_nodes[used_nodes] for at_nodes, used_nodes in zip(body.densities, numbers, strict=False)]
             for prolongation in prolongations[len(densities) - 1 :]:
                 densities.append(prolongation @ densities[-1])
         fields = (body.name, levels, prolongations, anchors, body.material, body.bed, body.regions, densities)
@@ -136,16 +136,16 @@ class _Level:
         at_rim : whether elements with a corner at the rim of what is held are split as well
         """
         corners, (finer, _) = self.mesh.nodes[self.mesh.tetrahedra], refine(self.mesh)
-        away = center.query(corners)[0].min(axis=1) - radius
-        if at_rim and len(rim := self.rim):
-            away = np.minimum(away, cKDTree(self.mesh.nodes[rim]).query(corners)[0].min(axis=1))
+        outside_m = center.query(corners)[0].min(axis=1) - radius
+        if at_rim and len(rim_nodes := self.rim):
+            outside_m = np.minimum(outside_m, cKDTree(self.mesh.nodes[rim_nodes]).query(corners)[0].min(axis=1))
         longest = np.linalg.norm(corners[:, EDGES[:, 0]] - corners[:, EDGES[:, 1]], axis=2).max(axis=1)
-        chosen = np.flatnonzero(away <= MARGIN * longest[away <= 0.0].max(initial=0.0))
+        chosen = np.flatnonzero(outside_m <= MARGIN * longest[outside_m <= 0.0].max(initial=0.0))
         mesh = TetMesh(finer.nodes, finer.tetrahedra.reshape(-1, 8, 4)[chosen].reshape(-1, 4))
-        first = np.full(len(corners), -1)
-        first[chosen] = 8 * np.arange(len(chosen))
+        first_part = np.full(len(corners), -1)
+        first_part[chosen] = 8 * np.arange(len(chosen))
         held = np.concatenate([self.held, self.held[self.mesh.edges].all(axis=1)])
-        return _Level(mesh, ten_nodes(mesh), np.repeat(chosen, 8), first, np.repeat(self.roots[chosen], 8), held)
+        return _Level(mesh, ten_nodes(mesh), np.repeat(chosen, 8), first_part, np.repeat(self.roots[chosen], 8), held)
 
 
 def _marked_edges(graded: list[_Level], centers: list[cKDTree], radii: np.ndarray, rim_level: int) -> list[np.ndarray]:
@@ -155,57 +155,57 @@ def _marked_edges(graded: list[_Level], centers: list[cKDTree], radii: np.ndarra
     that is split into eight.
     """
     marks: list[np.ndarray] = []
-    to_eight = np.empty(0, dtype=np.int64)
-    for number, (level, radius) in reversed(list(enumerate(zip(graded, radii, strict=True)))):
+    split_in_eight = np.empty(0, dtype=np.int64)
+    for level_number, (level, radius) in reversed(list(enumerate(zip(graded, radii, strict=True)))):
         edges = level.edges
-        close = centers[number].query(level.mesh.nodes)[0] <= radius
-        if number < rim_level:
-            close[level.rim] = True
+        within_radius = centers[level_number].query(level.mesh.nodes)[0] <= radius
+        if level_number < rim_level:
+            within_radius[level.rim] = True
         marked = np.zeros(len(level.mesh.edges), dtype=bool)
-        marked[edges[close[level.mesh.tetrahedra].any(axis=1)]] = True
-        marked[edges[to_eight]] = True
+        marked[edges[within_radius[level.mesh.tetrahedra].any(axis=1)]] = True
+        marked[edges[split_in_eight]] = True
         _complete_marks(edges, marked)
         marks.insert(0, marked)
-        to_eight = np.unique(level.parents[marked[edges].any(axis=1)])
+        split_in_eight = np.unique(level.parents[marked[edges].any(axis=1)])
     return marks
 
 
 def _elements(graded: list[_Level], marks: list[np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield the elements that halving edges ``marks`` makes: nodes (m, 4) of the last level, coarse elements (m,)."""
-    active = np.arange(len(graded[0].mesh.tetrahedra))
+    to_split = np.arange(len(graded[0].mesh.tetrahedra))
     for level, finer, marked in zip(graded[:-1], graded[1:], marks, strict=True):
-        halved, ten = marked[level.edges[active]], level.ten[active]
+        halved, ten = marked[level.edges[to_split]], level.ten[to_split]
         for pattern, children in _PATTERNS:
             chosen = (halved == pattern).all(axis=1)
-            yield ten[chosen][:, children].reshape(-1, 4), np.repeat(level.roots[active[chosen]], len(children))
-        active = (finer.first[active[halved.all(axis=1)], None] + np.arange(8)).ravel()
-    yield graded[-1].mesh.tetrahedra[active], graded[-1].roots[active]
+            yield ten[chosen][:, children].reshape(-1, 4), np.repeat(level.roots[to_split[chosen]], len(children))
+        to_split = (finer.first[to_split[halved.all(axis=1)], None] + np.arange(8)).ravel()
+    yield graded[-1].mesh.tetrahedra[to_split], graded[-1].roots[to_split]
 
 
 def _complete_marks(edges: np.ndarray, marked: np.ndarray) -> None:
     """Mark more edges, in place, until each element has none marked, one, the three of a face, or all six."""
     while True:
-        sides = marked[edges][:, _SIDES]
+        face_edges = marked[edges][:, _SIDES]
         count = marked[edges].sum(axis=1)
-        wrong = (count > 1) & (count < 6) & ~((count == 3) & sides.all(axis=2).any(axis=1))
-        if not wrong.any():
+        unfinished = (count > 1) & (count < 6) & ~((count == 3) & face_edges.all(axis=2).any(axis=1))
+        if not unfinished.any():
             return
-        lacks = sides.sum(axis=2) == 2
-        alone = wrong & (count == 2) & lacks.any(axis=1)
-        marked[edges[:, _SIDES][lacks & alone[:, None]]] = True
-        marked[edges[wrong & ~alone]] = True
+        lacks_one_edge = face_edges.sum(axis=2) == 2
+        two_of_a_face = unfinished & (count == 2) & lacks_one_edge.any(axis=1)
+        marked[edges[:, _SIDES][lacks_one_edge & two_of_a_face[:, None]]] = True
+        marked[edges[unfinished & ~two_of_a_face]] = True
 
 
 def _patterns() -> list[tuple[np.ndarray, np.ndarray]]:
     """List which edges (6,) bool of an element are halved, and its parts (k, 4) by corners 0 to 3, midpoints 4 to 9."""
     patterns = [(np.zeros(6, dtype=bool), np.array([[0, 1, 2, 3]]))]
-    for number, (a, b) in enumerate(EDGES):
-        patterns.append((np.arange(6) == number, np.array([_with({b: 4 + number}), _with({a: 4 + number})])))
+    for number, (i, j) in enumerate(EDGES):
+        patterns.append((np.arange(6) == number, np.array([_with({j: 4 + number}), _with({i: 4 + number})])))
     for corner, side in enumerate(_SIDES):
         middle = {tuple(EDGES[edge]): 4 + int(edge) for edge in side}
-        a, b, c = (other for other in range(4) if other != corner)
-        ab, ac, bc = middle[a, b], middle[a, c], middle[b, c]
-        parts = [{b: ab, c: ac}, {a: ab, c: bc}, {a: ac, b: bc}, {a: bc, b: ac, c: ab}]
+        i, j, k = (other for other in range(4) if other != corner)
+        ij, ik, jk = middle[i, j], middle[i, k], middle[j, k]
+        parts = [{j: ij, k: ik}, {i: ij, k: jk}, {i: ik, j: jk}, {i: jk, j: ik, k: ij}]
         patterns.append((np.isin(np.arange(6), side), np.array([_with(part) for part in parts])))
     return patterns
 

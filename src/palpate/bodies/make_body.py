@@ -45,6 +45,7 @@ def make_body(name: str, entry: bodies.Body) -> Body:
 
 
 def _make(name: str, entry: bodies.Body) -> Body:
+    """Make the body ``name`` of its settings: coarse mesh, held nodes, regions and densities, and all levels."""
     material = Material(entry.young_pa, entry.poisson, entry.density_kg_m3, entry.law or LAWS[0])
     if isinstance(entry, Sheet):
         cloth = sheet(entry.sizes_m, entry.divisions, entry.thickness_m)
@@ -78,10 +79,10 @@ def _make(name: str, entry: bodies.Body) -> Body:
         check_quality(body.levels, "give more surface_nodes" if remeshed else remedy)
     if isinstance(entry, Cylinder) and entry.smooth is not False and isinstance(body.fine, TetMesh):
         mesh_m2, round_m2 = body.fine.volumes.sum() / entry.length_m, np.pi * entry.radius_m**2
-        lacking = 1 - mesh_m2 / round_m2
+        lacking_share = 1 - mesh_m2 / round_m2
         if mesh_m2 < (1 - SECTION) * round_m2:
             _warn(
-                f"the section of the finest mesh is {1e4 * mesh_m2:.4g} cm², {100 * lacking:.2g} % less than the "
+                f"the section of the finest mesh is {1e4 * mesh_m2:.4g} cm², {100 * lacking_share:.2g} % less than the "
                 "circle's, as its sides are flat; divide forces by that for stresses, or give smooth: true and more "
                 "refinements, or smooth: false if that is meant."
             )
@@ -127,9 +128,9 @@ def build(entry: File) -> tuple[TetMesh, Snap | None, bool]:
 def own_mesh(entry: File) -> tuple[TetMesh | None, float, int]:
     """Build the mesh of a file as it is, None if it is to be remeshed; also return its unit [m] and surface nodes."""
     path, nodes = Path(entry.path), entry.surface_nodes
-    points, triangles, tetrahedra, welded = _loaded(path, _changed(path))
-    if welded:
-        _warn(f"{path}: {welded}; give parts that are to stay apart a body each.")
+    points, triangles, tetrahedra, welded_note = _loaded(path, _changed(path))
+    if welded_note:
+        _warn(f"{path}: {welded_note}; give parts that are to stay apart a body each.")
     scale_m = choose_scale(str(path), points, entry.scale_m)
     points = points * scale_m
     count = len(np.unique(triangles))
@@ -201,16 +202,16 @@ def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> Coarse
     """Remesh a file's surface; warn of what was mended, and if the coarse body is far from the surface."""
     mended, solid = solid_of(path, scale_m)
     _report_mended(path, mended.notes + solid.notes)
-    made = _remeshed(path, scale_m, nodes, snap, _changed(path))
-    likeness = made.likeness
+    coarse_solid = _remeshed(path, scale_m, nodes, snap, _changed(path))
+    likeness = coarse_solid.likeness
     if snap and not likeness.close:
         _warn(
-            f"{path}: with {made.nodes} surface nodes the refined body's surface is up to "
+            f"{path}: with {coarse_solid.nodes} surface nodes the refined body's surface is up to "
             f"{in_words(likeness.away_m)} ({100 * likeness.away:.2g} % of the size) from the file's and its "
             f"volume differs by {100 * likeness.volume:+.2g} %, "
             "as thin or sharp parts are lost; give more surface_nodes."
         )
-    return made
+    return coarse_solid
 
 
 def taken(entry: bodies.Body, unit: str = "given") -> list[str]:
@@ -224,23 +225,23 @@ def taken(entry: bodies.Body, unit: str = "given") -> list[str]:
         return []
     path = Path(entry.path)
     with warnings.catch_warnings(action="ignore"):  # of the frame, which is said here
-        points, triangles, tetrahedra, welded = _loaded(path, _changed(path))
+        points, triangles, tetrahedra, welded_note = _loaded(path, _changed(path))
         frame = read(path).frame
         scale_m = choose_scale(str(path), points, entry.scale_m)
     sides = f"{frame} from its header{', turned to LPS' * (frame == 'RAS')}, so that its sides are the patient's"
     upright = "no frame in its header, so that z points up, y to the back and x to the right"
-    ends = (triangles if tetrahedra is None else tetrahedra)[:, :, None]
-    pairs = np.concatenate([ends[:, :-1], ends[:, 1:]], axis=2).reshape(-1, 2)
+    corners = (triangles if tetrahedra is None else tetrahedra)[:, :, None]
+    pairs = np.concatenate([corners[:, :-1], corners[:, 1:]], axis=2).reshape(-1, 2)
     count = len(np.unique(components(pairs, len(points))))
-    pieces = welded or ("1 piece" if count == 1 else f"{count} pieces")
-    kind = "triangles" if tetrahedra is None else "tetrahedra"
-    has = f"{1e6 * scale_m**3 * abs(volume(points, triangles)):.4g} mL, as its {kind}"
+    pieces = welded_note or ("1 piece" if count == 1 else f"{count} pieces")
+    element_words = "triangles" if tetrahedra is None else "tetrahedra"
+    size = f"{1e6 * scale_m**3 * abs(volume(points, triangles)):.4g} mL, as its {element_words}"
     if holes := len(find_holes(points, triangles)):
-        has = f"no volume of its own, as it has {holes} hole{'s' * (holes > 1)}"
+        size = f"no volume of its own, as it has {holes} hole{'s' * (holes > 1)}"
     elif not is_closed(triangles):
-        has = "no volume of its own, as its triangles are wound both ways"
+        size = "no volume of its own, as its triangles are wound both ways"
     unit = unit if entry.scale_m else "guessed from the size"
-    return [f"{path}: {sides if frame else upright}; a unit of {in_words(scale_m)}, {unit}; {pieces}; {has}"]
+    return [f"{path}: {sides if frame else upright}; a unit of {in_words(scale_m)}, {unit}; {pieces}; {size}"]
 
 
 def _report_mended(path: Path, notes: list[str]) -> None:

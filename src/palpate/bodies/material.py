@@ -147,8 +147,8 @@ class Series:
         b = (1 − a) τ/h (Taylor, Pister and Goudreau 1970). Both are 1 for h = 0, and a ≤ b ≤ 1.
         """
         spans = np.asarray(h)[..., None] / np.array(self.times_s, dtype=float)
-        safe = np.maximum(spans, 1e-300)
-        return np.exp(-spans), np.where(spans > 0.0, -np.expm1(-safe) / safe, 1.0)
+        nonzero = np.maximum(spans, 1e-300)
+        return np.exp(-spans), np.where(spans > 0.0, -np.expm1(-nonzero) / nonzero, 1.0)
 
 
 def prony_fault(series: "Series | Any") -> str:
@@ -156,13 +156,13 @@ def prony_fault(series: "Series | Any") -> str:
     shares, times = series.shares, series.times_s
     if len(shares) != len(times) or not len(shares):
         return f"shares has {len(shares)} numbers and times_s {len(times)}; give one time for each share"
-    if wrong := [share for share in shares if not share > 0.0]:
-        return f"shares has {wrong[0]:g}; give numbers above 0"
+    if bad := [share for share in shares if not share > 0.0]:
+        return f"shares has {bad[0]:g}; give numbers above 0"
     if not math.fsum(shares) <= LARGEST_SUM:
         return (
             f"shares has the sum {math.fsum(shares):.4g}, of which {LARGEST_SUM:g} is the most: what is left of 1 is "
             "the modulus that does not relax; give smaller shares of the instantaneous modulus"
         )
-    if wrong := [time for time in times if not LEAST_S <= time < math.inf]:
-        return f"times_s has {wrong[0]:g}; give times in seconds, of {LEAST_S:g} at least"
+    if bad := [time for time in times if not LEAST_S <= time < math.inf]:
+        return f"times_s has {bad[0]:g}; give times in seconds, of {LEAST_S:g} at least"
     return ""

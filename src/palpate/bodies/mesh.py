@@ -61,10 +61,10 @@ def winding_number(point: np.ndarray, corners: np.ndarray) -> float:
     """
     a, b, c = (corners[:, i] - point for i in range(3))
     la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
+    triple_product = np.einsum("ij,ij->i", a, np.cross(b, c))
     cosines = la * lb * lc + lc * np.sum(a * b, axis=1) + lb * np.sum(a * c, axis=1) + la * np.sum(b * c, axis=1)
-    beside = np.abs(triple) > 1e-9 * la * lb * lc
-    return float(np.arctan2(triple, cosines)[beside].sum() / (2.0 * np.pi))
+    off_plane = np.abs(triple_product) > 1e-9 * la * lb * lc
+    return float(np.arctan2(triple_product, cosines)[off_plane].sum() / (2.0 * np.pi))
 
 
 def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -75,15 +75,15 @@ def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndar
     """
     edges = corners[:, 1:] - corners[:, :1]
     longest = np.linalg.norm(edges, axis=2).max(axis=1)
-    solid = np.flatnonzero(np.abs(np.linalg.det(edges)) > 1e-9 * longest ** edges.shape[2])
-    middles = corners[solid].mean(axis=1)
-    reach = np.linalg.norm(corners[solid] - middles[:, None], axis=2).max(axis=1)
-    near = cKDTree(places).query_ball_point(middles, reach) if len(places) and len(solid) else []
-    simplex = solid[np.repeat(np.arange(len(near)), [len(each) for each in near])]
-    place = np.fromiter(chain.from_iterable(near), dtype=np.int64)
-    steps = (places[place] - corners[simplex, 0])[:, :, None]
-    inner = np.linalg.solve(edges[simplex].transpose(0, 2, 1), steps)[:, :, 0]
-    return place, simplex, np.column_stack([1.0 - inner.sum(axis=1), inner])
+    not_flat = np.flatnonzero(np.abs(np.linalg.det(edges)) > 1e-9 * longest ** edges.shape[2])
+    middles = corners[not_flat].mean(axis=1)
+    reach = np.linalg.norm(corners[not_flat] - middles[:, None], axis=2).max(axis=1)
+    near_places = cKDTree(places).query_ball_point(middles, reach) if len(places) and len(not_flat) else []
+    simplex = not_flat[np.repeat(np.arange(len(near_places)), [len(each) for each in near_places])]
+    place = np.fromiter(chain.from_iterable(near_places), dtype=np.int64)
+    from_corner = (places[place] - corners[simplex, 0])[:, :, None]
+    inner_coordinates = np.linalg.solve(edges[simplex].transpose(0, 2, 1), from_corner)[:, :, 0]
+    return place, simplex, np.column_stack([1.0 - inner_coordinates.sum(axis=1), inner_coordinates])
 
 
 def ranked_faces(faces: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarray]:
@@ -173,15 +173,15 @@ class TetMesh(Mesh):
     def triangles(self) -> np.ndarray:
         """Boundary triangles, (n_triangles, 3) node indices, wound outward."""
         faces = self.tetrahedra[:, FACES].reshape(-1, 3)
-        order, same = ranked_faces(np.sort(faces, axis=1), len(self.nodes))
-        twice = np.append(same, False) | np.insert(same, 0, False)
-        return faces[np.sort(order[~twice])]
+        order, equals_next = ranked_faces(np.sort(faces, axis=1), len(self.nodes))
+        inside = np.append(equals_next, False) | np.insert(equals_next, 0, False)
+        return faces[np.sort(order[~inside])]
 
     @cached_property
     def edges(self) -> np.ndarray:
         """Element edges, (n_edges, 2), each once, smaller node first, in lexicographic order."""
-        ends, n = self.tetrahedra[:, EDGES].reshape(-1, 2), len(self.nodes)
-        keys = np.unique(ends.min(axis=1) * n + ends.max(axis=1))  # numbers sort many times as fast as rows
+        edges, n = self.tetrahedra[:, EDGES].reshape(-1, 2), len(self.nodes)
+        keys = np.unique(edges.min(axis=1) * n + edges.max(axis=1))  # numbers sort many times as fast as rows
         return np.column_stack([keys // n, keys % n])
 
 

@@ -70,10 +70,10 @@ def choose_scale(source: str, points: np.ndarray, scale_m: float | None) -> floa
 
 def in_words(length_m: float) -> str:
     """Write a length with the unit that suits it, such as "82 mm"."""
-    for unit, factor in (("m", 1.0), ("cm", 100.0), ("mm", 1e3)):
-        if length_m * factor >= 1 and not (unit == "cm" and length_m < 0.1):
+    for unit, units_in_metre in (("m", 1.0), ("cm", 100.0), ("mm", 1e3)):
+        if length_m * units_in_metre >= 1 and not (unit == "cm" and length_m < 0.1):
             break
-    return f"{length_m * factor:.3g} {unit}"
+    return f"{length_m * units_in_metre:.3g} {unit}"
 
 
 # least extent of points over their largest up to which they lie in one plane
@@ -97,9 +97,9 @@ def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
             f"{path}: all of its points lie in one plane, so it encloses no body; give a closed surface or tetrahedra, "
             "or for a cloth a body of kind sheet."
         )
-    others = sorted(set(raw.solids) - {"tetra"})
-    if others:
-        raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to 4-node tetrahedra.")
+    other_kinds = sorted(set(raw.solids) - {"tetra"})
+    if other_kinds:
+        raise InputError(f"{path}: it has {', '.join(other_kinds)} elements; convert them all to 4-node tetrahedra.")
     if "tetra" in raw.solids:
         check_indices(str(path), "tetrahedra", raw.solids["tetra"], len(points))
         nodes, tetrahedra = drop_unused(points, raw.solids["tetra"])
@@ -118,8 +118,8 @@ def load_tagged(path: Path, wanted: int | str) -> np.ndarray:
     if not tags.groups:
         raise InputError(f"{path}: {tags.fault}, or give the region by a sphere.")
     sizes = {tag: len(elements) for tag, elements in tags.groups.items()}
-    first, *_ = numbers_of(f"{path}: no tetrahedron has the tag", wanted, sizes, tags.names, "{:g} tetrahedra".format)
-    return tags.groups[first]
+    number, *_ = numbers_of(f"{path}: no tetrahedron has the tag", wanted, sizes, tags.names, "{:g} tetrahedra".format)
+    return tags.groups[number]
 
 
 def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -139,9 +139,9 @@ def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarr
 
 def _triangles(path: Path, raw: RawMesh) -> np.ndarray:
     """Collect all triangles of a surface file, quadrilaterals cut in two."""
-    others = sorted(set(raw.sheets) - {"triangle", "quad"})
-    if others:
-        raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to triangles.")
+    other_kinds = sorted(set(raw.sheets) - {"triangle", "quad"})
+    if other_kinds:
+        raise InputError(f"{path}: it has {', '.join(other_kinds)} elements; convert them all to triangles.")
     if not raw.sheets:
         raise InputError(f"{path}: it has neither tetrahedra nor triangles; give a volume or a closed surface mesh.")
     triangles = raw.sheets.get("triangle", np.empty((0, 3), dtype=np.int64))

@@ -31,11 +31,11 @@ def check_tetrahedra(source: str, nodes: np.ndarray, tetrahedra: np.ndarray) -> 
 
     Some programs number all elements the other way round: if every one is inverted, all are reversed.
     """
-    _, first, count = np.unique(np.sort(tetrahedra, axis=1), axis=0, return_index=True, return_counts=True)
-    if count.max() > 1:
+    _, first_copy, copies = np.unique(np.sort(tetrahedra, axis=1), axis=0, return_index=True, return_counts=True)
+    if copies.max() > 1:
         raise InputError(
-            f"{source}: {(count - 1).sum()} of {len(tetrahedra)} tetrahedra are duplicates "
-            f"(first: of element {first[count > 1].min()}); remove them."
+            f"{source}: {(copies - 1).sum()} of {len(tetrahedra)} tetrahedra are duplicates "
+            f"(first: of element {first_copy[copies > 1].min()}); remove them."
         )
     longest = np.ptp(nodes[tetrahedra], axis=1).max(axis=1)
     volumes = TetMesh(nodes, tetrahedra).volumes
@@ -59,9 +59,9 @@ def check_tetrahedra(source: str, nodes: np.ndarray, tetrahedra: np.ndarray) -> 
 def check_boundary(source: str, mesh: TetMesh) -> None:
     """Check that no face has more than two elements, and none touch only along an edge or at a node."""
     faces = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
-    kinds, count = np.unique(faces, axis=0, return_counts=True)
-    if count.max() > 2:
-        face = kinds[np.argmax(count)].tolist()
+    distinct, element_count = np.unique(faces, axis=0, return_counts=True)
+    if element_count.max() > 2:
+        face = distinct[np.argmax(element_count)].tolist()
         raise InputError(
             f"{source}: more than two tetrahedra share the face of nodes {face}; remove the elements that overlap."
         )
@@ -98,8 +98,8 @@ def check_indices(source: str, kind: str, elements: np.ndarray, count: int) -> N
 
 def _check_manifold(source: str, triangles: np.ndarray) -> None:
     """Check that every edge of a closed surface has two triangles, and every node one fan of them."""
-    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    edges, inverse, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
+    sides = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    edges, edge_of_side, count = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
     if count.max() > 2:
         edge = edges[np.argmax(count)].tolist()
         raise InputError(
@@ -107,12 +107,12 @@ def _check_manifold(source: str, triangles: np.ndarray) -> None:
             "triangles meet; separate or join the parts that touch there."
         )
     # corner k of triangle t is 3 t + k; the two triangles at an edge join their corners at each of its ends
-    corner = np.column_stack([np.arange(len(ends)), np.arange(len(ends)) // 3 * 3 + (np.arange(len(ends)) + 1) % 3])
-    corner = np.where(ends[:, :1] < ends[:, 1:], corner, corner[:, ::-1])
-    pairs = corner[np.argsort(inverse, kind="stable")].reshape(-1, 2, 2)
+    joined = np.column_stack([np.arange(len(sides)), np.arange(len(sides)) // 3 * 3 + (np.arange(len(sides)) + 1) % 3])
+    joined = np.where(sides[:, :1] < sides[:, 1:], joined, joined[:, ::-1])
+    pairs = joined[np.argsort(edge_of_side, kind="stable")].reshape(-1, 2, 2)
     links = pairs.transpose(0, 2, 1).reshape(-1, 2)
-    fans = np.unique(np.column_stack([triangles.ravel(), components(links, len(ends))]), axis=0)[:, 0]
-    pinched = fans[:-1][fans[:-1] == fans[1:]]
+    nodes_of_fans = np.unique(np.column_stack([triangles.ravel(), components(links, len(sides))]), axis=0)[:, 0]
+    pinched = nodes_of_fans[:-1][nodes_of_fans[:-1] == nodes_of_fans[1:]]
     if len(pinched):
         raise InputError(
             f"{source}: the surface is not a manifold at node {pinched[0]}, where parts touch at a point "
@@ -157,10 +157,10 @@ def check_quality(levels: Sequence[Mesh], remedy: str) -> None:
 def dihedral_angles(mesh: TetMesh) -> np.ndarray:
     """Compute the angles inside each element along its six edges, (n_tetrahedra, 6) [°]."""
     normals = unit(corner_normals(mesh.nodes[mesh.tetrahedra][:, FACES]))
-    first, second = normals[:, EDGES[:, 0]], normals[:, EDGES[:, 1]]
+    one_normal, other_normal = normals[:, EDGES[:, 0]], normals[:, EDGES[:, 1]]
     # atan2 keeps its accuracy where the arc cosine of nearly ±1 loses it
-    sine = np.linalg.norm(np.cross(first, second), axis=2)
-    return np.degrees(np.arctan2(sine, -(first * second).sum(axis=2)))
+    sine = np.linalg.norm(np.cross(one_normal, other_normal), axis=2)
+    return np.degrees(np.arctan2(sine, -(one_normal * other_normal).sum(axis=2)))
 
 
 def radius_ratios(mesh: TetMesh) -> np.ndarray:
@@ -174,10 +174,7 @@ def radius_ratios(mesh: TetMesh) -> np.ndarray:
 
 
 def mesh_quality(body: Body) -> pd.DataFrame:
-    """Tabulate each level: body, level, min_dihedral_deg, max_dihedral_deg, min_radius_ratio, volume_m3.
-
-    A sheet, which has no tetrahedra, has no row.
-    """
+    """Tabulate body, level, min_dihedral_deg, max_dihedral_deg, min_radius_ratio, volume_m3 of levels of tetrahedra."""
     meshes = [mesh for mesh in body.levels if isinstance(mesh, TetMesh)]
     rows = [{"body": body.name, "level": i, **quality(mesh)} for i, mesh in enumerate(meshes)]
     return pd.DataFrame(rows)
@@ -188,8 +185,8 @@ def mesh_sizes(body: Body, paper_surface: Sequence | None = None) -> pd.DataFram
 
     paper_surface : (nodes, triangles) or None for each level
     """
-    papers, rows = paper_surface or [None] * len(body.levels), []
-    for level, (mesh, paper) in enumerate(zip(body.levels, papers, strict=True)):
+    paper_rows, rows = paper_surface or [None] * len(body.levels), []
+    for level, (mesh, paper) in enumerate(zip(body.levels, paper_rows, strict=True)):
         counts = len(mesh.surface), len(mesh.triangles), len(mesh.nodes), len(mesh.tetrahedra)
         rows.append((body.name, level, *counts, *(paper or (pd.NA, pd.NA))))
     names = "body level surface_nodes surface_triangles nodes tetrahedra paper_nodes paper_triangles"

@@ -45,14 +45,14 @@ def gmsh_tags(gmsh: Any, kind: int, kept: np.ndarray) -> Tags:
     physical: dict[int, list[np.ndarray]] = {}
     geometrical: dict[int, list[np.ndarray]] = {}
     for _, volume in gmsh.model.getEntities(3):
-        listed = gmsh.model.mesh.getElementsByType(kind, volume)[0]
-        places = kept[order[np.searchsorted(numbers, listed, sorter=order)]]
-        geometrical[int(volume)] = [places]
+        elements = gmsh.model.mesh.getElementsByType(kind, volume)[0]
+        kept_numbers = kept[order[np.searchsorted(numbers, elements, sorter=order)]]
+        geometrical[int(volume)] = [kept_numbers]
         for tag in gmsh.model.getPhysicalGroupsForEntity(3, volume):
-            physical.setdefault(int(tag), []).append(places)
+            physical.setdefault(int(tag), []).append(kept_numbers)
     names = {tag: name for tag in physical if (name := gmsh.model.getPhysicalName(3, tag))}
     groups = {tag: np.unique(np.concatenate(parts)) for tag, parts in (physical or geometrical).items()}
-    return Tags({tag: listed for tag, listed in groups.items() if len(listed)}, names)
+    return Tags({tag: elements for tag, elements in groups.items() if len(elements)}, names)
 
 
 def cell_tags(cell_data: Mapping[str, np.ndarray]) -> Tags:
@@ -61,14 +61,14 @@ def cell_tags(cell_data: Mapping[str, np.ndarray]) -> Tags:
     cell_data : name → values of the tetrahedra; arrays of another shape than (k,) and of fractions are no tags
     """
     numbers = {name: values for name, values in cell_data.items() if values.ndim == 1 and values.dtype.kind in "iuf"}
-    whole = {name: values.astype(np.int64) for name, values in numbers.items() if (values == np.round(values)).all()}
-    known = {name.lower(): name for name in whole}
-    key = next((known[name] for name in KNOWN if name in known), next(iter(whole), ""))
-    if not key:
+    integers = {name: values.astype(np.int64) for name, values in numbers.items() if (values == np.round(values)).all()}
+    by_lower_name = {name.lower(): name for name in integers}
+    name_of_tags = next((by_lower_name[name] for name in KNOWN if name in by_lower_name), next(iter(integers), ""))
+    if not name_of_tags:
         return Tags()
-    if len(whole) > 1 and key.lower() not in KNOWN:
-        return Tags(fault=f"its cell data {', '.join(sorted(whole))} could all be tags; name the right one region")
-    return Tags({int(tag): np.flatnonzero(whole[key] == tag) for tag in np.unique(whole[key])})
+    if len(integers) > 1 and name_of_tags.lower() not in KNOWN:
+        return Tags(fault=f"its cell data {', '.join(sorted(integers))} could all be tags; name the right one region")
+    return Tags({int(tag): np.flatnonzero(integers[name_of_tags] == tag) for tag in np.unique(integers[name_of_tags])})
 
 
 VTK = (".vtk", ".vtu", ".vtp")
@@ -108,6 +108,7 @@ def read(path: Path) -> RawMesh:
 # its facts, its frame, its shape and its tags are asked for one after another
 @lru_cache(maxsize=1)
 def _read(path: Path, changed: tuple[int, int] | None) -> RawMesh:
+    """Do as ``read``; changed : the file's time [ns] and size, by which the result is cached, None if it is missing."""
     suffix = path.suffix.lower()
     if suffix not in (known := (".msh", ".mesh", *VTK, *SURFACES)):
         raise InputError(f"{path}: its name does not show a mesh format; convert it to one of {' '.join(known)}.")
@@ -143,8 +144,8 @@ def _read(path: Path, changed: tuple[int, int] | None) -> RawMesh:
 
 def _turn(path: Path, raw: RawMesh, header: bytes) -> None:
     """Turn a mesh to LPS from the frame that its header names as 3D Slicer writes it, SPACE=RAS."""
-    words = {word.decode() for word in re.findall(rb"\bSPACE\s*=\s*([a-z-]+)", header, re.I)}
-    frames = {word.upper() for word in (words | {raw.frame}) if word}
+    named = {word.decode() for word in re.findall(rb"\bSPACE\s*=\s*([a-z-]+)", header, re.I)}
+    frames = {word.upper() for word in (named | {raw.frame}) if word}
     if len(frames) > 1 or not frames <= {"LPS", "RAS"}:
         raise InputError(
             f"{path}: its header says SPACE={' and '.join(sorted(frames))}; write LPS or RAS there, or leave it out."
@@ -192,10 +193,10 @@ def _read_gmsh(path: Path) -> RawMesh:
         for kind, corners in elements.items():
             label, dimension, *_ = gmsh.model.mesh.getElementProperties(kind)
             name = {"Tetrahedron 4": "tetra", "Triangle 3": "triangle", "Quadrilateral 4": "quad"}.get(label, label)
-            _, first, same = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_inverse=True)
-            _add_elements(raw, name, dimension, corners[np.sort(first)])
+            _, firsts, groups = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_inverse=True)
+            _add_elements(raw, name, dimension, corners[np.sort(firsts)])
             if name == "tetra":
-                raw.tags = gmsh_tags(gmsh, kind, np.searchsorted(np.sort(first), first[same]))
+                raw.tags = gmsh_tags(gmsh, kind, np.searchsorted(np.sort(firsts), firsts[groups]))
     return raw
 
 

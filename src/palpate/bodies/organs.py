@@ -33,16 +33,16 @@ def coarse_body(shape: Shape, length_m: float, balls: Sequence[Ball] = ()) -> Te
     """Build a coarse mesh of 140 nodes and 276 triangles on the surface of ``shape``, identical on every call.
 
     Its longest side is ``length_m``; the origin is the middle of the bounding box of the smooth shape. In ``balls``
-    elements are smaller. Trap: which elements are made, and their order, hang on rounding, so that all lengths get
-    those of one.
+    elements are smaller. Trap: which elements gmsh makes, and their order, depend on rounding, so that the mesh is made
+    at one length and scaled.
     """
     made_m = MADE_M.get(shape, 0.2)
     scale = length_m / made_m
     points, triangles, sphere = _dense(shape, made_m)
-    chosen, coarse = triangulate_evenly(points, triangles, sphere, SURFACE_NODES)
-    scaled = [(center / scale, radius / scale) for center, radius in balls]
+    surface_points, surface_triangles = triangulate_evenly(points, triangles, sphere, SURFACE_NODES)
+    scaled_balls = [(center / scale, radius / scale) for center, radius in balls]
     # a little finer than the surface (whose edges are 0.12 of the length), for better angles inside
-    mesh = tetrahedralize(points[chosen], coarse, spacing_m=0.1 * made_m, balls=scaled)
+    mesh = tetrahedralize(points[surface_points], surface_triangles, spacing_m=0.1 * made_m, balls=scaled_balls)
     return TetMesh(scale * mesh.nodes, mesh.tetrahedra)
 
 
@@ -63,14 +63,14 @@ def onto_shape(shape: Shape, length_m: float) -> Onto:
     def onto(points: np.ndarray, facing: np.ndarray) -> np.ndarray:
         s = sphere[nearest_alike(points, facing, normals, tree)]
         projected = places(s)
-        away = np.linalg.norm(points - projected, axis=1)
+        distance_now = np.linalg.norm(points - projected, axis=1)
         for _ in range(NEWTON_STEPS):
-            tried = _closer(places, s, points - projected)
-            moved = places(tried)
-            distance = np.linalg.norm(points - moved, axis=1)
-            better = distance < away
-            s, projected = np.where(better[:, None], tried, s), np.where(better[:, None], moved, projected)
-            away = np.minimum(distance, away)
+            next_s = _closer(places, s, points - projected)
+            next_points = places(next_s)
+            distance_next = np.linalg.norm(points - next_points, axis=1)
+            better = distance_next < distance_now
+            s, projected = np.where(better[:, None], next_s, s), np.where(better[:, None], next_points, projected)
+            distance_now = np.minimum(distance_next, distance_now)
         return projected
 
     return onto
@@ -78,13 +78,13 @@ def onto_shape(shape: Shape, length_m: float) -> Onto:
 
 def _closer(places: Shape, s: np.ndarray, missing: np.ndarray) -> np.ndarray:
     """Return points (n, 3) of the sphere, a Gauss-Newton step from ``s`` to move images by ``missing`` (n, 3) [m]."""
-    other = np.where(np.abs(s[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    first = unit(np.cross(s, other))
-    axes = np.stack([first, np.cross(s, first)], axis=1)
-    ends = [unit(s[:, None] + sign * DIFFERENCE * axes).reshape(-1, 3) for sign in (1, -1)]
-    slopes = ((places(ends[0]) - places(ends[1])) / (2 * DIFFERENCE)).reshape(-1, 2, 3)
-    normal = slopes @ slopes.transpose(0, 2, 1)
-    step = np.linalg.solve(normal, slopes @ missing[:, :, None])[:, :, 0]
+    not_parallel = np.where(np.abs(s[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    tangent = unit(np.cross(s, not_parallel))
+    axes = np.stack([tangent, np.cross(s, tangent)], axis=1)
+    shifted = [unit(s[:, None] + sign * DIFFERENCE * axes).reshape(-1, 3) for sign in (1, -1)]
+    slopes = ((places(shifted[0]) - places(shifted[1])) / (2 * DIFFERENCE)).reshape(-1, 2, 3)
+    gram = slopes @ slopes.transpose(0, 2, 1)
+    step = np.linalg.solve(gram, slopes @ missing[:, :, None])[:, :, 0]
     step *= np.minimum(1.0, LONGEST / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300))
     return unit(s + np.einsum("nk,nki->ni", step, axes))
 
@@ -104,8 +104,8 @@ def _dense(shape: Shape, length_m: float) -> tuple[np.ndarray, np.ndarray, np.nd
 
 def _placed(points: np.ndarray, length_m: float) -> tuple[np.ndarray, float]:
     """Return the middle (3,) of the points' bounding box, and the factor that makes its longest side ``length_m``."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    return (low + high) / 2, length_m / (high - low).max()
+    lowest, highest = points.min(axis=0), points.max(axis=0)
+    return (lowest + highest) / 2, length_m / (highest - lowest).max()
 
 
 def liver(length_m: float) -> TetMesh:

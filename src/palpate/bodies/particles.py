@@ -56,10 +56,10 @@ class Particles(Mesh):
             return np.full(len(self.nodes), float(self.material.young_pa))
         volumes = TetMesh(self.nodes, self.tetrahedra).volumes
         corners, count = self.tetrahedra.ravel(), len(self.nodes)
-        stiff, around = (
-            np.bincount(corners, np.repeat(w, 4), count) for w in (volumes * self.regions.young_pa, volumes)
+        stiffness_sum, volume_sum = (
+            np.bincount(corners, np.repeat(weights, 4), count) for weights in (volumes * self.regions.young_pa, volumes)
         )
-        return stiff / around
+        return stiffness_sum / volume_sum
 
     def refuse_regions(self, what: str) -> None:
         """Raise InputError if the elements differ in stiffness; what : begins the reason, such as "springs have"."""
@@ -89,19 +89,19 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
         return Particles(body.name, mesh.nodes, masses, held, *cells, body.material, mesh.thickness_m)
     regions = None if body.regions is None else body.tissue(level)
     densities = None if body.densities is None else body.densities[level]
-    whole = solid_particles(mesh, held, body.material, body.name, body.bed, regions, densities)
+    solid = solid_particles(mesh, held, body.material, body.name, body.bed, regions, densities)
     if not surface:
-        return replace(whole, body=body.up_to(level % len(body.levels)))
+        return replace(solid, body=body.up_to(level % len(body.levels)))
     if regions is not None:
         raise InputError(f"scene of {body.name}: a surface has no inside that could have regions; leave surface out.")
-    kept = mesh.surface
-    triangles = np.searchsorted(kept, mesh.triangles)
-    areas = mesh.areas[kept]
+    surface_nodes = mesh.surface
+    triangles = np.searchsorted(surface_nodes, mesh.triangles)
+    areas = mesh.areas[surface_nodes]
     return Particles(
         body.name,
-        np.ascontiguousarray(mesh.nodes[kept]),
-        whole.masses.sum() * areas / areas.sum(),
-        np.searchsorted(kept, np.intersect1d(held, kept)),
+        np.ascontiguousarray(mesh.nodes[surface_nodes]),
+        solid.masses.sum() * areas / areas.sum(),
+        np.searchsorted(surface_nodes, np.intersect1d(held, surface_nodes)),
         triangles,
         np.empty((0, 4), dtype=np.int64),
         body.material,
@@ -143,21 +143,21 @@ def merge_particles(parts: list[Particles], shifts: Sequence[Sequence[float]], p
     )
 
 
-def _check_alike(first: Particles, part: Particles, place: str) -> None:
+def _check_alike(one: Particles, other: Particles, place: str) -> None:
     """Raise InputError unless two bodies can be particles of one scene."""
-    if first.material.law != part.material.law:
+    if one.material.law != other.material.law:
         raise InputError(
-            f"{place}: {first.name} has law {first.material.law} and {part.name} {part.material.law}; "
+            f"{place}: {one.name} has law {one.material.law} and {other.name} {other.material.law}; "
             "bodies of one scene must have the same law: make them equal."
         )
-    solid = len(first.tetrahedra) > 0 and len(part.tetrahedra) > 0
-    compared = [("thickness_m", first.thickness_m, part.thickness_m)]
+    solid = len(one.tetrahedra) > 0 and len(other.tetrahedra) > 0
+    to_compare = [("thickness_m", one.thickness_m, other.thickness_m)]
     if not solid:
-        compared += [(name, getattr(first.material, name), getattr(part.material, name)) for name in STIFFNESS]
-    for name, of_first, of_part in compared:
+        to_compare += [(name, getattr(one.material, name), getattr(other.material, name)) for name in STIFFNESS]
+    for name, of_first, of_part in to_compare:
         if of_first != of_part:
             raise InputError(
-                f"{place}: {first.name} has {name} {of_first:g} and {part.name} {of_part:g}; "
+                f"{place}: {one.name} has {name} {of_first:g} and {other.name} {of_part:g}; "
                 "sheets and surfaces of one scene must have the same stiffness and thickness: make them equal."
             )
 

@@ -33,17 +33,17 @@ def refine(mesh: Mesh) -> tuple[TetMesh, sparse.csr_array]:
     Returns the finer mesh, whose first nodes are those of ``mesh`` and whose others are edge midpoints in
     lexicographic edge order, and the prolongation, (n_fine, n_coarse): linear interpolation of nodal values.
     """
-    ends, ten = mesh.edges, ten_nodes(mesh)
-    nodes = np.vstack([mesh.nodes, mesh.nodes[ends].mean(axis=1)])
+    edges, ten = mesh.edges, ten_nodes(mesh)
+    nodes = np.vstack([mesh.nodes, mesh.nodes[edges].mean(axis=1)])
 
-    p, q = np.transpose(_DIAGONALS)
-    lengths = np.linalg.norm(nodes[ten[:, p]] - nodes[ten[:, q]], axis=2)
+    starts, ends = np.transpose(_DIAGONALS)
+    lengths = np.linalg.norm(nodes[ten[:, starts]] - nodes[ten[:, ends]], axis=2)
     # a relative margin keeps ties (regular meshes) from being decided by rounding
-    choice = np.argmax(lengths <= lengths.min(axis=1, keepdims=True) * (1 + 1e-9), axis=1)
-    children = np.concatenate([np.broadcast_to(_CORNERS, (len(ten), 4, 4)), np.array(_AROUND)[choice]], axis=1)
+    shortest = np.argmax(lengths <= lengths.min(axis=1, keepdims=True) * (1 + 1e-9), axis=1)
+    children = np.concatenate([np.broadcast_to(_CORNERS, (len(ten), 4, 4)), np.array(_AROUND)[shortest]], axis=1)
     tetrahedra = np.take_along_axis(ten, children.reshape(len(ten), -1), axis=1).reshape(-1, 4)
 
-    return TetMesh(nodes, tetrahedra), halfway(len(mesh.nodes), ends)
+    return TetMesh(nodes, tetrahedra), halfway(len(mesh.nodes), edges)
 
 
 def halfway(n: int, ends: np.ndarray) -> sparse.csr_array:
@@ -156,17 +156,17 @@ def quadratic_prolongation(coarse: Mesh, fine: Mesh) -> sparse.csr_array:
     fine : the refinement of ``coarse``, whose n_fine nodes are the unknowns on ``coarse``; n_finer is the number of its
         nodes and edges
     """
-    n, elements, ten = len(fine.nodes), ten_nodes(fine), ten_nodes(coarse)
+    n, fine_ten, coarse_ten = len(fine.nodes), ten_nodes(fine), ten_nodes(coarse)
     parents = np.repeat(np.arange(len(coarse.tetrahedra)), 8)
-    places = np.argmax(ten[parents][:, None, :] == fine.tetrahedra[:, :, None], axis=2)
+    place_in_parent = np.argmax(coarse_ten[parents][:, None, :] == fine.tetrahedra[:, :, None], axis=2)
     # of the fine elements' corners, (m, 4, 4): barycentric coordinates in their parents
-    corners = np.vstack([np.eye(4), np.eye(4)[EDGES].mean(axis=1)])[places]
-    nodes, first = np.unique(elements[:, 4:], return_index=True)
-    middles = corners[:, EDGES].mean(axis=2).reshape(-1, 4)[first]
+    corners = np.vstack([np.eye(4), np.eye(4)[EDGES].mean(axis=1)])[place_in_parent]
+    nodes, first_entry = np.unique(fine_ten[:, 4:], return_index=True)
+    middles = corners[:, EDGES].mean(axis=2).reshape(-1, 4)[first_entry]
     values = shape_functions(middles)  # halves and quarters: zeros are exact
-    columns = ten[parents[first // 6]]
-    kept = values != 0.0
-    rows = np.concatenate([np.arange(n), np.broadcast_to(nodes[:, None], values.shape)[kept]])
-    columns = np.concatenate([np.arange(n), columns[kept]])
-    entries = np.concatenate([np.ones(n), values[kept]])
+    columns = coarse_ten[parents[first_entry // 6]]
+    nonzero = values != 0.0
+    rows = np.concatenate([np.arange(n), np.broadcast_to(nodes[:, None], values.shape)[nonzero]])
+    columns = np.concatenate([np.arange(n), columns[nonzero]])
+    entries = np.concatenate([np.ones(n), values[nonzero]])
     return sparse.csr_array((entries, (rows, columns)), shape=(n + len(nodes), n))

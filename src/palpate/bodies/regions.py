@@ -58,12 +58,12 @@ def read_regions(body: str, entry: Solid, mesh: TetMesh, base: Material, remeshe
         poisson = base.poisson if rule.poisson is None else rule.poisson
         materials.append(Material(rule.young_pa, poisson, rule.density_kg_m3 or base.density_kg_m3, base.law))
         inside = _inside(place, rule, entry)
-        shares = share_inside(mesh, inside) if inside else _tagged(place, rule, entry, mesh, remeshed)
-        free = (shares >= 0.5) & (region == 0)
-        _check_held(place, mesh, shares, free)
-        _check_shown(place.partition(".")[2], mesh, shares, inside)
-        region[free] = number
-    moduli = [each.young_pa for each in materials]
+        share_in_region = share_inside(mesh, inside) if inside else _tagged(place, rule, entry, mesh, remeshed)
+        chosen = (share_in_region >= 0.5) & (region == 0)
+        _check_held(place, mesh, share_in_region, chosen)
+        _check_shown(place.partition(".")[2], mesh, share_in_region, inside)
+        region[chosen] = number
+    moduli = [material.young_pa for material in materials]
     contrast = max(moduli) / min(moduli)
     if contrast > CONTRAST:
         warnings.warn(
@@ -102,11 +102,11 @@ def _tagged(place: str, rule: Region, entry: Solid, mesh: TetMesh, remeshed: boo
 
 def share_inside(mesh: TetMesh, inside: Inside) -> np.ndarray:
     """Compute the share (n_tetrahedra,) of 64 parts of each tetrahedron whose middles are inside."""
-    parts = _middles()
+    part_middles = _middles()
     shares = np.empty(len(mesh.tetrahedra))
     for begin in range(0, len(shares), AT_ONCE):
         corners = mesh.nodes[mesh.tetrahedra[begin : begin + AT_ONCE]]
-        points = np.einsum("pa,eai->epi", parts, corners)
+        points = np.einsum("pa,eai->epi", part_middles, corners)
         shares[begin : begin + AT_ONCE] = inside(points.reshape(-1, 3)).reshape(len(corners), -1).mean(axis=1)
     return shares
 
@@ -147,8 +147,8 @@ def _check_shown(name: str, mesh: TetMesh, shares: np.ndarray, inside: Inside | 
             stacklevel=5,
         )
     count = np.isin(mesh.surface, mesh.tetrahedra[chosen]).sum()
-    grid = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
-    on_surface = np.einsum("pa,tai->tpi", grid, mesh.nodes[mesh.triangles]).reshape(-1, 3)
+    barycentric = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
+    on_surface = np.einsum("pa,tai->tpi", barycentric, mesh.nodes[mesh.triangles]).reshape(-1, 3)
     if inside is not None and count and not inside(on_surface).any():
         warnings.warn(
             f"tetrahedra of {name} have {count} nodes on the body's surface, which what is asked does not reach, so "

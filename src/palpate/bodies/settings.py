@@ -348,10 +348,10 @@ def check_body(place: str, body: Body, folder: Path) -> None:
                 raise InputError(
                     f"{place}.regions.{name} needs exactly one of tag, sphere and label; give one of them."
                 )
-    papers = body.paper_surface if isinstance(body, Compared) else None
-    if papers is not None and len(papers) != levels:
+    paper_rows = body.paper_surface if isinstance(body, Compared) else None
+    if paper_rows is not None and len(paper_rows) != levels:
         raise InputError(
-            f"{place}.paper_surface has {len(papers)} entries; give one for each of the {levels} levels, or null."
+            f"{place}.paper_surface has {len(paper_rows)} entries; give one for each of the {levels} levels, or null."
         )
     if not isinstance(body, Ct):
         return
@@ -366,9 +366,9 @@ def check_body(place: str, body: Body, folder: Path) -> None:
 
 def _check_samples(place: str, body: Solid) -> None:
     """Raise InputError unless whole contacts can be held out, and there is a fine mesh, of a body that is sampled."""
-    given = {"magnitudes": body.magnitudes, "train": body.train, "test": body.test}
-    missing = [name for name, value in given.items() if value is None]
-    if 0 < len(missing) < len(given):
+    sample_keys = {"magnitudes": body.magnitudes, "train": body.train, "test": body.test}
+    missing = [name for name, value in sample_keys.items() if value is None]
+    if 0 < len(missing) < len(sample_keys):
         raise InputError(
             f"{place} lacks {missing[0]}; give magnitudes, train and test together, "
             "or none of them for a body that only scenes use."

@@ -20,9 +20,9 @@ def nest_sheet(body: Body, count: int) -> Body:
     divisions = _divisions(given)
     if any(number % 2 for number in divisions):
         return body
-    half = sheet(list(np.ptp(given.nodes, axis=0)[:2]), [number // 2 for number in divisions], given.thickness_m)
-    near = cKDTree(given.nodes).query(half.nodes)[1]
-    levels, prolongations, anchors = [half], [], [np.flatnonzero(np.isin(near, body.anchors[0]))]
+    coarsest = sheet(list(np.ptp(given.nodes, axis=0)[:2]), [number // 2 for number in divisions], given.thickness_m)
+    nearest_given = cKDTree(given.nodes).query(coarsest.nodes)[1]
+    levels, prolongations, anchors = [coarsest], [], [np.flatnonzero(np.isin(nearest_given, body.anchors[0]))]
     for number in range(count):
         finer, prolongation = refine_sheet(levels[-1])
         if number:
@@ -40,12 +40,12 @@ def refine_sheet(coarse: Sheet) -> tuple[Sheet, sparse.csr_array]:
 
     A finer lattice has its nodes where the coarse one has nodes and middles of edges, diagonals included.
     """
-    ends = coarse.edges
-    nodes = np.vstack([coarse.nodes, coarse.nodes[ends].mean(axis=1)])
+    edges = coarse.edges
+    nodes = np.vstack([coarse.nodes, coarse.nodes[edges].mean(axis=1)])
     divisions = [2 * number for number in _divisions(coarse)]
     lattice = sheet(list(np.ptp(coarse.nodes, axis=0)[:2]), divisions, coarse.thickness_m)
     triangles = cKDTree(nodes).query(lattice.nodes)[1][lattice.triangles]
-    return Sheet(nodes, np.ascontiguousarray(triangles), coarse.thickness_m), halfway(len(coarse.nodes), ends)
+    return Sheet(nodes, np.ascontiguousarray(triangles), coarse.thickness_m), halfway(len(coarse.nodes), edges)
 
 
 def _divisions(lattice: Sheet) -> list[int]:

@@ -19,10 +19,10 @@ def cut_lattice(divisions: list[int]) -> tuple[np.ndarray, np.ndarray]:
     d, counts = len(divisions), np.array(divisions)
     points = np.stack(np.meshgrid(*(np.arange(c + 1) for c in divisions), indexing="ij"), axis=-1).reshape(-1, d)
     cells = points[(points < counts).all(axis=1)]
-    even, step = cells + cells % 2, 1 - 2 * (cells % 2)
+    even_corners, to_odd = cells + cells % 2, 1 - 2 * (cells % 2)
     axes = np.eye(d, dtype=np.int64)
     paths = np.array([np.cumsum([0 * axes[0], *axes[list(order)]], axis=0) for order in permutations(range(d))])
-    corners = even[:, None, None] + step[:, None, None] * paths
+    corners = even_corners[:, None, None] + to_odd[:, None, None] * paths
     strides = np.append(np.cumprod((counts + 1)[:0:-1])[::-1], 1)
     return points, (corners @ strides).reshape(-1, d + 1)
 
@@ -66,11 +66,11 @@ def cylinder(length_m: float, radius_m: float) -> TetMesh:
     nodes[:, :2] = np.tile(radius_m * disc, (LAYERS, 1))
     nodes[:, 2] = np.repeat(heights, n)
 
-    low = np.take_along_axis(triangles, np.argsort(colours[triangles], axis=1), axis=1)
-    a, b, c = low.T
-    cut = np.stack([[a, b, c, c + n], [a, b, b + n, c + n], [a, a + n, b + n, c + n]]).transpose(2, 0, 1)
+    by_colour = np.take_along_axis(triangles, np.argsort(colours[triangles], axis=1), axis=1)
+    a, b, c = by_colour.T
+    of_prism = np.stack([[a, b, c, c + n], [a, b, b + n, c + n], [a, a + n, b + n, c + n]]).transpose(2, 0, 1)
     layers = n * np.arange(LAYERS - 1)[:, None, None, None]
-    tetrahedra = (cut[None] + layers).reshape(-1, 4)
+    tetrahedra = (of_prism[None] + layers).reshape(-1, 4)
     inverted = TetMesh(nodes, tetrahedra).volumes < 0
     tetrahedra[inverted] = tetrahedra[inverted][:, [1, 0, 2, 3]]
     return TetMesh(nodes, tetrahedra)
@@ -82,9 +82,9 @@ def onto_cylinder(points: np.ndarray, facing: np.ndarray, radius_m: float) -> np
     facing : (n, 3), the outward normals where they are; those of the flat ends face along z and stay, and those of
         their rims, which face both ways, move within the plane of the end
     """
-    aside = np.linalg.norm(facing[:, :2], axis=1) > ASIDE
+    on_side = np.linalg.norm(facing[:, :2], axis=1) > ASIDE
     moved = points.copy()
-    moved[aside, :2] *= radius_m / np.linalg.norm(points[aside, :2], axis=1, keepdims=True)
+    moved[on_side, :2] *= radius_m / np.linalg.norm(points[on_side, :2], axis=1, keepdims=True)
     return moved
 
 
@@ -99,13 +99,13 @@ def _disc() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             corner = corner + ring * step
         angle = 2 * np.pi * np.arange(6 * ring) / (6 * ring)
         points.extend(ring / RINGS * np.column_stack([np.cos(angle), np.sin(angle)]))
-    number = {key: i for i, key in enumerate(lattice)}
+    number_of_place = {place: column for column, place in enumerate(lattice)}
     triangles = []
-    for (i, j), p in number.items():
-        for second, third in (((i + 1, j), (i, j + 1)), ((i + 1, j - 1), (i + 1, j))):
-            if second in number and third in number:
-                triangles.append((p, number[second], number[third]))
-    colours = np.array([(i - j) % 3 for i, j in lattice])
+    for (column, row), p in number_of_place.items():
+        for second, third in (((column + 1, row), (column, row + 1)), ((column + 1, row - 1), (column + 1, row))):
+            if second in number_of_place and third in number_of_place:
+                triangles.append((p, number_of_place[second], number_of_place[third]))
+    colours = np.array([(column - row) % 3 for column, row in lattice])
     return np.array(points), np.array(triangles), colours
 
 
@@ -118,6 +118,6 @@ def sheet(sizes_m: list[float], divisions: list[int], thickness_m: float) -> She
     points, triangles = cut_lattice(divisions)
     nodes = np.zeros((len(points), 3))
     nodes[:, :2] = points / np.array(divisions) * np.array(sizes_m, dtype=float)
-    back = area_normals(nodes, triangles)[:, 2] < 0
-    triangles[back] = triangles[back][:, ::-1]
+    facing_down = area_normals(nodes, triangles)[:, 2] < 0
+    triangles[facing_down] = triangles[facing_down][:, ::-1]
     return Sheet(nodes, triangles, float(thickness_m))

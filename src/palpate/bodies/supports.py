@@ -37,16 +37,16 @@ class Bed:
         return replace(self, center_m=self.center_m + shift)
 
     def faces(self, nodes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-        """Return which of a body's ``triangles`` (m, 3) on ``nodes`` (n, 3) [m] face as the bed asks, (m,) bool."""
+        """Return which ``triangles`` (m, 3) on ``nodes`` (n, 3) [m] have springs by ``facing``, (m,) bool."""
         if self.facing is None:
             return np.ones(len(triangles), dtype=bool)
         corners, normals = nodes[triangles], area_normals(nodes, triangles)
-        heights, flat = corners @ self.facing, corners @ np.linalg.svd(self.facing[None])[2][1:].T
+        heights, in_plane = corners @ self.facing, corners @ np.linalg.svd(self.facing[None])[2][1:].T
         faces = normals @ self.facing >= FACING * np.linalg.norm(normals, axis=1)
-        facing, back = np.flatnonzero(faces), np.flatnonzero(normals @ self.facing < 0)
-        place, above, weights = within(flat[facing].mean(axis=1), flat[back])
-        rise = (weights * heights[back[above]]).sum(axis=1) - heights[facing[place]].mean(axis=1)
-        hidden = (weights.min(axis=1) >= 0) & (rise > -TOUCHING * np.ptp(heights))
+        facing, facing_back = np.flatnonzero(faces), np.flatnonzero(normals @ self.facing < 0)
+        place, back_above, weights = within(in_plane[facing].mean(axis=1), in_plane[facing_back])
+        height_above = (weights * heights[facing_back[back_above]]).sum(axis=1) - heights[facing[place]].mean(axis=1)
+        hidden = (weights.min(axis=1) >= 0) & (height_above > -TOUCHING * np.ptp(heights))
         faces[facing[place[hidden]]] = False
         return faces
 
@@ -91,13 +91,13 @@ def choose_anchors(body: str, rule: Anchors | None, mesh: Mesh, bed: Bed | None 
     usually hangs by an edge or a corner, and is used only in scenes, where bodies have mass.
     """
     if rule is None:
-        free = np.empty(0, dtype=np.int64)
+        none_held = np.empty(0, dtype=np.int64)
         if bed is not None:
-            _check_pieces(body, free, mesh, bed)
-        return free
+            _check_pieces(body, none_held, mesh, bed)
+        return none_held
     held, kind = _held(body, rule, mesh)
-    free = np.setdiff1d(mesh.surface, held)
-    if not len(free):
+    none_held = np.setdiff1d(mesh.surface, held)
+    if not len(none_held):
         raise InputError(
             f"body {body}: anchors.{kind} holds every node of the surface, so nothing can be pressed; hold fewer: "
             f"the body is {' × '.join(f'{side:.3g}' for side in np.ptp(mesh.nodes, axis=0))} m."
@@ -127,13 +127,13 @@ def default_anchors(body: str, mesh: Mesh) -> Anchors:
 def _held(body: str, rule: Anchors, mesh: Mesh) -> tuple[np.ndarray, str]:
     """Return the nodes that one rule holds, increasing, and the rule's name."""
     if rule.several is not None:
-        kind, held = "several", np.concatenate([_held(body, one, mesh)[0] for one in rule.several])
+        kind, held = "several", np.concatenate([_held(body, single, mesh)[0] for single in rule.several])
     elif rule.plane is not None:
         along = mesh.nodes[:, "xyz".index(rule.plane.axis)] * (1 if rule.plane.side == "min" else -1)
         kind, held = "plane", np.flatnonzero(along - along.min() <= rule.plane.depth_m)
     elif rule.sphere is not None:
-        away = np.linalg.norm(mesh.nodes - np.asarray(rule.sphere.center_m, dtype=float), axis=1)
-        kind, held = "sphere", np.flatnonzero(away <= rule.sphere.radius_m)
+        distance = np.linalg.norm(mesh.nodes - np.asarray(rule.sphere.center_m, dtype=float), axis=1)
+        kind, held = "sphere", np.flatnonzero(distance <= rule.sphere.radius_m)
     else:
         kind, held = "nodes", np.array(rule.nodes, dtype=np.int64)
         if (missing := held[held >= len(mesh.nodes)]).size:

@@ -53,15 +53,15 @@ def vtk_errors() -> Iterator[None]:
     finally:
         vtkLogger.SetStderrVerbosity(level)
     if caught.error_events:
-        said = caught.error_events[0].alert.partition(" for file")[0].strip(" .:")
-        raise ValueError(said if said.isascii() and said.isprintable() else "VTK cannot read it")
+        reason = caught.error_events[0].alert.partition(" for file")[0].strip(" .:")
+        raise ValueError(reason if reason.isascii() and reason.isprintable() else "VTK cannot read it")
 
 
 def check_content(kind: str, data: bytes) -> None:
     """Raise ValueError if a file's content is of another kind than its suffix, ``kind``, says, or is empty."""
-    for signature, what in SIGNATURES.items():
+    for signature, kind_found in SIGNATURES.items():
         if data[: len(signature)].lower() == signature.lower():
-            raise ValueError(f"it holds {what} and no mesh; give the file of the mesh, or unpack or export it")
+            raise ValueError(f"it holds {kind_found} and no mesh; give the file of the mesh, or unpack or export it")
     if data.startswith(b"version https://git-lfs"):
         raise ValueError("it holds a pointer of Git LFS in place of the mesh; get the mesh with git lfs pull")
     if not data.strip():
@@ -88,8 +88,8 @@ def read_surface(kind: str, data: bytes) -> tuple[np.ndarray, np.ndarray]:
     import pyvista
 
     with vtk_errors():
-        cut = pyvista.PolyData(points, np.insert(corners, np.cumsum(counts) - counts, counts)).triangulate()
-    return points, cut.regular_faces.astype(np.int64)
+        triangulated = pyvista.PolyData(points, np.insert(corners, np.cumsum(counts) - counts, counts)).triangulate()
+    return points, triangulated.regular_faces.astype(np.int64)
 
 
 _STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -97,12 +97,13 @@ _FACET = re.compile(rb"outer\s+loop" + 3 * rb"\s+vertex\s+(\S+)\s+(\S+)\s+(\S+)"
 
 
 def _read_stl(data: bytes) -> Polygons:
+    """Read an STL file, text or binary: the corners (3 m, 3) of m triangles, and their numbers for each triangle."""
     text = data.lower()
     # trap: the header of a binary one may begin with "solid", too
-    named = text.lstrip().startswith(b"solid")
-    if _is_whole_binary_stl(data) or b"\0" in data[:1000] or not (named or data.isascii()):
+    begins_with_solid = text.lstrip().startswith(b"solid")
+    if _is_whole_binary_stl(data) or b"\0" in data[:1000] or not (begins_with_solid or data.isascii()):
         corners = _binary_stl(data)
-    elif not named:
+    elif not begins_with_solid:
         raise ValueError("it holds a text that does not begin with solid, and so is no STL file; give that of the mesh")
     elif not text.rstrip().splitlines()[-1].strip().startswith(b"endsolid"):
         raise ValueError(CUT.format("its last line is not endsolid"))
@@ -118,32 +119,34 @@ def _is_whole_binary_stl(data: bytes) -> bool:
     """Test whether data are binary STL of the announced length, or several of them joined."""
     if len(data) < 84:
         return False
-    more = len(data) - 84 - 50 * int(np.frombuffer(data, "<u4", 1, 80)[0])
-    return more == 0 or (84 < more < len(data) - 84 and _is_whole_binary_stl(data[-more:]))
+    bytes_after = len(data) - 84 - 50 * int(np.frombuffer(data, "<u4", 1, 80)[0])
+    return bytes_after == 0 or (84 < bytes_after < len(data) - 84 and _is_whole_binary_stl(data[-bytes_after:]))
 
 
 def _binary_stl(data: bytes) -> np.ndarray:
+    """Read the corners (3 m, 3) of the m triangles of a binary STL file, or of several that are joined."""
     if len(data) < 84:
         raise ValueError(CUT.format(f"its {len(data)} bytes do not hold even the header of a binary STL file"))
-    announced, there = int(np.frombuffer(data, "<u4", 1, 80)[0]), (len(data) - 84) // 50
+    announced, present = int(np.frombuffer(data, "<u4", 1, 80)[0]), (len(data) - 84) // 50
     # some programs announce no triangles, or append data of their own
-    triangles = np.frombuffer(data, _STL, min(announced or there, there), 84)
-    if announced > there:
+    triangles = np.frombuffer(data, _STL, min(announced or present, present), 84)
+    if announced > present:
         if not (np.abs(triangles["normal"]) < NO_NORMAL).all():
             raise ValueError("it holds neither the text nor the triangles of an STL file; give that of the mesh")
-        raise ValueError(CUT.format(f"its header announces {announced} triangles and {there} are there"))
+        raise ValueError(CUT.format(f"its header announces {announced} triangles and {present} are there"))
     corners = triangles["corners"].reshape(-1, 3).astype(float)
-    rest = data[84 + 50 * len(triangles) :]
-    if _is_whole_binary_stl(rest):
-        return np.vstack([corners, _binary_stl(rest)])
-    if len(rest) > 84:
+    after = data[84 + 50 * len(triangles) :]
+    if _is_whole_binary_stl(after):
+        return np.vstack([corners, _binary_stl(after)])
+    if len(after) > 84:
         warnings.warn(
-            f"{len(rest)} bytes after the {len(triangles)} triangles of an STL file are left out.", stacklevel=2
+            f"{len(after)} bytes after the {len(triangles)} triangles of an STL file are left out.", stacklevel=2
         )
     return corners
 
 
 def _read_obj(data: bytes) -> Polygons:
+    """Read points and polygons of an OBJ file, whose faces count points from 1, or backwards if they are negative."""
     points: list[list[bytes]] = []
     faces: list[list[int]] = []
     words: list[bytes] = []
@@ -152,8 +155,8 @@ def _read_obj(data: bytes) -> Polygons:
         if words[:1] == [b"v"]:
             points.append(words[1:4])
         elif words[:1] == [b"f"]:
-            ends = [int(word.partition(b"/")[0]) for word in words[1:]]
-            faces.append([end - 1 if end > 0 else end + len(points) for end in ends])
+            numbers = [int(word.partition(b"/")[0]) for word in words[1:]]
+            faces.append([number - 1 if number > 0 else number + len(points) for number in numbers])
     if words[:1] in ([b"v"], [b"f"]) and len(words) < 4:
         raise ValueError(CUT.format(f"its last line is {b' '.join(words).decode('latin-1')!r}"))
     if points and not faces:
@@ -185,6 +188,7 @@ _PLY_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">
 
 
 def _read_ply(data: bytes) -> Polygons:
+    """Read the vertices and faces of a PLY file, text or binary, in the order and types that its header announces."""
     head, marker, body = data.partition(b"end_header")
     if not head.startswith(b"ply"):
         raise ValueError("it does not start like a PLY file")

@@ -54,21 +54,21 @@ def ball_points(
     Gauss points on the edge and along the rays are exact; those on an arc, of at most 90°, are right to 1e-13.
     """
     normal = corner_normals(corners)
-    twice = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = normal / twice
-    height = ((center - corners[:, 0]) * normal).sum(axis=1, keepdims=True)
-    middle = center - height * normal
-    squared = np.clip(radius**2 - height**2, 0.0, None)
-    rim, swept = _rim(corners - middle[:, None], normal, squared, degree)
+    doubled_area = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = normal / doubled_area
+    plane_offset = ((center - corners[:, 0]) * normal).sum(axis=1, keepdims=True)
+    circle_center = center - plane_offset * normal
+    circle_radius_2 = np.clip(radius**2 - plane_offset**2, 0.0, None)
+    rim, swept = _rim(corners - circle_center[:, None], normal, circle_radius_2, degree)
 
-    rays, weights = _gauss(degree + 1)
-    points = (rays[:, None] * rim[:, :, None, :]).reshape(len(corners), -1, 3)
-    distance = (height**2 + (points**2).sum(axis=-1)) / radius**2
-    following, last = np.roll(corners, -1, axis=1), np.roll(corners, 1, axis=1)
-    slopes = np.cross(normal[:, None], last - following) / twice[:, None]
-    at_middle = np.einsum("mai,mai->ma", slopes, middle[:, None] - following)
-    barycentric = points @ slopes.transpose(0, 2, 1) + at_middle[:, None]
-    return barycentric, (swept[..., None] * (rays * weights)).reshape(len(corners), -1), distance
+    ray_shares, weights = _gauss(degree + 1)
+    points = (ray_shares[:, None] * rim[:, :, None, :]).reshape(len(corners), -1, 3)
+    distance = (plane_offset**2 + (points**2).sum(axis=-1)) / radius**2
+    next_corners, previous_corners = np.roll(corners, -1, axis=1), np.roll(corners, 1, axis=1)
+    slopes = np.cross(normal[:, None], previous_corners - next_corners) / doubled_area[:, None]
+    at_center = np.einsum("mai,mai->ma", slopes, circle_center[:, None] - next_corners)
+    barycentric = points @ slopes.transpose(0, 2, 1) + at_center[:, None]
+    return barycentric, (swept[..., None] * (ray_shares * weights)).reshape(len(corners), -1), distance
 
 
 def _rim(corners: np.ndarray, normal: np.ndarray, squared: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
@@ -76,40 +76,40 @@ def _rim(corners: np.ndarray, normal: np.ndarray, squared: np.ndarray, degree: i
 
     corners : (m, 3, 3), seen from the circle's middle; normal : (m, 3); squared : (m, 1) square of its radius
     """
-    along = np.roll(corners, -1, axis=1) - corners
-    length = (along**2).sum(axis=2)
-    nearest = -(corners * along).sum(axis=2) / length
-    off = ((corners + nearest[..., None] * along) ** 2).sum(axis=2)
-    half = np.sqrt(np.clip(squared - off, 0.0, None) / length)
-    cuts = [np.zeros_like(half), *np.clip([nearest - half, nearest + half], 0.0, 1.0), np.ones_like(half)]
-    ends = [corners + cut[..., None] * along for cut in cuts]
+    edges = np.roll(corners, -1, axis=1) - corners
+    length = (edges**2).sum(axis=2)
+    foot = -(corners * edges).sum(axis=2) / length
+    line_distance_2 = ((corners + foot[..., None] * edges) ** 2).sum(axis=2)
+    half = np.sqrt(np.clip(squared - line_distance_2, 0.0, None) / length)
+    shares = [np.zeros_like(half), *np.clip([foot - half, foot + half], 0.0, 1.0), np.ones_like(half)]
+    ends = [corners + share[..., None] * edges for share in shares]
     upward = np.broadcast_to(normal[:, None], corners.shape)
-    parts = [
+    swept_parts = [
         _arc(ends[0], ends[1], upward, squared, degree),
         _chord(ends[1], ends[2], upward, degree),
         _arc(ends[2], ends[3], upward, squared, degree),
     ]
-    rim, swept = (np.concatenate(each, axis=2) for each in zip(*parts, strict=True))
+    rim, swept = (np.concatenate(each, axis=2) for each in zip(*swept_parts, strict=True))
     return rim.reshape(len(corners), -1, 3), swept.reshape(len(corners), -1)
 
 
-def _chord(first: np.ndarray, last: np.ndarray, upward: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, 3, k, 3) on the segments from ``first`` to ``last``, and the doubled area that each sweeps."""
+def _chord(begin: np.ndarray, end: np.ndarray, upward: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (m, 3, k, 3) on the segments from ``begin`` to ``end``, and the doubled area that each sweeps."""
     places, weights = _gauss(degree)
-    area = (np.cross(first, last) * upward).sum(axis=2)
-    return first[:, :, None] + places[:, None] * (last - first)[:, :, None], area[..., None] * weights
+    area = (np.cross(begin, end) * upward).sum(axis=2)
+    return begin[:, :, None] + places[:, None] * (end - begin)[:, :, None], area[..., None] * weights
 
 
 def _arc(
-    first: np.ndarray, last: np.ndarray, upward: np.ndarray, squared: np.ndarray, degree: int
+    begin: np.ndarray, end: np.ndarray, upward: np.ndarray, squared: np.ndarray, degree: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (m, 3, k, 3) on the arcs between the rays to ``first`` and ``last``, and their doubled areas."""
+    """Return points (m, 3, k, 3) on the arcs between the rays to ``begin`` and ``end``, and their doubled areas."""
     places, weights = _gauss(2 * degree + 12)
-    angle = np.arctan2((np.cross(first, last) * upward).sum(axis=2), (first * last).sum(axis=2))
-    lengths = np.linalg.norm(first, axis=2, keepdims=True)
-    ray = np.divide(first, lengths, out=np.zeros_like(first), where=lengths > 0.0) * np.sqrt(squared)[..., None]
-    turned = (angle[..., None] * places)[..., None]
-    points = np.cos(turned) * ray[:, :, None] + np.sin(turned) * np.cross(upward, ray)[:, :, None]
+    angle = np.arctan2((np.cross(begin, end) * upward).sum(axis=2), (begin * end).sum(axis=2))
+    lengths = np.linalg.norm(begin, axis=2, keepdims=True)
+    start = np.divide(begin, lengths, out=np.zeros_like(begin), where=lengths > 0.0) * np.sqrt(squared)[..., None]
+    angles = (angle[..., None] * places)[..., None]
+    points = np.cos(angles) * start[:, :, None] + np.sin(angles) * np.cross(upward, start)[:, :, None]
     return points, (angle * squared)[..., None] * weights
 
 
@@ -129,11 +129,11 @@ def enclosed_volume(mesh: Mesh, x: np.ndarray) -> float:
     if len(x) == len(mesh.nodes):
         return float(np.linalg.det(x[corners]).sum()) / 6.0
     places = x[np.hstack([corners, midpoints(mesh, corners)])]
-    volume, rule = 0.0, list(zip(*_gauss(4), strict=True))
-    for u, by_u in rule:
-        for v, by_v in rule:
+    volume, gauss = 0.0, list(zip(*_gauss(4), strict=True))
+    for u, by_u in gauss:
+        for v, by_v in gauss:
             at = np.array([[1.0 - u - v * (1.0 - u), u, v * (1.0 - u)]])
-            along = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]) @ quadratic_gradients(at, EDGES)[0].T
-            point, first, last = (np.einsum("a,mai->mi", each, places) for each in (*triangle_shapes(at, 2), *along))
-            volume += by_u * by_v * (1.0 - u) * float(np.vdot(point, np.cross(first, last)))
+            rates = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]) @ quadratic_gradients(at, EDGES)[0].T
+            point, du, dv = (np.einsum("a,mai->mi", each, places) for each in (*triangle_shapes(at, 2), *rates))
+            volume += by_u * by_v * (1.0 - u) * float(np.vdot(point, np.cross(du, dv)))
     return volume / 3.0

@@ -12,18 +12,18 @@ from scipy import sparse
 
 
 @numba.njit(cache=True)
-def _build(nodes, first, places, n_nodes):
+def _build(nodes, starts, places, n_nodes):
     """Return the pattern's ``indptr`` (n_nodes + 1,) and ``indices``, and the positions of all element blocks in it.
 
-    Element e has the nodes ``nodes[first[e] : first[e + 1]]``, and its blocks are numbers ``places[e]`` and following,
-    row by row. The first pass counts the blocks of each row; the second lists them and looks up those of elements.
+    Element e has nodes ``nodes[starts[e] : starts[e + 1]]``; its blocks, one for each pair of them, are numbered from
+    ``places[e]`` on, row by row. A first pass counts the blocks of each row; the second lists and looks them up.
     """
-    ends, elements = _around(nodes, first, n_nodes)
+    ends, elements = _around(nodes, starts, n_nodes)
     indptr, latest = np.zeros(n_nodes + 1, dtype=np.int32), np.full(n_nodes, -1, dtype=np.int32)
     for i in range(n_nodes):
         count, latest[i] = 1, i
         for e in elements[ends[i] : ends[i + 1]]:
-            for j in nodes[first[e] : first[e + 1]]:
+            for j in nodes[starts[e] : starts[e + 1]]:
                 if latest[j] != i:
                     latest[j] = i
                     count += 1
@@ -34,7 +34,7 @@ def _build(nodes, first, places, n_nodes):
         begin, end = indptr[i], indptr[i] + 1
         indices[begin], latest[i] = i, begin
         for e in elements[ends[i] : ends[i + 1]]:
-            for j in nodes[first[e] : first[e + 1]]:
+            for j in nodes[starts[e] : starts[e + 1]]:
                 if latest[j] < begin:
                     indices[end], latest[j] = j, end
                     end += 1
@@ -42,24 +42,24 @@ def _build(nodes, first, places, n_nodes):
         for k in range(begin, end):
             latest[indices[k]] = k
         for e in elements[ends[i] : ends[i + 1]]:
-            width = first[e + 1] - first[e]
+            width = starts[e + 1] - starts[e]
             for a in range(width):
-                if nodes[first[e] + a] == i:
+                if nodes[starts[e] + a] == i:
                     for b in range(width):
-                        slots[places[e] + a * width + b] = latest[nodes[first[e] + b]]
+                        slots[places[e] + a * width + b] = latest[nodes[starts[e] + b]]
     return indptr, indices, slots
 
 
 @numba.njit(cache=True)
-def _around(nodes, first, n_nodes):
-    """Return ``ends`` and ``elements``: those around node i are ``elements[ends[i] : ends[i + 1]]``."""
+def _around(nodes, starts, n_nodes):
+    """Return ``ends`` and ``elements``: those around node i are ``elements[ends[i] : ends[i + 1]]``; see ``_build``."""
     ends = np.zeros(n_nodes + 1, dtype=np.int64)
     for i in nodes:
         ends[i + 1] += 1
     ends = np.cumsum(ends)
     elements, filled = np.empty(len(nodes), dtype=np.int32), ends[:-1].copy()
-    for e in range(len(first) - 1):
-        for i in nodes[first[e] : first[e + 1]]:
+    for e in range(len(starts) - 1):
+        for i in nodes[starts[e] : starts[e + 1]]:
             elements[filled[i]] = e
             filled[i] += 1
     return ends, elements
@@ -87,8 +87,8 @@ class BlockPattern:
     def blocks(self, matrix: sparse.sparray) -> np.ndarray:
         """Return the blocks (n_blocks, 3, 3) of a sparse ``matrix`` (3n, 3n) all of whose blocks are in the pattern."""
         given = sparse.bsr_array(matrix, blocksize=(3, 3))
-        rows, own = (np.repeat(np.arange(self.size), np.diff(m.indptr)) for m in (given, self))
-        places = np.searchsorted(own * self.size + self.indices, rows * self.size + given.indices)
+        rows, pattern_rows = (np.repeat(np.arange(self.size), np.diff(blocks.indptr)) for blocks in (given, self))
+        places = np.searchsorted(pattern_rows * self.size + self.indices, rows * self.size + given.indices)
         values = np.zeros((len(self.indices), 3, 3))
         scatter(places, given.data, values)
         return values
@@ -113,11 +113,11 @@ def shared_pattern(couples: list[np.ndarray], n_nodes: int) -> BlockPattern:
         diagonal = np.arange(n_nodes, dtype=np.int32)
         return BlockPattern(np.arange(n_nodes + 1, dtype=np.int32), diagonal, diagonal, ())
     widths = np.repeat([kind.shape[1] for kind in couples], [len(kind) for kind in couples])
-    first, places = (np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64) for sizes in (widths, widths**2))
+    starts, places = (np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64) for sizes in (widths, widths**2))
     nodes = np.concatenate([kind.ravel() for kind in couples]).astype(np.int32)
-    indptr, indices, positions = _build(nodes, first, places, n_nodes)
-    parts = np.split(positions, np.cumsum([len(kind) * kind.shape[1] ** 2 for kind in couples])[:-1])
-    slots = tuple(p.reshape(-1, k.shape[1], k.shape[1]) for p, k in zip(parts, couples, strict=True))
+    indptr, indices, positions = _build(nodes, starts, places, n_nodes)
+    positions_of_kind = np.split(positions, np.cumsum([len(kind) * kind.shape[1] ** 2 for kind in couples])[:-1])
+    slots = tuple(p.reshape(-1, k.shape[1], k.shape[1]) for p, k in zip(positions_of_kind, couples, strict=True))
     rows = np.repeat(np.arange(n_nodes, dtype=np.int32), np.diff(indptr))
     return BlockPattern(indptr, indices, np.flatnonzero(rows == indices).astype(np.int32), slots)
 
@@ -129,12 +129,12 @@ def gather(parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]], n_nodes: int)
     """
     rows, columns, blocks = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     keys = np.where((rows < n_nodes) & (columns < n_nodes), rows * n_nodes + columns, n_nodes**2)
-    known, places = np.unique(keys, return_inverse=True)
-    values = np.zeros((len(known), 3, 3))
+    distinct_keys, places = np.unique(keys, return_inverse=True)
+    values = np.zeros((len(distinct_keys), 3, 3))
     scatter(places, blocks, values)
-    indptr = np.searchsorted(known, np.arange(n_nodes + 1) * n_nodes)
-    inside = known[: indptr[-1]]
-    return sparse.bsr_array((values[: len(inside)], inside % n_nodes, indptr), shape=(3 * n_nodes, 3 * n_nodes))
+    indptr = np.searchsorted(distinct_keys, np.arange(n_nodes + 1) * n_nodes)
+    kept_keys = distinct_keys[: indptr[-1]]
+    return sparse.bsr_array((values[: len(kept_keys)], kept_keys % n_nodes, indptr), shape=(3 * n_nodes, 3 * n_nodes))
 
 
 @numba.njit(cache=True)

@@ -159,18 +159,18 @@ def minimise_by_lbfgs(
         if descent.forces[-1] <= tolerance_n or len(descent.forces) > iterations or not callback(descent):
             return descent
         direction = _lbfgs_direction(solve, force, memory)
-        lower = line_search(problem, descent.x, energy, force, direction, shortest=1e-6)
-        if lower is None and memory:
+        lower_point = line_search(problem, descent.x, energy, force, direction, shortest=1e-6)
+        if lower_point is None and memory:
             memory.clear()
             direction = solve(force)
-            lower = line_search(problem, descent.x, energy, force, direction, shortest=1e-6)
-        if lower is None:
+            lower_point = line_search(problem, descent.x, energy, force, direction, shortest=1e-6)
+        if lower_point is None:
             return descent
-        descent.x, energy, length = lower
-        before, force = force, problem.force(descent.x)
-        step, change = length * direction, before - force
-        if (product := float(np.vdot(step, change))) > 0.0:
-            memory.append((step, change, 1.0 / product))
+        descent.x, energy, length = lower_point
+        old_force, force = force, problem.force(descent.x)
+        step, force_change = length * direction, old_force - force
+        if (curvature := float(np.vdot(step, force_change))) > 0.0:
+            memory.append((step, force_change, 1.0 / curvature))
         else:
             descent.convex = False
 
@@ -181,12 +181,12 @@ def _lbfgs_direction(solve: Product, force: np.ndarray, memory: Memory) -> np.nd
     The function daxpy adds multiples in place, without an array in between.
     """
     direction, factors = force.copy(), []
-    for step, change, inverse in reversed(memory):
-        factors.append(inverse * float(np.vdot(step, direction)))
-        daxpy(change.ravel(), direction.ravel(), a=-factors[-1])
+    for step, force_change, inverse_product in reversed(memory):
+        factors.append(inverse_product * float(np.vdot(step, direction)))
+        daxpy(force_change.ravel(), direction.ravel(), a=-factors[-1])
     direction = solve(direction)
-    for (step, change, inverse), factor in zip(memory, reversed(factors), strict=True):
-        daxpy(step.ravel(), direction.ravel(), a=factor - inverse * float(np.vdot(change, direction)))
+    for (step, force_change, inverse_product), factor in zip(memory, reversed(factors), strict=True):
+        daxpy(step.ravel(), direction.ravel(), a=factor - inverse_product * float(np.vdot(force_change, direction)))
     return direction
 
 
@@ -213,8 +213,8 @@ def minimise_by_newton(
     decrease any more, or if a value is not finite.
     """
     solution = solution or Solution(x)
-    solution.x, first = x, len(solution.history)
-    start = perf_counter() - (solution.seconds[-1] if first else 0.0)
+    solution.x, earlier_count = x, len(solution.history)
+    start = perf_counter() - (solution.seconds[-1] if earlier_count else 0.0)
     energy, stalled = problem.energy(x), 0
     # where the energy is infinite, the force need not exist
     force = problem.force(x) if np.isfinite(energy) else np.full_like(x, np.inf)
@@ -224,10 +224,10 @@ def minimise_by_newton(
         solution.seconds.append(perf_counter() - start)
         if residual <= tolerance:
             return solution
-        iterations = len(solution.history) - first - 1
+        iterations = len(solution.history) - earlier_count - 1
         continues = np.isfinite(residual) and iterations < max_iterations and stalled <= MAX_SHORT
-        accuracy = _linear_tolerance(solution.history[first:], tolerance)
-        step = _newton_step(problem, solution, energy, force, accuracy) if continues else None
+        linear_tolerance = _linear_tolerance(solution.history[earlier_count:], tolerance)
+        step = _newton_step(problem, solution, energy, force, linear_tolerance) if continues else None
         if step is None and residual * scale <= rounding_n:
             return solution
         if step is None:
@@ -242,7 +242,7 @@ def minimise_by_newton(
 
 
 def capped(problem: Problem, x: np.ndarray, scale: float, tolerance: float, iterations: int) -> Solution:
-    """Return where Newton's method gets from ``x`` in ``iterations`` at most; NotConverged if one of them fails."""
+    """Return where Newton's method gets from ``x`` in at most ``iterations``; NotConverged if an iteration fails."""
     solution = Solution(x)
     try:
         minimise_by_newton(problem, x, scale, tolerance, iterations, solution)
@@ -278,13 +278,13 @@ def _newton_step(
         # the clamped Hessian may be singular; the direction found before that shows is still one of descent
         if not positive and not (definite and direction.any()):
             continue
-        longest = limit(solution.x, direction) if limit else np.inf
-        lower = line_search(problem, solution.x, energy, force, direction, SHORTEST, definite, longest)
-        if lower is None:
+        longest_step = limit(solution.x, direction) if limit else np.inf
+        lower_point = line_search(problem, solution.x, energy, force, direction, SHORTEST, definite, longest_step)
+        if lower_point is None:
             continue
-        length = lower[2] / min(1.0, longest)
-        if best is None or lower[1] < best[1]:
-            best = lower[0], lower[1], length
+        length = lower_point[2] / min(1.0, longest_step)
+        if best is None or lower_point[1] < best[1]:
+            best = lower_point[0], lower_point[1], length
         if not limit or length > 0.5:
             break
     return best
@@ -315,17 +315,17 @@ def line_search(
     best: Candidate | None = None
     while shortest * min(1.0, longest) < step < min(1e9, longest * (1.0 + 1e-12)):
         candidate = x + step * direction
-        reached = problem.energy(candidate)
-        decreases = reached <= energy - 1e-4 * step * slope + noise
+        new_energy = problem.energy(candidate)
+        decreases = new_energy <= energy - 1e-4 * step * slope + noise
         if best is None:
             if not decreases:
                 step *= 0.5
                 continue
-            best = candidate, reached, step
+            best = candidate, new_energy, step
             if not grow or step < 1.0:
                 break
-        elif decreases and reached < best[1]:
-            best = candidate, reached, step
+        elif decreases and new_energy < best[1]:
+            best = candidate, new_energy, step
         else:
             break
         step *= 2.0

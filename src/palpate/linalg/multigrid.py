@@ -83,15 +83,15 @@ def _inverses(values, diagonal):
     """Return the inverses (n, 3, 3) of the blocks of ``values`` (n_blocks, 3, 3) at positions ``diagonal`` (n,)."""
     inverses = np.empty((len(diagonal), 3, 3))
     for n in range(len(diagonal)):
-        a, b = values[diagonal[n]], inverses[n]
+        block, inverse = values[diagonal[n]], inverses[n]
         for i in range(3):
             for j in range(3):  # the cofactor of entry j, i
                 k, m, p, q = (j + 1) % 3, (j + 2) % 3, (i + 1) % 3, (i + 2) % 3
-                b[i, j] = a[k, p] * a[m, q] - a[k, q] * a[m, p]
-        det = a[0, 0] * b[0, 0] + a[0, 1] * b[1, 0] + a[0, 2] * b[2, 0]
+                inverse[i, j] = block[k, p] * block[m, q] - block[k, q] * block[m, p]
+        det = block[0, 0] * inverse[0, 0] + block[0, 1] * inverse[1, 0] + block[0, 2] * inverse[2, 0]
         for i in range(3):
             for j in range(3):
-                b[i, j] /= det
+                inverse[i, j] /= det
     return inverses
 
 
@@ -124,12 +124,12 @@ def _backward(indptr, indices, lower, inverses, correction, upper, x):
     Blocks are read strictly backwards, so that the processor fetches them ahead.
     """
     n = np.uint64(len(x))
-    for before in range(n):
-        i = n - np.uint64(1) - before
-        last, count = indptr[i + 1] - np.uint32(1), indptr[i + 1] - indptr[i]
+    for done in range(n):
+        i = n - np.uint64(1) - done
+        last_block, count = indptr[i + 1] - np.uint32(1), indptr[i + 1] - indptr[i]
         y0, y1, y2 = 0.0, 0.0, 0.0
         for k in range(count):
-            j, m = indices[last - k], lower[last - k]
+            j, m = indices[last_block - k], lower[last_block - k]
             a, b, c = correction[j, 0], correction[j, 1], correction[j, 2]
             y0 += m[0, 0] * a + m[0, 1] * b + m[0, 2] * c
             y1 += m[1, 0] * a + m[1, 1] * b + m[1, 2] * c
@@ -138,7 +138,7 @@ def _backward(indptr, indices, lower, inverses, correction, upper, x):
         a, b, c = x[i, 0] - a, x[i, 1] - b, x[i, 2] - c
         x[i, 0], x[i, 1], x[i, 2] = a, b, c
         for k in range(count):
-            j, m = indices[last - k], lower[last - k]
+            j, m = indices[last_block - k], lower[last_block - k]
             upper[j, 0] += m[0, 0] * a + m[1, 0] * b + m[2, 0] * c
             upper[j, 1] += m[0, 1] * a + m[1, 1] * b + m[2, 1] * c
             upper[j, 2] += m[0, 2] * a + m[1, 2] * b + m[2, 2] * c
@@ -156,32 +156,32 @@ def _times(block, a, b, c):
 @numba.njit(cache=True)
 def _forward_sides(indptr, indices, lower, inverses, right, x, residual):
     """Do as ``_forward`` does for k right sides (n, 3, k)."""
-    left = np.empty(right.shape[1:])
+    total = np.empty(right.shape[1:])
     for i in range(len(right)):
-        _copy(-1.0, right[i], left)
+        _copy(-1.0, right[i], total)
         for k in range(indptr[i], indptr[i + 1]):
-            add_block(lower[k], x[indices[k]], left)
-        _copy(-1.0, left, left)
+            add_block(lower[k], x[indices[k]], total)
+        _copy(-1.0, total, total)
         x[i] = 0.0
-        add_block(inverses[i], left, x[i])
-        _copy(-1.0, x[i], left)
+        add_block(inverses[i], total, x[i])
+        _copy(-1.0, x[i], total)
         for k in range(indptr[i], indptr[i + 1]):
-            add_block(lower[k].T, left, residual[indices[k]])
+            add_block(lower[k].T, total, residual[indices[k]])
 
 
 @numba.njit(cache=True)
 def _backward_sides(indptr, indices, lower, inverses, correction, upper, x):
     """Do as ``_backward`` does for k right sides (n, 3, k)."""
-    left = np.empty(x.shape[1:])
+    total = np.empty(x.shape[1:])
     for i in range(len(x) - 1, -1, -1):
-        last, count = indptr[i + 1] - np.uint32(1), indptr[i + 1] - indptr[i]
-        _copy(1.0, upper[i], left)
+        last_block, count = indptr[i + 1] - np.uint32(1), indptr[i + 1] - indptr[i]
+        _copy(1.0, upper[i], total)
         for k in range(count):
-            add_block(lower[last - k], correction[indices[last - k]], left)
-        _copy(-1.0, left, left)
-        add_block(inverses[i], left, x[i])
+            add_block(lower[last_block - k], correction[indices[last_block - k]], total)
+        _copy(-1.0, total, total)
+        add_block(inverses[i], total, x[i])
         for k in range(count):
-            add_block(lower[last - k].T, x[i], upper[indices[last - k]])
+            add_block(lower[last_block - k].T, x[i], upper[indices[last_block - k]])
 
 
 @numba.njit(cache=True, inline="always")
@@ -213,7 +213,7 @@ class Multigrid:
     def update(self, stiffness: sparse.bsr_array) -> None:
         """Set the fine matrix, symmetric and with the identity's rows for held nodes; ValueError if it is singular."""
         values = self.galerkin(stiffness)
-        self._sweeps = [Sweeps(where, own) for where, own in zip(self._triangles, values[1:], strict=True)]
+        self._sweeps = [Sweeps(triangle, blocks) for triangle, blocks in zip(self._triangles, values[1:], strict=True)]
         self._bottom = Factor(self.patterns[0].matrix(values[0]))
 
     def galerkin(self, stiffness: sparse.bsr_array) -> list[np.ndarray]:
@@ -233,6 +233,7 @@ class Multigrid:
         return self._cycle(len(self.patterns) - 1, right)
 
     def _cycle(self, level: int, right: np.ndarray) -> np.ndarray:
+        """Return the V-cycle's x for ``right`` of a level: sweep forward, add the coarser level's x, sweep backward."""
         if level == 0:
             return self._bottom.solve(right)
         x, residual = self._sweeps[level - 1].forward(right)
@@ -246,10 +247,10 @@ class Multigrid:
 
 def _parents(prolongation: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
     """Return each fine node's two parents (n, 2) and their weights; a node of the coarse mesh has one of them twice."""
-    first = prolongation.indptr[:-1]
-    last = prolongation.indptr[1:] - 1
-    parents = np.stack([prolongation.indices[first], prolongation.indices[last]], axis=1)
-    weights = np.where((first == last)[:, None], [1.0, 0.0], 0.5)
+    first_entry = prolongation.indptr[:-1]
+    last_entry = prolongation.indptr[1:] - 1
+    parents = np.stack([prolongation.indices[first_entry], prolongation.indices[last_entry]], axis=1)
+    weights = np.where((first_entry == last_entry)[:, None], [1.0, 0.0], 0.5)
     return parents.astype(np.int32), weights
 
 
@@ -318,11 +319,11 @@ def conjugate_gradients(
     direction: np.ndarray | None = None
     previous: np.ndarray | float = 1.0
     for iteration in range(1, max_iterations + 1):
-        z = precondition(residual)
-        rho = _products(residual, z)
+        preconditioned = precondition(residual)
+        rho = _products(residual, preconditioned)
         if not np.all(rho > 0.0):
             return x, iteration, False
-        direction = z.copy() if direction is None else z + (rho / previous) * direction
+        direction = preconditioned.copy() if direction is None else preconditioned + (rho / previous) * direction
         product = multiply(direction)
         curvature = _products(direction, product)
         if not np.all(curvature > 0.0):
@@ -364,11 +365,11 @@ def linear_response(
         response[:, :, loaded] = linear_response(multiply, precondition, right[:, :, loaded], tolerance)
         return response
     response, products, _ = conjugate_gradients(multiply, precondition, right, tolerance, MAX_PRODUCTS)
-    left = float(np.max(np.linalg.norm(right - multiply(response), axis=(0, 1)) / np.linalg.norm(right, axis=(0, 1))))
-    if not left <= 10 * tolerance:
+    worst = float(np.max(np.linalg.norm(right - multiply(response), axis=(0, 1)) / np.linalg.norm(right, axis=(0, 1))))
+    if not worst <= 10 * tolerance:
         raise NotConverged(
-            f"the linear response stopped after {products} products at a relative residual of {left:.1e}, "
+            f"the linear response stopped after {products} products at a relative residual of {worst:.1e}, "
             f"above the tolerance {tolerance:.0e}",
-            [left],
+            [worst],
         )
     return response

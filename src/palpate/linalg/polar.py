@@ -60,7 +60,7 @@ def signed_svd(f, u, s, v):
 
 @numba.njit(cache=True, error_model="numpy")
 def _complete(u, s):
-    """Turn the orthogonal columns of ``u``, of lengths ``s``, into a rotation, and set the sign of s₃."""
+    """Turn the orthogonal columns of ``u`` (3, 3), of lengths ``s`` (3,), into a rotation; set s₃ with its sign."""
     if s[0] <= 1e-300:
         for i in range(3):
             for j in range(3):
@@ -114,16 +114,16 @@ def nearest(a, turn, work, out):
     ``turn`` is overwritten with the result, for the next call with a similar matrix; a first entry of 0 means no guess.
     work : (4, 3, 3), scratch
     """
-    largest = 0.0
+    largest_entry = 0.0
     for i in range(3):
         for j in range(3):
-            largest = max(largest, abs(a[i, j]))
-    if not 1e-50 < largest < 1e50:  # scale by a power of two, which is exact; in two factors, as 2^1073 overflows
-        exponent = -math.frexp(largest)[1]
-        first, second = math.ldexp(1.0, exponent // 2), math.ldexp(1.0, exponent - exponent // 2)
+            largest_entry = max(largest_entry, abs(a[i, j]))
+    if not 1e-50 < largest_entry < 1e50:  # scale by a power of two, which is exact; in two factors, as 2^1073 overflows
+        exponent = -math.frexp(largest_entry)[1]
+        factor, rest_of_factor = math.ldexp(1.0, exponent // 2), math.ldexp(1.0, exponent - exponent // 2)
         for i in range(3):
             for j in range(3):
-                work[3, i, j] = a[i, j] * first * second
+                work[3, i, j] = a[i, j] * factor * rest_of_factor
         a = work[3]
     if turn[0] != 0.0 and _newton(a, turn, out):
         return
@@ -139,7 +139,10 @@ def nearest(a, turn, work, out):
 
 @numba.njit(cache=True, error_model="numpy")
 def _newton(a, turn, r):
-    """Improve the quaternion ``turn`` until its R maximises tr(RᵀA), and write R into ``r``; False if not certain."""
+    """Improve the quaternion ``turn`` until its R maximises tr(RᵀA), and write R into ``r``; False if not certain.
+
+    s : RᵀA; m : tr(S) I − S, made symmetric; c : cofactors of m, so that the next turn is c/det m times the axis of S
+    """
     for _ in range(6):
         _matrix(turn, r)
         s00 = r[0, 0] * a[0, 0] + r[1, 0] * a[1, 0] + r[2, 0] * a[2, 0]

@@ -48,23 +48,20 @@ class CoarseAnswer:
         fine = np.where(under_disc, pressure * np.linalg.norm(self._normals, axis=1), 0.0)
         if not fine.any():
             fine[corners] = weights
-        coarse = np.zeros(len(self.arrays["compliance"]) // 3)
-        np.add.at(coarse, self.arrays["parents"], self.arrays["weights"] * (fine / fine.sum())[:, None])
-        return coarse
+        coarse_shares = np.zeros(len(self.arrays["compliance"]) // 3)
+        np.add.at(coarse_shares, self.arrays["parents"], self.arrays["weights"] * (fine / fine.sum())[:, None])
+        return coarse_shares
 
     def respond(self, presses: Sequence[Mapping]) -> PortableAnswer:
-        """Return the answer to ``presses``, each with triangle, weights, and either force [N] or moved [m].
-
-        It estimates no error and has no doubt.
-        """
+        """Answer ``presses``, each with triangle, weights, and force [N] or moved [m]; without an error or a doubt."""
         shares = np.array([self.shares(press["triangle"], press["weights"]) for press in presses])
-        size = shares.shape[1]
-        compliance = self.arrays["compliance"].reshape(size, 3, size, 3)
+        count = shares.shape[1]
+        compliance = self.arrays["compliance"].reshape(count, 3, count, 3)
         # (k, m, 3, 3) [m/N], how free coarse nodes move by a unit force along x, y and z on each disc
         moved_by = np.stack([np.einsum("iajb,j->iab", compliance, share, optimize=True) for share in shares])
-        between = np.einsum("im,kmab->iakb", shares, moved_by).reshape(3 * len(shares), -1)
-        given = np.array([press["moved"] if "moved" in press else press["force"] for press in presses])
-        forces = press_forces(between, given, np.array(["moved" in press for press in presses]))
+        disc_compliance = np.einsum("im,kmab->iakb", shares, moved_by).reshape(3 * len(shares), -1)
+        prescribed = np.array([press["moved"] if "moved" in press else press["force"] for press in presses])
+        forces = press_forces(disc_compliance, prescribed, np.array(["moved" in press for press in presses]))
         coarse = np.einsum("kmab,kb->ma", moved_by, forces)
         moved = np.einsum("nc,nca->na", self.arrays["weights"], coarse[self.arrays["parents"]])
         return PortableAnswer(moved, forces, float("nan"), "", [])
@@ -78,8 +75,8 @@ def press_forces(compliance: np.ndarray, given: np.ndarray, pushed: np.ndarray) 
     """
     unknown, forces = np.repeat(pushed, 3), np.where(pushed[:, None], 0.0, given).ravel()
     if unknown.any():
-        missing = (given.ravel() - compliance @ forces)[unknown]
-        forces[unknown] = np.linalg.solve(compliance[np.ix_(unknown, unknown)], missing)
+        missing_m = (given.ravel() - compliance @ forces)[unknown]
+        forces[unknown] = np.linalg.solve(compliance[np.ix_(unknown, unknown)], missing_m)
     return forces.reshape(-1, 3)
 
 
@@ -100,15 +97,15 @@ def coarse_answer(body: Body, radius_m: float) -> CoarseAnswer | None:
     return CoarseAnswer({"body": body.name, "radius_m": radius_m, "shapes": shapes}, **stored)
 
 
-def _compliance(body: Body, kept: np.ndarray) -> np.ndarray:
-    """Return the compliance (3 m, 3 m) [m/N] of coarse nodes ``kept`` (m,), by linear elements at rest."""
+def _compliance(body: Body, nodes: np.ndarray) -> np.ndarray:
+    """Return the compliance (3 m, 3 m) [m/N] of coarse ``nodes`` (m,), by linear elements at rest."""
     count, free = len(body.coarse.nodes), np.ones(len(body.coarse.nodes), bool)
     free[body.anchors[0]] = False
     multiply, _ = Equilibrium(body, 0).linearise(body.coarse.nodes)
-    units = np.eye(3 * count).reshape(count, 3, -1)
-    stiffness = multiply(units).reshape(3 * count, -1)
+    unit_displacements = np.eye(3 * count).reshape(count, 3, -1)
+    stiffness = multiply(unit_displacements).reshape(3 * count, -1)
     unknowns = np.flatnonzero(np.repeat(free, 3))
-    rows = np.searchsorted(unknowns, (3 * kept[:, None] + np.arange(3)).ravel())
+    rows = np.searchsorted(unknowns, (3 * nodes[:, None] + np.arange(3)).ravel())
     compliance = np.linalg.solve(stiffness[np.ix_(unknowns, unknowns)], np.eye(len(unknowns))[:, rows])[rows]
     return (compliance + compliance.T) / 2
 

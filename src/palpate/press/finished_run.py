@@ -54,13 +54,13 @@ class FinishedRun:
 
     def case(self, scene: str) -> Case:
         """Read what models of a scene are prepared from, in its first split; InputError for a damaged file."""
-        folder, asked = self.folder(scene), self.settings.tradeoff
+        folder, study = self.folder(scene), self.settings.tradeoff
         regime = (self.settings.regimes or {}).get(folder.name)
-        if asked is None or regime is None:
+        if study is None or regime is None:
             raise InputError(f"{self.config} asks for no {scene}; give the settings that {self.results} is made of.")
         radius_m = regime.radius_on(folder.parent.name)
         compliance = folder.parent / f"compliance_{radius_m}m.h5"
-        options = FitOptions(**dict(asked.regression), seed=self.settings.seed)
+        options = FitOptions(**dict(study.regression), seed=self.settings.seed)
         files: dict[str, Path] = {"body": folder.parent / "body.h5"}
         files |= {"database": folder / "database.h5", "samples": folder / "samples.csv"}
         files |= {"compliance": compliance} if compliance.is_file() else {}
@@ -71,7 +71,7 @@ class FinishedRun:
     def models(self, name: str, case: Case) -> Sequence[Model]:
         """Return a model with all the settings that the run has measured; InputError for one that it has not."""
         own_models = {key: str(self.config.parent / path) for key, path in self.settings.own_models.items()}
-        known = list(dict.fromkeys(self.table["model"]))
-        if name not in known:
-            raise InputError(f"--model {name} was not measured in {self.results}; choose from {', '.join(known)}.")
+        measured = list(dict.fromkeys(self.table["model"]))
+        if name not in measured:
+            raise InputError(f"--model {name} was not measured in {self.results}; choose from {', '.join(measured)}.")
         return model(name, own_models).tried(case, self.settings.tradeoff.settings)

@@ -41,15 +41,15 @@ def described(entry: Ct) -> tuple[list[str], str]:
         image = scan_of(entry)
         mask = mask_of(entry, image, entry.label) if entry.mask is not None else None
     counts, steps = ("×".join(f"{n:.4g}" for n in each) for each in (image.hu.shape[::-1], 1e3 * image.spacing_m))
-    oblique = angle_deg(image.axes, np.eye(3))
-    turned = f"{oblique:.3g}° oblique" if oblique else "upright"
-    lay = _LAY.get(image.position[2:], "")
-    lines = [f"{image.source}: {counts} voxels of {steps} mm, axes from the {image.frame or 'voxels'}, {turned}"]
-    if lay:
-        lines.append(f"{image.source}: the patient lay on the {lay} ({image.position})")
+    oblique_deg = angle_deg(image.axes, np.eye(3))
+    orientation = f"{oblique_deg:.3g}° oblique" if oblique_deg else "upright"
+    side_below = _LAY.get(image.position[2:], "")
+    lines = [f"{image.source}: {counts} voxels of {steps} mm, axes from the {image.frame or 'voxels'}, {orientation}"]
+    if side_below:
+        lines.append(f"{image.source}: the patient lay on the {side_below} ({image.position})")
     if mask is not None:
         lines.append(f"{entry.mask}: what is taken of it has {1e6 * mask.sum() * image.voxel_m3:.4g} mL")
-    return lines, lay
+    return lines, side_below
 
 
 def mask_of(entry: Ct, image: Image, label: Labels | None) -> np.ndarray:

@@ -44,18 +44,18 @@ def read_folder(folder: Path, modality: str = "ct") -> "SimpleITK.Image":
 
     slices = [header for file in sorted(folder.iterdir()) if file.is_file() and (header := _read_header(file))]
     _check_series(folder, slices, modality)
-    first = slices[0]
-    normal = np.cross(first.orientation[:3], first.orientation[3:])
+    any_slice = slices[0]
+    normal = np.cross(any_slice.orientation[:3], any_slice.orientation[3:])
     slices = sorted(slices, key=lambda s: float(s.position @ normal))
     step = _slice_distance(folder, slices, normal)
     image = SimpleITK.GetImageFromArray(np.stack([_rescaled_values(s.file) for s in slices]))
-    column, row = first.grid[1:]
-    span = slices[-1].position - slices[0].position
-    tilted = np.abs(span - span @ normal * normal).max() > ROUNDED * min(column, row)
-    across = span / np.linalg.norm(span) if tilted else normal
+    column, row = any_slice.grid[1:]
+    first_to_last = slices[-1].position - slices[0].position
+    tilted = np.abs(first_to_last - first_to_last @ normal * normal).max() > ROUNDED * min(column, row)
+    upward = first_to_last / np.linalg.norm(first_to_last) if tilted else normal
     image.SetSpacing((row, column, step))
     image.SetOrigin(slices[0].position.tolist())
-    image.SetDirection(np.column_stack([first.orientation[:3], first.orientation[3:], across]).ravel().tolist())
+    image.SetDirection(np.column_stack([any_slice.orientation[:3], any_slice.orientation[3:], upward]).ravel().tolist())
     image.SetMetaData("frame", "positions of its slices")
     image.SetMetaData("0018|5100", " and ".join(sorted({s.lies for s in slices})))
     return image
@@ -125,22 +125,22 @@ def _check_series(folder: Path, slices: list[Slice], modality: str) -> None:
         raise InputError(f"{folder}: no file in it is a DICOM image; give the folder of slices, or the file of a mesh.")
     for s in slices:
         if s.modality != _TAGS[modality]:
-            said = next((f" or say modality: {name}" for name, tag in _TAGS.items() if tag == s.modality), "")
+            remedy = next((f" or say modality: {name}" for name, tag in _TAGS.items() if tag == s.modality), "")
             raise InputError(
-                f"{s.file}: its modality is {s.modality}; give a folder with {_TAGS[modality]} slices only{said}."
+                f"{s.file}: its modality is {s.modality}; give a folder with {_TAGS[modality]} slices only{remedy}."
             )
     series = {s.series for s in slices}
     if len(series) > 1:
         raise InputError(f"{folder}: it holds {len(series)} series; put the one to use in a folder of its own.")
-    first = slices[0]
+    any_slice = slices[0]
     for s in slices:
         if not np.isfinite([*s.position, *s.orientation, *s.grid[1:]]).all() or s.grid[0][2:] not in ((), (1,)):
             raise InputError(
                 f"{s.file}: it is not one slice with a position, orientation and pixel spacing; "
                 "convert the series to NIfTI first."
             )
-        if s.grid != first.grid or np.abs(s.orientation - first.orientation).max() > 1e-3:
-            raise InputError(f"{s.file}: its pixels or orientation differ from {first.file.name}'s; remove it.")
+        if s.grid != any_slice.grid or np.abs(s.orientation - any_slice.orientation).max() > 1e-3:
+            raise InputError(f"{s.file}: its pixels or orientation differ from {any_slice.file.name}'s; remove it.")
     if len(slices) == 1:
         raise InputError(f"{folder}: it holds a single slice; give the whole series.")
 
@@ -150,15 +150,15 @@ def _slice_distance(folder: Path, slices: list[Slice], normal: np.ndarray) -> fl
     moves = np.diff([s.position for s in slices], axis=0)
     along = moves @ normal
     step = float(np.median(along))
-    at_one_place = along.min() < UNEVEN * step or step <= 0
-    off = np.abs(moves - np.median(moves, axis=0)).max(axis=1)
-    where = int(np.argmin(along) if at_one_place else np.argmax(off))
-    pair = f"{slices[where].file.name} and {slices[where + 1].file.name}"
-    if at_one_place:
+    coincide = along.min() < UNEVEN * step or step <= 0
+    deviation = np.abs(moves - np.median(moves, axis=0)).max(axis=1)
+    worst = int(np.argmin(along) if coincide else np.argmax(deviation))
+    pair = f"{slices[worst].file.name} and {slices[worst + 1].file.name}"
+    if coincide:
         raise InputError(f"{folder}: {pair} lie at the same place; keep one of them.")
-    if off[where] > UNEVEN * step:
+    if deviation[worst] > UNEVEN * step:
         raise InputError(
-            f"{folder}: a slice is missing or out of place, since {pair} are {np.linalg.norm(moves[where]):.3g} mm "
+            f"{folder}: a slice is missing or out of place, since {pair} are {np.linalg.norm(moves[worst]):.3g} mm "
             f"apart and most others {step:.3g} mm; give the whole series."
         )
     return step

@@ -42,18 +42,18 @@ def check_header(path: Path) -> str:
     reader = _nifti(path)
     header = reader.GetNIFTIHeader()
     _check_voxels(path, header)
-    steps, counts = ([get(axis) for axis in (1, 2, 3)] for get in (header.GetPixDim, header.GetDim))
-    given = {"sform": reader.GetSFormMatrix(), "qform": reader.GetQFormMatrix()}
+    spacing, counts = ([get(axis) for axis in (1, 2, 3)] for get in (header.GetPixDim, header.GetDim))
+    matrices = {"sform": reader.GetSFormMatrix(), "qform": reader.GetQFormMatrix()}
     forms = {
-        name: np.reshape(form.GetData(), (4, 4))[:3] * [*steps, 1.0]
-        for name, form in given.items()
+        name: np.reshape(form.GetData(), (4, 4))[:3] * [*spacing, 1.0]
+        for name, form in matrices.items()
         if form and form.Determinant()
     }
     for form in forms.values():
-        orthonormal(path, form[:, :3] / steps, np.array(steps), counts)
-    if len(forms) > 1 and (away := apart(forms["sform"], forms["qform"], counts)) > SAME_GRID:
+        orthonormal(path, form[:, :3] / spacing, np.array(spacing), counts)
+    if len(forms) > 1 and (off := apart(forms["sform"], forms["qform"], counts)) > SAME_GRID:
         raise InputError(
-            f"{path}: its sform and its qform disagree, by up to {away:.3g} voxels; set the code of the wrong one to 0."
+            f"{path}: its sform and its qform disagree, by up to {off:.3g} voxels; set the code of the wrong one to 0."
         )
     return next(iter(forms), "")
 
@@ -64,17 +64,17 @@ def _check_voxels(path: Path, header: Any) -> None:
     Trap: ITK reads missing voxels as 0 HU, and non-finite ones as well: both become water, without an error.
     """
     count = math.prod(max(header.GetDim(axis), 1) for axis in range(1, 1 + header.GetDim(0)))
-    begin, bits = header.GetVoxOffset(), header.GetBitPix()
+    first_byte, bits = header.GetVoxOffset(), header.GetBitPix()
     try:
         with _opened(path) as file:
             data = file.read()  # of a packed one this checks length and CRC
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(_DAMAGED.format(path)) from error
-    if len(data) < begin + count * bits // 8:
+    if len(data) < first_byte + count * bits // 8:
         raise InputError(_DAMAGED.format(path))
     if header.GetDataType() in _FLOATS:
         order = "<" if int.from_bytes(data[:4], "little") < 1000 else ">"  # it begins with its length, 348 or 540
-        if not np.isfinite(np.frombuffer(data, f"{order}f{bits // 8}", count, begin)).all():
+        if not np.isfinite(np.frombuffer(data, f"{order}f{bits // 8}", count, first_byte)).all():
             raise InputError(
                 f"{path}: it has voxels that are not finite numbers; fill them with air, -1024 HU, or in a mask or an "
                 "MRI with 0."
@@ -109,8 +109,8 @@ def extensions(path: Path) -> bytes:
 def apart(first: np.ndarray, second: np.ndarray, counts: ArrayLike) -> float:
     """Return how far a grid's corners lie apart at most [voxels], by two matrices (3, 4) from indices to places."""
     corners = np.array(list(np.ndindex(2, 2, 2))) * (np.array(counts) - 1)
-    moved = (second - first) @ np.column_stack([corners, np.ones(8)]).T
-    return float(np.abs(np.linalg.solve(first[:, :3], moved)).max())
+    displacements = (second - first) @ np.column_stack([corners, np.ones(8)]).T
+    return float(np.abs(np.linalg.solve(first[:, :3], displacements)).max())
 
 
 def angle_deg(first: np.ndarray, second: np.ndarray) -> float:
@@ -123,11 +123,11 @@ def orthonormal(source: Path, axes: np.ndarray, steps: np.ndarray, counts: Array
 
     steps, counts : (3,) between voxels [mm], and of voxels along each of them
     """
-    first, _, second = np.linalg.svd(axes)
-    nearest = first @ second
-    if (np.abs((axes - nearest) * steps) @ np.array(counts)).max() / 2 <= SHEARED * steps.min():
-        return axes if np.abs(axes - nearest).max() < 1e-6 else nearest
+    left_vectors, _, right_vectors = np.linalg.svd(axes)
+    rotation = left_vectors @ right_vectors
+    if (np.abs((axes - rotation) * steps) @ np.array(counts)).max() / 2 <= SHEARED * steps.min():
+        return axes if np.abs(axes - rotation).max() < 1e-6 else rotation
     units = axes / np.linalg.norm(axes, axis=0)
     angle = np.degrees(np.arcsin(np.abs(np.triu(units.T @ units, 1)).max()))
-    what = f"sheared by {angle:.3g}°, as by a tilted gantry" if angle > 1e-3 else "not as long as its spacing says"
-    raise InputError(f"{source}: its axes are {what}; resample it to an upright grid, or mend its header.")
+    fault = f"sheared by {angle:.3g}°, as by a tilted gantry" if angle > 1e-3 else "not as long as its spacing says"
+    raise InputError(f"{source}: its axes are {fault}; resample it to an upright grid, or mend its header.")

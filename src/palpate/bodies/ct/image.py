@@ -109,8 +109,8 @@ def read(path: str | Path, modality: str = "ct") -> Image:
         air = f"air, {AIR_HU} HU" if modality == "ct" else "0"
         raise InputError(f"{path}: it has voxels that are not finite numbers; fill them with {air}.")
     if hu.min() == hu.max():
-        wanted = "a CT in Hounsfield units" if modality == "ct" else "an MRI"
-        raise InputError(f"{path}: every voxel is {hu.min() + 0.0:g}; give {wanted}.")
+        expected = "a CT in Hounsfield units" if modality == "ct" else "an MRI"
+        raise InputError(f"{path}: every voxel is {hu.min() + 0.0:g}; give {expected}.")
     if _holds_labels(hu):
         raise InputError(
             f"{path}: its values are a few whole numbers from 0 to {hu.max():g}, as of a mask and not of an image; "
@@ -163,12 +163,12 @@ def read_mask(path: Path, image: Image, label: int | str | Sequence[int | str] |
     mask = _placed(path, file)
     if file.HasMetaDataKey("Segmentation_ReferenceImageExtentOffset"):
         mask = _uncropped(mask, image)
-    away = apart(image.matrix, mask.matrix, image.hu.shape[::-1])
-    if mask.hu.shape != image.hu.shape or away > ROUNDED:
-        what = f"{path}: the mask is on another grid than {image.source}: {_differences(mask, image)}"
-        if mask.hu.shape != image.hu.shape or away > SAME_GRID:
-            raise InputError(f"{what}; resample it to the image's grid.")
-        warnings.warn(f"{what}; these are {away:.1g} voxels, and the image's grid is taken.", stacklevel=3)
+    offset_voxels = apart(image.matrix, mask.matrix, image.hu.shape[::-1])
+    if mask.hu.shape != image.hu.shape or offset_voxels > ROUNDED:
+        fault = f"{path}: the mask is on another grid than {image.source}: {_differences(mask, image)}"
+        if mask.hu.shape != image.hu.shape or offset_voxels > SAME_GRID:
+            raise InputError(f"{fault}; resample it to the image's grid.")
+        warnings.warn(f"{fault}; these are {offset_voxels:.1g} voxels, and the image's grid is taken.", stacklevel=3)
     return choose(path, mask.hu, names, label, image.voxel_m3)
 
 
@@ -186,26 +186,26 @@ def _uncropped(mask: Image, image: Image) -> Image:
 
     A mask of voxels that are not the image's is returned as it is, for the caller to refuse.
     """
-    first = np.round(image.to_index(mask.to_world(np.zeros(3)))).astype(int)
-    box = tuple(slice(start, start + count) for start, count in zip(first, mask.hu.shape, strict=True))
-    if first.min() < 0 or any(side.stop > count for side, count in zip(box, image.hu.shape, strict=True)):
+    offset = np.round(image.to_index(mask.to_world(np.zeros(3)))).astype(int)
+    box = tuple(slice(start, start + count) for start, count in zip(offset, mask.hu.shape, strict=True))
+    if offset.min() < 0 or any(side.stop > count for side, count in zip(box, image.hu.shape, strict=True)):
         return mask
-    whole = np.zeros(image.hu.shape, dtype=mask.hu.dtype)
-    whole[box] = mask.hu
-    return replace(mask, hu=whole, origin_m=mask.along_axes(-first))
+    uncropped = np.zeros(image.hu.shape, dtype=mask.hu.dtype)
+    uncropped[box] = mask.hu
+    return replace(mask, hu=uncropped, origin_m=mask.along_axes(-offset))
 
 
 def _differences(mask: Image, image: Image) -> str:
     """Describe how the grids of a mask and of an image differ."""
     angle = angle_deg(mask.axes, image.axes)
-    away = 1e3 * float(np.linalg.norm(mask.matrix[:, 3] - image.matrix[:, 3]))
-    said = [f"turned by {angle:.2g}°"] if angle > 1e-4 else []
-    said += [f"begins {away:.3g} mm away"] if away > 1e-3 else []
-    sides: tuple = (mask.hu.shape[::-1], image.hu.shape[::-1]), (1e3 * mask.spacing_m, 1e3 * image.spacing_m)
-    for name, pair in zip(("{} voxels instead of {}", "voxels of {} mm instead of {}"), sides, strict=True):
-        first, second = ("×".join(f"{side:.6g}" for side in each) for each in pair)
-        said += [name.format(first, second)] if first != second else []
-    return ", ".join(said)
+    offset_mm = 1e3 * float(np.linalg.norm(mask.matrix[:, 3] - image.matrix[:, 3]))
+    words = [f"turned by {angle:.2g}°"] if angle > 1e-4 else []
+    words += [f"begins {offset_mm:.3g} mm away"] if offset_mm > 1e-3 else []
+    compared: tuple = (mask.hu.shape[::-1], image.hu.shape[::-1]), (1e3 * mask.spacing_m, 1e3 * image.spacing_m)
+    for name, values in zip(("{} voxels instead of {}", "voxels of {} mm instead of {}"), compared, strict=True):
+        of_mask, of_image = ("×".join(f"{side:.6g}" for side in each) for each in values)
+        words += [name.format(of_mask, of_image)] if of_mask != of_image else []
+    return ", ".join(words)
 
 
 def _read_file(path: Path) -> "SimpleITK.Image":
@@ -222,13 +222,13 @@ def _read_file(path: Path) -> "SimpleITK.Image":
     except RuntimeError as error:
         reason = " ".join(str(error).rpartition("ERROR: ")[2].split()).rstrip(".!")
         raise InputError(f"{path}: SimpleITK cannot read it ({reason}); write or download it again.") from error
-    layers = image.GetNumberOfComponentsPerPixel()
-    if layers > 1 and image.HasMetaDataKey("Segment0_Name"):
+    components = image.GetNumberOfComponentsPerPixel()
+    if components > 1 and image.HasMetaDataKey("Segment0_Name"):
         raise InputError(
-            f"{path}: its segments overlap and lie in {layers} layers; export those to use as one label map "
+            f"{path}: its segments overlap and lie in {components} layers; export those to use as one label map "
             "(in 3D Slicer: Segmentations, Export)."
         )
-    if image.GetDimension() != 3 or layers != 1:
+    if image.GetDimension() != 3 or components != 1:
         raise InputError(f"{path}: it is not a single volume of scalars; extract one 3-D volume from it.")
     image.SetMetaData(FRAME, frame)
     return image
@@ -238,13 +238,13 @@ def _placed(path: Path, file: "SimpleITK.Image") -> Image:
     """Turn voxels to the patient's axes by quarter turns and flips; InputError if the file's axes are sheared."""
     import SimpleITK
 
-    turned = SimpleITK.DICOMOrient(file, "LPS")
-    spacing, counts = np.array(turned.GetSpacing()), np.array(turned.GetSize())
-    axes = orthonormal(path, np.reshape(turned.GetDirection(), (3, 3)), spacing, counts)
-    origin = axes.T @ np.array(turned.GetOrigin())
+    oriented = SimpleITK.DICOMOrient(file, "LPS")
+    spacing, counts = np.array(oriented.GetSpacing()), np.array(oriented.GetSize())
+    axes = orthonormal(path, np.reshape(oriented.GetDirection(), (3, 3)), spacing, counts)
+    origin = axes.T @ np.array(oriented.GetOrigin())
     if (np.abs((axes - np.eye(3)) * spacing) @ counts).max() < ROUNDED * spacing.min():
         axes = np.eye(3)
-    return Image(_array(turned), origin / 1e3, spacing / 1e3, str(path), axes)
+    return Image(_array(oriented), origin / 1e3, spacing / 1e3, str(path), axes)
 
 
 def _array(image: "SimpleITK.Image") -> np.ndarray:
@@ -252,8 +252,8 @@ def _array(image: "SimpleITK.Image") -> np.ndarray:
     import SimpleITK
 
     values = SimpleITK.GetArrayFromImage(image)
-    whole = values.dtype.kind in "iub" and values.min() >= -(2**15) and values.max() < 2**15
-    return values.astype(np.int16 if whole else np.float32)
+    fits_int16 = values.dtype.kind in "iub" and values.min() >= -(2**15) and values.max() < 2**15
+    return values.astype(np.int16 if fits_int16 else np.float32)
 
 
 def label_names(path: Path, image: "SimpleITK.Image | None" = None) -> dict[int, str]:
@@ -268,17 +268,17 @@ def label_names(path: Path, image: "SimpleITK.Image | None" = None) -> dict[int,
             labels = list(ElementTree.fromstring(table[0])) if table else []
         except ElementTree.ParseError:
             return {}
-        named = {label.get("Key", ""): (label.text or "").strip() for label in labels}
-        return {int(number): name for number, name in named.items() if number.isdigit() and name}
+        names = {label.get("Key", ""): (label.text or "").strip() for label in labels}
+        return {int(number): name for number, name in names.items() if number.isdigit() and name}
     image = image or _read_file(path)
-    by_number = {}
+    name_of_label = {}
     for key in image.GetMetaDataKeys():
         if (match := re.fullmatch(r"Segment(\d+)_LabelValue", key)) and image.GetMetaData(key).strip().isdigit():
             name = f"Segment{match[1]}_Name"
-            by_number[int(image.GetMetaData(key))] = (
+            name_of_label[int(image.GetMetaData(key))] = (
                 image.GetMetaData(name).strip() if image.HasMetaDataKey(name) else ""
             )
-    return {number: name for number, name in by_number.items() if name}
+    return {number: name for number, name in name_of_label.items() if name}
 
 
 def _volume(ml: float) -> str:
@@ -333,10 +333,10 @@ def describe(sizes: Mapping[int, float], names: Mapping[int, str], said: Callabl
 
     sizes : label → size; said : writes a size, by default a volume [mL]
     """
-    largest = sorted(sizes, key=lambda label: (-sizes[label], label))
-    most = [f"{label:g} {names.get(label, '')}".strip() + f" ({said(sizes[label])})" for label in largest[:LISTED]]
-    more = f" and {len(sizes) - LISTED} more" if len(sizes) > LISTED else ""
-    return f"{len(sizes)} label{'s' if len(sizes) > 1 else ''}: {', '.join(most)}{more}"
+    by_size = sorted(sizes, key=lambda label: (-sizes[label], label))
+    described = [f"{label:g} {names.get(label, '')}".strip() + f" ({said(sizes[label])})" for label in by_size[:LISTED]]
+    rest_words = f" and {len(sizes) - LISTED} more" if len(sizes) > LISTED else ""
+    return f"{len(sizes)} label{'s' if len(sizes) > 1 else ''}: {', '.join(described)}{rest_words}"
 
 
 def numbers_of(
@@ -353,12 +353,12 @@ def numbers_of(
     numbers = [number for number in sizes if (names.get(number) if isinstance(label, str) else number) == label]
     if numbers:
         return numbers
-    there = [names[number] for number in sizes if number in names]
-    near = ""
+    known_names = [names[number] for number in sizes if number in names]
+    hint = ""
     if isinstance(label, str) and label in names.values():
-        near = ", though the file names it"
-    elif isinstance(label, str) and not there:
-        near = " (the file has no names, so give a number)"
-    elif isinstance(label, str) and (guess := suggest(label, there, "")).startswith("did"):
-        near = f" ({guess})"
-    raise InputError(f"{lacks} {label}{near}; it has {describe(sizes, names, said)}.")
+        hint = ", though the file names it"
+    elif isinstance(label, str) and not known_names:
+        hint = " (the file has no names, so give a number)"
+    elif isinstance(label, str) and (guess := suggest(label, known_names, "")).startswith("did"):
+        hint = f" ({guess})"
+    raise InputError(f"{lacks} {label}{hint}; it has {describe(sizes, names, said)}.")

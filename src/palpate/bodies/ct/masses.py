@@ -33,11 +33,11 @@ def density(hu: np.ndarray | float) -> np.ndarray:
     too heavy; and the curve drops by 4 % at 100 HU, where soft tissue ends and bone begins.
     """
     hu = np.asarray(hu, dtype=np.float64)
-    fat = _LINES[0][1] + _LINES[0][2] * _FAT_HU
-    below = np.interp(hu, [_AIR_HU, _FAT_HU], [_AIR, fat])
+    fat_density = _LINES[0][1] + _LINES[0][2] * _FAT_HU
+    below_fat = np.interp(hu, [_AIR_HU, _FAT_HU], [_AIR, fat_density])
     return np.select(
-        [hu < _FAT_HU, *(hu <= end for end, _, _ in _LINES)],
-        [below, *(at_0 + slope * hu for _, at_0, slope in _LINES)],
+        [hu < _FAT_HU, *(hu <= limit for limit, _, _ in _LINES)],
+        [below_fat, *(at_0 + slope * hu for _, at_0, slope in _LINES)],
         default=np.nan,
     )
 
@@ -73,10 +73,10 @@ def organ_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.nd
     """
     image, mask = _crop_to_organ(points, image, mask)
     core = ndimage.binary_erosion(mask, border_value=1)
-    nearest = ndimage.distance_transform_edt(
+    nearest_core = ndimage.distance_transform_edt(
         ~(core if core.any() else mask), sampling=image.spacing_m[::-1], return_distances=False, return_indices=True
     )
-    return _trilinear(_densities(image)[tuple(nearest)], points, image)
+    return _trilinear(_densities(image)[tuple(nearest_core)], points, image)
 
 
 def raw_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.ndarray:
@@ -105,13 +105,13 @@ def _crop_to_organ(points: np.ndarray, image: Image, mask: np.ndarray) -> tuple[
     if not mask.any():
         raise InputError(f"{image.source}: the mask is empty; give one that marks the organ.")
     box = box_around(mask, _MARGIN)
-    part = image.cropped(box)
-    middle = part.to_index(points) / (np.array(part.hu.shape) - 1) - 0.5
-    if (np.abs(middle) > 1).any():
+    cropped = image.cropped(box)
+    from_middle = cropped.to_index(points) / (np.array(cropped.hu.shape) - 1) - 0.5
+    if (np.abs(from_middle) > 1).any():
         raise InputError(
             f"{image.source}: the mesh has nodes far outside the organ; give both in one frame, in metres."
         )
-    return part, mask[box]
+    return cropped, mask[box]
 
 
 def _trilinear(voxels: np.ndarray, points: np.ndarray, image: Image) -> np.ndarray:

@@ -36,15 +36,15 @@ def cut_off(image: Image, mask: np.ndarray, whole: Sequence[int], start: Sequenc
     for axis, sides in enumerate(_SIDES):
         for end, side in zip((0, -1), sides, strict=True):
             area = float(mask.take(end, axis).sum() * face_m2[axis])
-            cropped = start[axis] > 0 if end == 0 else start[axis] + mask.shape[axis] < whole[axis]
+            by_crop = start[axis] > 0 if end == 0 else start[axis] + mask.shape[axis] < whole[axis]
             if area:
-                borders.append(f"{'crop_m' if cropped else 'the image'} towards the {side} ({_cm2(area)})")
+                borders.append(f"{'crop_m' if by_crop else 'the image'} towards the {side} ({_cm2(area)})")
     if image.modality != "ct":
         return borders
     area, padding = 0.0, image.hu <= AIR_HU
     for axis in range(3):
-        organ, empty = np.moveaxis(mask, axis, 0), np.moveaxis(padding, axis, 0)
-        touching = (organ[1:] & empty[:-1]).sum() + (organ[:-1] & empty[1:]).sum()
+        organ, pad = np.moveaxis(mask, axis, 0), np.moveaxis(padding, axis, 0)
+        touching = (organ[1:] & pad[:-1]).sum() + (organ[:-1] & pad[1:]).sum()
         area += float(touching * face_m2[axis])
     if area >= LEAST_M2:
         borders.append(f"the padding around the scanned circle ({_cm2(area)})")
@@ -66,7 +66,7 @@ def segment_entry(entry: Ct) -> tuple[Image, np.ndarray]:
     """
     image = scan_of(entry)
     mask = mask_of(entry, image, entry.label) if entry.mask is not None else None
-    whole, start = image.hu.shape, [0, 0, 0]
+    full_shape, start = image.hu.shape, [0, 0, 0]
     if entry.crop_m:
         box = _crop_box(image, np.array(entry.crop_m, dtype=float))
         mask = mask[box] if mask is not None else None
@@ -84,7 +84,7 @@ def segment_entry(entry: Ct) -> tuple[Image, np.ndarray]:
         )
     if not mask.any():
         raise InputError(f"{image.source}: crop_m leaves nothing of the mask; give a box [m] around the organ.")
-    if cuts := cut_off(image, mask, whole, start):
+    if cuts := cut_off(image, mask, full_shape, start):
         warnings.warn(
             f"{image.source}: the organ is cut off by {', '.join(cuts)}; the body ends there in a flat face, and lacks "
             "what lies beyond.",
@@ -125,25 +125,25 @@ def refuse_thin(image: Image, mask: np.ndarray) -> None:
 
 def _largest_piece(mask: np.ndarray, image: Image, source: str) -> np.ndarray:
     """Keep the largest piece of a given mask, cavities filled; warn if there were others."""
-    kept = largest_filled(mask)
-    rest, most = (1e6 * part.sum() * image.voxel_m3 for part in (mask & ~kept, kept))
-    if rest > 0:
+    largest = largest_filled(mask)
+    dropped_ml, kept_ml = (1e6 * piece.sum() * image.voxel_m3 for piece in (mask & ~largest, largest))
+    if dropped_ml > 0:
         warnings.warn(
-            f"{source}: the mask is in several pieces, of which the largest is kept ({most:.4g} mL) and "
-            f"the others are dropped ({rest:.2g} mL).",
+            f"{source}: the mask is in several pieces, of which the largest is kept ({kept_ml:.4g} mL) and "
+            f"the others are dropped ({dropped_ml:.2g} mL).",
             stacklevel=3,
         )
-    return kept
+    return largest
 
 
 def _crop_box(image: Image, corners: np.ndarray) -> tuple[slice, ...]:
     """Find the voxels of the grid's smallest box around two opposite corners, (2, 3) [m], clipped to the image."""
     shape = np.array(image.hu.shape)
-    ends = image.to_index(np.array(list(product(*corners.T))))
-    low, high = ends.min(axis=0), ends.max(axis=0)
-    first, last = np.maximum(np.ceil(low), 0).astype(int), np.minimum(np.floor(high), shape - 1).astype(int)
-    if (last < first).any():
-        ends = image.to_world(np.array(list(np.ndindex(2, 2, 2))) * (shape - 1))
-        extent = " to ".join("({:.3f}, {:.3f}, {:.3f})".format(*end(ends, axis=0)) for end in (np.min, np.max))
+    indices = image.to_index(np.array(list(product(*corners.T))))
+    lowest, highest = indices.min(axis=0), indices.max(axis=0)
+    start, stop = np.maximum(np.ceil(lowest), 0).astype(int), np.minimum(np.floor(highest), shape - 1).astype(int)
+    if (stop < start).any():
+        indices = image.to_world(np.array(list(np.ndindex(2, 2, 2))) * (shape - 1))
+        extent = " to ".join("({:.3f}, {:.3f}, {:.3f})".format(*end(indices, axis=0)) for end in (np.min, np.max))
         raise InputError(f"{image.source}: crop_m has no voxel inside; the image reaches from {extent} m.")
-    return tuple(slice(a, b + 1) for a, b in zip(first, last, strict=True))
+    return tuple(slice(a, b + 1) for a, b in zip(start, stop, strict=True))

@@ -26,17 +26,17 @@ def move_to_half_level(
     """
     # width of the blurred border: one voxel from the scanner's averaging, and twice the deviation of the blur
     steps = spacing / (spacing + 2 * spacing.min())
-    inside = ndimage.distance_transform_edt(organ, steps) >= 1
-    outside = ndimage.distance_transform_edt(~organ, steps) >= 1
-    if not (inside.any() and outside.any()):
+    well_inside = ndimage.distance_transform_edt(organ, steps) >= 1
+    well_outside = ndimage.distance_transform_edt(~organ, steps) >= 1
+    if not (well_inside.any() and well_outside.any()):
         return organ
     inside_hu, outside_hu = (
-        smooth[tuple(ndimage.distance_transform_edt(~far, steps, return_distances=False, return_indices=True))]
-        for far in (inside, outside)
+        smooth[tuple(ndimage.distance_transform_edt(~reference, steps, return_distances=False, return_indices=True))]
+        for reference in (well_inside, well_outside)
     )
-    low, high = threshold_hu
-    decided = ~inside & ~outside & ((outside_hu < low) | (outside_hu > high))
-    return np.where(decided, np.abs(smooth - inside_hu) < np.abs(smooth - outside_hu), organ)
+    lowest, highest = threshold_hu
+    near_border = ~well_inside & ~well_outside & ((outside_hu < lowest) | (outside_hu > highest))
+    return np.where(near_border, np.abs(smooth - inside_hu) < np.abs(smooth - outside_hu), organ)
 
 
 # radii of the opening, which cuts bridges to neighbours, and of the closing, which closes clefts
@@ -57,18 +57,18 @@ def segment(image: Image, limits: Sequence[float]) -> np.ndarray:
     piece is chosen while the bridges are cut.
     """
     (low, high), (key, unit) = limits, ("threshold_hu", " HU") if image.modality == "ct" else ("threshold", "")
-    clip = CLIP_HU if unit else high - low
-    smooth = np.clip(image.hu, low - clip, high + clip).astype(np.float32)
-    blur = image.spacing_m.min() / image.spacing_m[::-1]
-    smooth = ndimage.gaussian_filter(smooth, blur)
-    within = (smooth >= low) & (smooth <= high)
-    if not within.any():
+    clip_width = CLIP_HU if unit else high - low
+    smooth = np.clip(image.hu, low - clip_width, high + clip_width).astype(np.float32)
+    sigma = image.spacing_m.min() / image.spacing_m[::-1]
+    smooth = ndimage.gaussian_filter(smooth, sigma)
+    in_range = (smooth >= low) & (smooth <= high)
+    if not in_range.any():
         raise InputError(
             f"{image.source}: no voxel lies between {low:g} and {high:g}{unit} once noise is blurred by a voxel "
             f"(before, they are {image.hu.min() + 0.0:g} to {image.hu.max() + 0.0:g}); widen {key} or give a mask."
         )
     spacing = image.spacing_m[::-1]
-    core = _largest_piece(ndimage.distance_transform_edt(within, spacing) > OPEN_M)
+    core = _largest_piece(ndimage.distance_transform_edt(in_range, spacing) > OPEN_M)
     if not core.any():
         raise InputError(
             f"{image.source}: nothing between {low:g} and {high:g}{unit} is thicker than {2e3 * OPEN_M:g} mm; "
@@ -77,13 +77,13 @@ def segment(image: Image, limits: Sequence[float]) -> np.ndarray:
     # with layers so that neither the opening nor the closing reaches a border
     margin = np.ceil((OPEN_M + 2 * CLOSE_M) / spacing).astype(int) + 1
     box = box_around(core, margin)
-    core, within = (np.pad(values[box], margin[:, None]) for values in (core, within))
-    organ = within & _dilate(core, OPEN_M, spacing)
+    core, in_range = (np.pad(values[box], margin[:, None]) for values in (core, in_range))
+    organ = in_range & _dilate(core, OPEN_M, spacing)
     organ = ndimage.distance_transform_edt(_dilate(organ, CLOSE_M, spacing), spacing) > CLOSE_M
     organ = largest_filled(organ)
     organ = organ[tuple(slice(m, n - m) for m, n in zip(margin, organ.shape, strict=True))]
     mask = np.zeros(image.hu.shape, dtype=bool)
-    blurred = ndimage.gaussian_filter(image.hu[box].astype(np.float32), blur)
+    blurred = ndimage.gaussian_filter(image.hu[box].astype(np.float32), sigma)
     # twice, as the voxels well outside depend on the border that is sought
     for _ in range(2):
         organ = largest_filled(move_to_half_level(organ, blurred, spacing, (low, high)))
@@ -127,8 +127,8 @@ def even_brightness(image: Image) -> Image:
     """
     import SimpleITK
 
-    grey = np.maximum(image.hu.astype(np.float32), 0)
-    scan = SimpleITK.GetImageFromArray(grey)
+    values = np.maximum(image.hu.astype(np.float32), 0)
+    scan = SimpleITK.GetImageFromArray(values)
     scan.SetSpacing((1e3 * image.spacing_m).tolist())
     coarse = SimpleITK.Shrink(scan, [-(-count // _SHRUNK_VOXELS) for count in scan.GetSize()])
     body = SimpleITK.OtsuThreshold(coarse, 0, 1)
@@ -136,10 +136,10 @@ def even_brightness(image: Image) -> Image:
     finder.SetNumberOfThreads(1)
     finder.SetMaximumNumberOfIterations(list(_ITERATIONS))
     finder.Execute(coarse, body)
-    change = SimpleITK.GetArrayFromImage(finder.GetLogBiasFieldAsImage(scan))
-    even = grey / np.exp(change)
-    inside = SimpleITK.GetArrayFromImage(SimpleITK.OtsuThreshold(scan, 0, 1)) > 0
-    return replace(image, hu=(even * (np.median(grey[inside]) / np.median(even[inside]))).astype(np.float32))
+    log_bias = SimpleITK.GetArrayFromImage(finder.GetLogBiasFieldAsImage(scan))
+    even = values / np.exp(log_bias)
+    tissue = SimpleITK.GetArrayFromImage(SimpleITK.OtsuThreshold(scan, 0, 1)) > 0
+    return replace(image, hu=(even * (np.median(values[tissue]) / np.median(even[tissue]))).astype(np.float32))
 
 
 def fill_between(mask: np.ndarray, image: Image, axis: str, path: Path) -> np.ndarray:
@@ -163,21 +163,21 @@ def fill_between(mask: np.ndarray, image: Image, axis: str, path: Path) -> np.nd
     steps = np.delete(image.spacing_m[::-1], along)
     box = box_around(np.asarray(slices.any(axis=0)), 1)
     depth = partial(ndimage.distance_transform_edt, sampling=steps)  # [m] from the outline of a slice
-    known = np.array([depth(slices[at][box]) - depth(~slices[at][box]) for at in drawn])
-    places = np.array([2 * drawn[0] - drawn[1], *drawn, 2 * drawn[-1] - drawn[-2]])
-    first, last = (known[end] - known[end].max() for end in (0, -1))
-    curve = Akima1DInterpolator(places, np.stack([first, *known, last]), axis=0)
+    depths = np.array([depth(slices[number][box]) - depth(~slices[number][box]) for number in drawn])
+    positions = np.array([2 * drawn[0] - drawn[1], *drawn, 2 * drawn[-1] - drawn[-2]])
+    before_first, after_last = (depths[end] - depths[end].max() for end in (0, -1))
+    curve = Akima1DInterpolator(positions, np.stack([before_first, *depths, after_last]), axis=0)
     filled = slices.copy()
-    for at in range(max(places[0] + 1, 0), min(places[-1], len(slices))):
-        if at not in drawn:
-            filled[at][box] = curve(at) > 0
+    for number in range(max(positions[0] + 1, 0), min(positions[-1], len(slices))):
+        if number not in drawn:
+            filled[number][box] = curve(number) > 0
     return np.moveaxis(filled, 0, along)
 
 
 def undrawn_across(mask: np.ndarray) -> str | None:
     """Return the axis across which no slice of a mask has a neighbour, as if every n-th was drawn; None if none is."""
     for axis, along in zip("zyx", range(3), strict=True):
-        drawn = np.asarray(mask.any(axis=tuple(other for other in range(3) if other != along)))
-        if drawn.sum() > 1 and not (drawn[1:] & drawn[:-1]).any():
+        has_voxels = np.asarray(mask.any(axis=tuple(other for other in range(3) if other != along)))
+        if has_voxels.sum() > 1 and not (has_voxels[1:] & has_voxels[:-1]).any():
             return axis
     return None

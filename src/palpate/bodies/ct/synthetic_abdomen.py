@@ -106,11 +106,11 @@ def voxel_fractions(
 ) -> np.ndarray:
     """Compute the fraction of each voxel inside an ellipsoid, (nz, ny, nx), 0 to 1."""
     x, y, z = (o + s * np.arange(n) - c for o, s, n, c in zip(origin, spacing, counts, centre, strict=True))
-    middle = ellipsoid_radius(x, y[:, None], z[:, None, None], axes, turn)
+    center_radius = ellipsoid_radius(x, y[:, None], z[:, None, None], axes, turn)
     # a border that cuts a voxel is within half the voxel's diagonal of its middle
     reach = np.linalg.norm(spacing) / 2 / min(axes)
-    fraction = (middle < 1).astype(np.float32)
-    k, j, i = np.nonzero(np.abs(middle - 1) <= reach)
+    fraction = (center_radius < 1).astype(np.float32)
+    k, j, i = np.nonzero(np.abs(center_radius - 1) <= reach)
     steps = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
     dx, dy, dz = (s * g.ravel() for s, g in zip(spacing, np.meshgrid(steps, steps, steps), strict=True))
     inside = sum(

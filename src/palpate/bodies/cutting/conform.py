@@ -74,17 +74,17 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
     """
     if isinstance(body.coarse, Sheet):
         raise InputError(f"{body.name} is a sheet, which cannot be cut; cut a solid body.")
-    base = body.from_level(range(len(body.levels))[level]).up_to(0)
-    local = _refined(base, cut, edge_m, edge_m if front_m is None else front_m)
+    level_body = body.from_level(range(len(body.levels))[level]).up_to(0)
+    local = _refined(level_body, cut, edge_m, edge_m if front_m is None else front_m)
     mesh = Conforming(local.fine, np.isin(np.arange(len(local.fine.nodes)), local.anchors[-1]))
     for piece in cut.pieces:
         mesh.conform(piece)
     mesh.widen()
     mesh.improve()
-    whole = TetMesh(mesh.nodes, mesh.tetrahedra)
-    faces, elements = inner_faces(whole)
+    whole_mesh = TetMesh(mesh.nodes, mesh.tetrahedra)
+    faces, elements = inner_faces(whole_mesh)
     sides = mesh.sides(faces, elements[:, 0])
-    severed = sever(whole, faces, elements, sides != 0)
+    severed = sever(whole_mesh, faces, elements, sides != 0)
     # the lip on the cut's positive side is to come first; of a swapped pair the corners turn, too
     lips, swapped = severed.lips.copy(), sides[sides != 0] < 0
     lips[swapped] = lips[swapped][:, ::-1][:, :, [0, 2, 1]]
@@ -104,29 +104,29 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
         cut=cut,
         lips=lips[severed.apart],
         front=severed.front,
-        whole=whole,
+        whole=whole_mesh,
         origin=severed.origin,
     )
 
 
-def _refined(base: Body, cut: Cut, edge_m: float, front_m: float) -> Body:
+def _refined(body: Body, cut: Cut, edge_m: float, front_m: float) -> Body:
     """Refine a body until edges near the patch are at most ``edge_m`` long, and near its front ``front_m`` [m].
 
     Where the cut is narrow, edges near the front are at most SLENDER times as long as it is wide there.
     """
     if not cut.pieces:
-        return base
+        return body
     front_m = min(front_m, SLENDER * cut.narrow_m)
     patch, front = cut.patch(0.5 * edge_m), cut.front(0.5 * front_m)
-    if (longest_m := _longest_near(base.coarse, patch)) == 0.0:
-        return base
+    if (longest_m := _longest_near(body.coarse, patch)) == 0.0:
+        return body
     levels = [max(0, int(np.ceil(np.log2(longest_m / each)))) for each in (edge_m, front_m)]
-    depth = max(levels)
-    if depth == 0:
-        return base
-    number = np.arange(depth)
-    places = [patch if each < levels[0] else front for each in number]
-    return LocalRefinement(base, depth).around(places, (REACH * longest_m / 2.0**number).tolist())
+    halvings = max(levels)
+    if halvings == 0:
+        return body
+    steps = np.arange(halvings)
+    targets = [patch if each < levels[0] else front for each in steps]
+    return LocalRefinement(body, halvings).around(targets, (REACH * longest_m / 2.0**steps).tolist())
 
 
 def _longest_near(mesh: Mesh, points: np.ndarray) -> float:
@@ -134,17 +134,17 @@ def _longest_near(mesh: Mesh, points: np.ndarray) -> float:
     corners = mesh.nodes[mesh.tetrahedra]
     low, high = corners.min(axis=1), corners.max(axis=1)
     longest = np.linalg.norm(corners[:, EDGES[:, 0]] - corners[:, EDGES[:, 1]], axis=2).max(axis=1)
-    meets = np.array([((points >= a) & (points <= b)).all(axis=1).any() for a, b in zip(low, high, strict=True)])
-    return float(longest[meets].max(initial=0.0))
+    contains = np.array([((points >= a) & (points <= b)).all(axis=1).any() for a, b in zip(low, high, strict=True)])
+    return float(longest[contains].max(initial=0.0))
 
 
 def qualities(corners: np.ndarray) -> np.ndarray:
     """Return 1 for a regular tetrahedron, 0 for a flat one and less for an inverted one; corners : (..., 4, 3)."""
     sides = corners[..., EDGES[:, 0], :] - corners[..., EDGES[:, 1], :]
-    mean = (sides**2).sum(axis=(-1, -2)) / 6.0
+    mean_square = (sides**2).sum(axis=(-1, -2)) / 6.0
     a, b, c = (corners[..., i, :] - corners[..., 0, :] for i in (1, 2, 3))
     volume = (np.cross(a, b) * c).sum(axis=-1)
-    return np.sqrt(2.0) * volume / mean**1.5
+    return np.sqrt(2.0) * volume / mean_square**1.5
 
 
 class Conforming:
@@ -172,21 +172,21 @@ class Conforming:
         self._rim |= front
 
     def sides(self, faces: np.ndarray, elements: np.ndarray) -> np.ndarray:
-        """Return 0 for ``faces`` (k, 3) outside the patch, else 1 or -1, the side of their ``elements`` (k,), (k,)."""
+        """Return (k,) the cut's side, 1 or -1, of ``elements`` (k,) at ``faces`` (k, 3) in the patch; 0 outside it."""
         signs = np.zeros(len(faces))
         for number, piece in enumerate(self._pieces):
-            at = np.flatnonzero(self._on[faces, number].all(axis=1))
-            middles = self.nodes[faces[at]].mean(axis=1)
-            at, middles = at[inside := piece.within(middles) > 0.0], middles[inside]
-            away = self.nodes[self.tetrahedra[elements[at]]].mean(axis=1) - middles
-            signs[at] = np.where(away @ piece.normal > 0.0, 1.0, -1.0)
+            on_piece = np.flatnonzero(self._on[faces, number].all(axis=1))
+            middles = self.nodes[faces[on_piece]].mean(axis=1)
+            on_piece, middles = on_piece[inside := piece.within(middles) > 0.0], middles[inside]
+            to_element = self.nodes[self.tetrahedra[elements[on_piece]]].mean(axis=1) - middles
+            signs[on_piece] = np.where(to_element @ piece.normal > 0.0, 1.0, -1.0)
         return signs
 
     def spread(self, values: np.ndarray) -> np.ndarray:
         """Interpolate ``values`` at the nodes of the first mesh linearly to all nodes, (n,)."""
         values = np.append(values, np.empty(len(self._ends)))
-        for new, ((a, b), share) in enumerate(zip(self._ends, self._shares, strict=True), start=self._first):
-            values[new] = (1.0 - share) * values[a] + share * values[b]
+        for node, ((start, end), share) in enumerate(zip(self._ends, self._shares, strict=True), start=self._first):
+            values[node] = (1.0 - share) * values[start] + share * values[end]
         return values
 
     def _conform_to(self, level: Level, movable: np.ndarray) -> np.ndarray:
@@ -196,35 +196,35 @@ class Conforming:
         Returns which nodes, old and new, are on the surface then, (n,) bool.
         """
         value = level(self.nodes)
-        there = movable & (np.abs(value) <= self._near)
-        value[there] = 0.0
+        on_level = movable & (np.abs(value) <= self._near)
+        value[on_level] = 0.0
         edges = self._crossing(value, movable)
-        share = np.abs(value[edges]) / np.abs(value[edges]).sum(axis=1, keepdims=True)
-        close, reach = np.full(len(self.nodes), np.inf), np.full(len(self.nodes), np.inf)
+        shares = np.abs(value[edges]) / np.abs(value[edges]).sum(axis=1, keepdims=True)
+        least_share, shortest = np.full(len(self.nodes), np.inf), np.full(len(self.nodes), np.inf)
         for end in (0, 1):
-            np.minimum.at(close, edges[:, end], share[:, end])
-            np.minimum.at(reach, edges[:, end], edge_lengths(self.nodes, edges))
+            np.minimum.at(least_share, edges[:, end], shares[:, end])
+            np.minimum.at(shortest, edges[:, end], edge_lengths(self.nodes, edges))
         around, projection = Around(self.tetrahedra, len(self.nodes)), self._free_directions()
-        for node in sorted(np.flatnonzero(close < CLOSE_OF_EDGE).tolist(), key=close.__getitem__):
-            to = self._place_on(level, node, projection(node), CLOSE_OF_EDGE * reach[node])
-            if to is not None and self._may_move(node, to, around):
-                self.nodes[node] = to
-            elif not (close[node] < GIVEN_OF_EDGE and self._stays_solid(node, there, around)):
+        for node in sorted(np.flatnonzero(least_share < CLOSE_OF_EDGE).tolist(), key=least_share.__getitem__):
+            target = self._place_on(level, node, projection(node), CLOSE_OF_EDGE * shortest[node])
+            if target is not None and self._may_move(node, target, around):
+                self.nodes[node] = target
+            elif not (least_share[node] < GIVEN_OF_EDGE and self._stays_solid(node, on_level, around)):
                 continue
-            there[node], value[node] = True, 0.0
+            on_level[node], value[node] = True, 0.0
         edges = self._crossing(value, movable)
         edges = edges[np.argsort(-edge_lengths(self.nodes, edges), kind="stable")]
         self._halve(edges, _roots(level, *np.swapaxes(self.nodes[edges], 0, 1)))
-        return np.append(there, np.ones(len(edges), dtype=bool))
+        return np.append(on_level, np.ones(len(edges), dtype=bool))
 
     def widen(self) -> None:
-        """Halve edges that cross the patch from front to front, where it would stay joined."""
+        """Halve edges that run inside the patch from front to front, as both lips would stay joined along them."""
         mesh = TetMesh(self.nodes, self.tetrahedra)
         faces, elements = inner_faces(mesh)
         edges, count = triangle_edges(faces[self.sides(faces, elements[:, 0]) != 0.0])
-        key = [len(self.nodes), 1]
-        inner = (count > 1) | np.isin(edges @ key, triangle_edges(mesh.triangles)[0] @ key)
-        edges = edges[inner & self._rim[edges].all(axis=1)]
+        factors = [len(self.nodes), 1]
+        inside = (count > 1) | np.isin(edges @ factors, triangle_edges(mesh.triangles)[0] @ factors)
+        edges = edges[inside & self._rim[edges].all(axis=1)]
         self._halve(edges, np.full(len(edges), 0.5))
 
     def _crossing(self, value: np.ndarray, movable: np.ndarray) -> np.ndarray:
@@ -262,18 +262,18 @@ class Conforming:
 
         return project
 
-    def _place_on(self, level: Level, node: int, projection: np.ndarray, reach: float) -> np.ndarray | None:
-        """Return where (3,) [m] a node meets ``level`` = 0 by moves in free directions; None beyond ``reach`` [m]."""
-        at, step = self.nodes[node].copy(), 100.0 * self._near * np.eye(3)
+    def _place_on(self, level: Level, node: int, projection: np.ndarray, reach_m: float) -> np.ndarray | None:
+        """Return where (3,) [m] Newton's method takes a node to ``level`` = 0 in free directions; None if too far."""
+        place, step = self.nodes[node].copy(), 100.0 * self._near * np.eye(3)
         for _ in range(FOOT_STEPS):
-            value = float(level(at[None])[0])
+            value = float(level(place[None])[0])
             if abs(value) <= 0.01 * self._near:
-                return at
-            slope = projection @ (level(at + step) - level(at - step)) / (200.0 * self._near)
+                return place
+            slope = projection @ (level(place + step) - level(place - step)) / (200.0 * self._near)
             if (squared := float(slope @ slope)) < STEEP:
                 return None
-            at -= (value / squared) * slope
-            if np.linalg.norm(at - self.nodes[node]) > reach:
+            place -= (value / squared) * slope
+            if np.linalg.norm(place - self.nodes[node]) > reach_m:
                 return None
         return None
 
@@ -302,29 +302,29 @@ class Conforming:
         ranked = np.append(np.argsort(keys), -1)
         keys = np.append(keys[ranked[:-1]], count**2)
         while True:
-            # each element is split at the first of its edges that are left: neighbours agree, as the order is one
+            # split each element at that one of its edges to halve that is first in ``edges``, as its neighbours do
             ends = np.sort(self.tetrahedra[:, EDGES], axis=2)
             key = np.where(ends.max(axis=2) < count, ends @ [count, 1], -1)
-            at = np.searchsorted(keys, key)
-            turn = np.where(keys[at] == key, ranked[at], len(keys))
-            first = turn.argmin(axis=1)
-            turn = turn[np.arange(len(turn)), first]
-            split = np.flatnonzero(turn < len(keys))
+            row = np.searchsorted(keys, key)
+            rank = np.where(keys[row] == key, ranked[row], len(keys))
+            first_edge = rank.argmin(axis=1)
+            rank = rank[np.arange(len(rank)), first_edge]
+            split = np.flatnonzero(rank < len(keys))
             if not len(split):
                 return
-            parts = np.repeat(self.tetrahedra[split][:, None], 2, axis=1)
+            halves = np.repeat(self.tetrahedra[split][:, None], 2, axis=1)
             for half in (0, 1):
-                parts[np.arange(len(split)), half, EDGES[first[split], half]] = count + turn[split]
-            self.tetrahedra = np.vstack([np.delete(self.tetrahedra, split, axis=0), parts.reshape(-1, 4)])
+                halves[np.arange(len(split)), half, EDGES[first_edge[split], half]] = count + rank[split]
+            self.tetrahedra = np.vstack([np.delete(self.tetrahedra, split, axis=0), halves.reshape(-1, 4)])
             self.parents = np.append(np.delete(self.parents, split), np.repeat(self.parents[split], 2))
 
     def improve(self) -> None:
         """Move the nodes of bad elements to where the worst element around them is better, if there is such a place."""
         around, projection = Around(self.tetrahedra, len(self.nodes)), self._free_directions()
         moved = self._on.any(axis=1) | (np.arange(len(self.nodes)) >= self._first)
-        near = moved[self.tetrahedra].any(axis=1)
+        near_cut = moved[self.tetrahedra].any(axis=1)
         for _ in range(ROUNDS):
-            bad = near & (qualities(self.nodes[self.tetrahedra]) < BAD_QUALITY)
+            bad = near_cut & (qualities(self.nodes[self.tetrahedra]) < BAD_QUALITY)
             if not sum(self._move_to_best(node, projection(node), around) for node in np.unique(self.tetrahedra[bad])):
                 return
 
@@ -334,14 +334,14 @@ class Conforming:
             return False
         elements = self.tetrahedra[around.of(node)]
         corners = self.nodes[elements]
-        away = self.nodes[np.unique(elements[elements != node])] - self.nodes[node]
-        length = np.linalg.norm(away, axis=1, keepdims=True)
-        along = np.vstack([away / length, -away / length, np.eye(3), -np.eye(3)])
-        moves = np.vstack([away.mean(axis=0) * [[0.5], [1.0]], *(share * length.min() * along for share in SHIFTS)])
+        offsets = self.nodes[np.unique(elements[elements != node])] - self.nodes[node]
+        length = np.linalg.norm(offsets, axis=1, keepdims=True)
+        rays = np.vstack([offsets / length, -offsets / length, np.eye(3), -np.eye(3)])
+        moves = np.vstack([offsets.mean(axis=0) * [[0.5], [1.0]], *(share * length.min() * rays for share in SHIFTS)])
         places = self.nodes[node] + moves @ projection
-        tried = np.repeat(corners[None], len(places), axis=0)
-        tried[:, elements == node] = places[:, None]
-        quality = qualities(tried).min(axis=1)
+        trial_corners = np.repeat(corners[None], len(places), axis=0)
+        trial_corners[:, elements == node] = places[:, None]
+        quality = qualities(trial_corners).min(axis=1)
         best = int(quality.argmax())
         if quality[best] <= qualities(corners).min() + GAIN:
             return False
@@ -354,6 +354,6 @@ def _roots(level: Level, first: np.ndarray, last: np.ndarray) -> np.ndarray:
     low, high, sign = np.zeros(len(first)), np.ones(len(first)), np.sign(level(first))
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        before = np.sign(level(first + middle[:, None] * (last - first))) == sign
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
+        same_sign = np.sign(level(first + middle[:, None] * (last - first))) == sign
+        low, high = np.where(same_sign, middle, low), np.where(same_sign, high, middle)
     return 0.5 * (low + high)

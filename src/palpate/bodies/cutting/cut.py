@@ -55,10 +55,10 @@ class Cut(Protocol):
         """
         severed = np.zeros(len(first), dtype=bool)
         for piece in self.pieces:
-            side, other = piece.across(first), piece.across(last)
-            crosses = (side >= 0.0) != (other >= 0.0)
-            share = np.divide(side, side - other, out=np.zeros_like(side), where=crosses)
-            severed |= crosses & (piece.within(first + share[:, None] * (last - first)) > 0.0)
+            first_side, last_side = piece.across(first), piece.across(last)
+            crosses = (first_side >= 0.0) != (last_side >= 0.0)
+            crossing = np.divide(first_side, first_side - last_side, out=np.zeros_like(first_side), where=crosses)
+            severed |= crosses & (piece.within(first + crossing[:, None] * (last - first)) > 0.0)
         return severed
 
     @property
@@ -74,8 +74,8 @@ class Cut(Protocol):
 
 def _sides(normal: np.ndarray) -> np.ndarray:
     """Return two unit vectors (2, 3) that make a right-handed frame with the unit vector ``normal`` (3,), third."""
-    first = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
-    return np.array([first, np.cross(normal, first)])
+    tangent = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
+    return np.array([tangent, np.cross(normal, tangent)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +97,8 @@ class Disc(Cut):
         return (points - self.center_m) @ self.normal
 
     def within(self, points: np.ndarray) -> np.ndarray:
-        away = points - self.center_m
-        return self.radius_m - np.linalg.norm(away - np.outer(away @ self.normal, self.normal), axis=1)
+        from_center = points - self.center_m
+        return self.radius_m - np.linalg.norm(from_center - np.outer(from_center @ self.normal, self.normal), axis=1)
 
     @property
     def narrow_m(self) -> float:
@@ -187,32 +187,32 @@ class Blade(Cut):
         reached = min(self.reached_m, self.length_m)
         along = np.linspace(0.0, reached, 1 + int(np.ceil(reached / spacing_m)))
         rows = [
-            self.at(np.full(_count(deep, spacing_m), each), np.linspace(0.0, deep, _count(deep, spacing_m)))
-            for each, deep in zip(along, self._depth(along), strict=True)
+            self.at(np.full(_count(depth, spacing_m), place), np.linspace(0.0, depth, _count(depth, spacing_m)))
+            for place, depth in zip(along, self._depth(along), strict=True)
         ]
         return np.vstack([*rows, self.front(spacing_m)])
 
     def front(self, spacing_m: float) -> np.ndarray:
         """Return points (n, 3) [m] along the lower edge, and down the blade where it now stands, if it is under way."""
-        middle, half = self._ellipse()
+        middle, semi_axis = self._ellipse()
         count = _count(0.5 * np.pi * (self.length_m + 2.0 * self.depth_m), spacing_m)
         # at an end that tapers the front is steep: places are even in the ellipse's angle
         angle = 0.5 * np.pi * np.linspace(-1.0 + self.open_ends[0], 1.0 - self.open_ends[1], count)
-        along = np.linspace(0.0, self.length_m, count) if half == np.inf else middle + half * np.sin(angle)
+        along = np.linspace(0.0, self.length_m, count) if semi_axis == np.inf else middle + semi_axis * np.sin(angle)
         if self.reached_m < self.length_m:
-            deep = float(self._depth(np.array([self.reached_m]))[0])
-            blade = np.full(_count(deep, spacing_m), self.reached_m), np.linspace(0.0, deep, _count(deep, spacing_m))
+            depth = float(self._depth(np.array([self.reached_m]))[0])
+            blade = np.full(_count(depth, spacing_m), self.reached_m), np.linspace(0.0, depth, _count(depth, spacing_m))
             along = along[along < self.reached_m]
             return np.vstack([self.at(along, self._depth(along)), self.at(*blade)])
         return self.at(along, self._depth(along))
 
     def _ellipse(self) -> tuple[float, float]:
-        """Return the middle of the depth's ellipse along the path, and its half axis [m]; inf for two open ends."""
-        first, last = self.open_ends
-        if first and last:
+        """Return the middle and the semi-axis [m], along the path, of the ellipse of depths; inf with two open ends."""
+        open_start, open_end = self.open_ends
+        if open_start and open_end:
             return 0.5 * self.length_m, np.inf
-        half = self.length_m / (1.0 if first or last else 2.0)
-        return (0.0 if first else self.length_m if last else half), half
+        semi_axis = self.length_m / (1.0 if open_start or open_end else 2.0)
+        return (0.0 if open_start else self.length_m if open_end else semi_axis), semi_axis
 
     def _depth(self, along: np.ndarray) -> np.ndarray:
         """Return the blade's depth (n,) [m] at places ``along`` (n,) [m] the path."""
@@ -220,23 +220,23 @@ class Blade(Cut):
         return self.depth_m * np.sqrt(np.clip(1.0 - self._off_middle(along, middle, half) ** 2, 0.0, None))
 
     def _off_middle(self, along: np.ndarray, middle: float, half: float) -> np.ndarray:
-        """Return how far ``along`` (n,) [m] is from the ellipse's middle over its half axis; 0 beyond an open end."""
-        first, last = self.open_ends
-        return np.clip((along - middle) / half, 0.0 if first else None, 0.0 if last else None)
+        """Return places ``along`` (n,) [m] from the ellipse's middle over its semi-axis; 0 towards an open end."""
+        open_start, open_end = self.open_ends
+        return np.clip((along - middle) / half, 0.0 if open_start else None, 0.0 if open_end else None)
 
     def _inside(self, along: np.ndarray, below: np.ndarray) -> np.ndarray:
         """Return ``within`` (n,) [m] of points at places (n,) [m] along the path and below it.
 
-        In the ellipse f = 1, f² = u² + w², it is (1 - f) / ‖∇f‖, which is a distance to first order.
+        With f² = along_ratio² + below_ratio², 1 on the ellipse, it is (1 - f) / ‖∇f‖, a distance to first order.
         """
         if self.depth_m == 0.0:
             return np.full(len(along), -np.inf)
         middle, half = self._ellipse()
-        u, w = self._off_middle(along, middle, half), np.maximum(below, 0.0) / self.depth_m
-        f = np.hypot(u, w)
-        slope = np.hypot(u / half, w / self.depth_m)  # ‖∇f‖ times f
-        shorter = min(half, self.depth_m)
-        inside = np.where(f > 0.0, (1.0 - f) * f / np.where(f > 0.0, slope, 1.0), shorter)
+        along_ratio, below_ratio = self._off_middle(along, middle, half), np.maximum(below, 0.0) / self.depth_m
+        f = np.hypot(along_ratio, below_ratio)
+        slope = np.hypot(along_ratio / half, below_ratio / self.depth_m)  # ‖∇f‖ times f
+        shorter_axis = min(half, self.depth_m)
+        inside = np.where(f > 0.0, (1.0 - f) * f / np.where(f > 0.0, slope, 1.0), shorter_axis)
         return np.minimum(np.minimum(inside, below + self.depth_m), self.reached_m - along)
 
     def at(self, along: np.ndarray, below: np.ndarray) -> np.ndarray:
@@ -246,38 +246,38 @@ class Blade(Cut):
 
     def _range(self, piece: int) -> tuple[float, float]:
         """Return where along the path a piece begins and ends; the first and last go on for ever."""
-        last = len(self._flat) - 1
+        last_piece = len(self._flat) - 1
         return (
             -np.inf if piece == 0 else float(self._starts[piece]),
-            np.inf if piece == last else float(self._starts[piece + 1]),
+            np.inf if piece == last_piece else float(self._starts[piece + 1]),
         )
 
     def _on_piece(self, points: np.ndarray, piece: int) -> tuple[np.ndarray, np.ndarray]:
         """Return where ``points`` (n, 3) [m] are along the path and below it, (n,) [m] each, by one piece's frame."""
-        away = points - self.path_m[piece]
-        along, length = away @ self._flat[piece], self._starts[piece + 1] - self._starts[piece]
-        rise = (self.path_m[piece + 1] - self.path_m[piece]) @ self.direction
-        return self._starts[piece] + along, away @ self.direction - rise * np.clip(along / length, 0.0, 1.0)
+        from_start = points - self.path_m[piece]
+        along, length = from_start @ self._flat[piece], self._starts[piece + 1] - self._starts[piece]
+        path_drop = (self.path_m[piece + 1] - self.path_m[piece]) @ self.direction
+        return self._starts[piece] + along, from_start @ self.direction - path_drop * np.clip(along / length, 0.0, 1.0)
 
     def _place(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return signed distances of ``points`` (n, 3), and their feet's places along and below the path, (n,) [m]."""
+        """Return points' (n, 3) signed distances from the nearest piece, and places along and below it, (n,) [m]."""
         normals, nearest = self._normals, np.full(len(points), np.inf)
         across, along, below = (np.zeros(len(points)) for _ in range(3))
         for piece, (flat, normal) in enumerate(zip(self._flat, normals, strict=True)):
-            away = points - self.path_m[piece]
+            from_start = points - self.path_m[piece]
             begin, end = (each - self._starts[piece] for each in self._range(piece))
-            foot = np.clip(away @ flat, begin, end)
-            off = np.column_stack([away @ flat - foot, away @ normal])
-            distance = np.linalg.norm(off, axis=1)
-            side = off[:, 1].copy()
-            for at, other in ((begin, piece - 1), (end, piece + 1)):
-                beyond = foot == at
-                if beyond.any():  # at a kink both pieces are as near: their mean normal tells the side
-                    mean = normal + normals[other]
-                    side[beyond] = (away[beyond] - np.outer(foot[beyond], flat)) @ mean
+            foot = np.clip(from_start @ flat, begin, end)
+            from_foot = np.column_stack([from_start @ flat - foot, from_start @ normal])
+            distance = np.linalg.norm(from_foot, axis=1)
+            sign = from_foot[:, 1].copy()
+            for end_place, neighbour in ((begin, piece - 1), (end, piece + 1)):
+                at_end = foot == end_place
+                if at_end.any():  # at a kink both pieces are as near: their mean normal tells the side
+                    mean = normal + normals[neighbour]
+                    sign[at_end] = (from_start[at_end] - np.outer(foot[at_end], flat)) @ mean
             closer = distance < nearest
             nearest[closer] = distance[closer]
-            across[closer] = np.copysign(distance, side)[closer]
+            across[closer] = np.copysign(distance, sign)[closer]
             along[closer] = self._starts[piece] + foot[closer]
             below[closer] = self._on_piece(points, piece)[1][closer]
         return across, along, below
@@ -312,7 +312,7 @@ class Cuts(Cut):
 
 
 def _count(length_m: float, spacing_m: float) -> int:
-    """Return how many points are ``spacing_m`` apart at most on a line."""
+    """Return how many points on a line of ``length_m``, ends included, are at most ``spacing_m`` apart."""
     return 1 + int(np.ceil(length_m / spacing_m))
 
 
@@ -363,8 +363,8 @@ def blade(mesh: Mesh, path_m: np.ndarray, direction: np.ndarray, depth_m: float)
     The arguments of ``Blade``; mesh : of the body
     """
     ends = [path_m[i] + depth_m * np.outer(np.linspace(0.0, 1.0, PROBES), direction) for i in (0, -1)]
-    first, last = (not inside(mesh, each).any() for each in ends)
-    return Blade(path_m, direction, depth_m, (first, last))
+    open_start, open_end = (not inside(mesh, probes).any() for probes in ends)
+    return Blade(path_m, direction, depth_m, (open_start, open_end))
 
 
 PROBES = 33
@@ -383,8 +383,8 @@ def _into(mesh: Mesh, path: np.ndarray) -> np.ndarray:
 
     The median is right for a path that ends at an edge of the body.
     """
-    shares = np.linspace(0.0, len(path) - 1.0, PROBES)
-    points = np.column_stack([np.interp(shares, np.arange(len(path)), path[:, i]) for i in range(3)])
+    path_places = np.linspace(0.0, len(path) - 1.0, PROBES)
+    points = np.column_stack([np.interp(path_places, np.arange(len(path)), path[:, i]) for i in range(3)])
     middles = mesh.nodes[mesh.triangles].mean(axis=1)
     nearest = np.linalg.norm(middles[None] - points[:, None], axis=2).argmin(axis=1)
     return -np.median(unit(area_normals(mesh.nodes, mesh.triangles[nearest])), axis=0)

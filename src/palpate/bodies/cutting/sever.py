@@ -39,10 +39,10 @@ class Severed:
 def inner_faces(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
     """Return the faces between two elements: their nodes (k, 3), increasing, and the elements (k, 2), increasing."""
     faces = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
-    order, same = ranked_faces(faces, len(mesh.nodes))
-    first = np.flatnonzero(same)
-    pairs = np.sort(np.stack([order[first], order[first + 1]], axis=1) // 4, axis=1)
-    return faces[order[first]], pairs
+    order, equals_next = ranked_faces(faces, len(mesh.nodes))
+    at = np.flatnonzero(equals_next)
+    pairs = np.sort(np.stack([order[at], order[at + 1]], axis=1) // 4, axis=1)
+    return faces[order[at]], pairs
 
 
 def sever(mesh: TetMesh, nodes: np.ndarray, elements: np.ndarray, cut: np.ndarray) -> Severed:
@@ -56,27 +56,27 @@ def sever(mesh: TetMesh, nodes: np.ndarray, elements: np.ndarray, cut: np.ndarra
     tetrahedra, count = mesh.tetrahedra, len(mesh.nodes)
     touched = np.zeros(count, dtype=bool)
     touched[nodes[cut]] = True
-    faces, sides = nodes[~cut], elements[~cut]
-    near = touched[faces].any(axis=1)
-    faces, sides = faces[near], sides[near]
-    corner = [np.argmax(tetrahedra[sides[:, s]][:, None, :] == faces[:, :, None], axis=2) for s in (0, 1)]
-    pairs = np.stack([4 * sides[:, s, None] + corner[s] for s in (0, 1)], axis=-1).reshape(-1, 2)
+    faces, both_sides = nodes[~cut], elements[~cut]
+    beside_cut = touched[faces].any(axis=1)
+    faces, both_sides = faces[beside_cut], both_sides[beside_cut]
+    local_corner = [np.argmax(tetrahedra[both_sides[:, s]][:, None, :] == faces[:, :, None], axis=2) for s in (0, 1)]
+    pairs = np.stack([4 * both_sides[:, s, None] + local_corner[s] for s in (0, 1)], axis=-1).reshape(-1, 2)
     group = components(pairs, tetrahedra.size)
     # the group of the first element at a node keeps the node's number
-    at = np.flatnonzero(touched[tetrahedra.ravel()])
-    owner = tetrahedra.ravel()[at]
-    kinds, first, inverse = np.unique(
-        owner * np.int64(tetrahedra.size) + group[at], return_index=True, return_inverse=True
+    corners_at_cut = np.flatnonzero(touched[tetrahedra.ravel()])
+    node_of_corner = tetrahedra.ravel()[corners_at_cut]
+    corner_groups, first_corner, inverse = np.unique(
+        node_of_corner * np.int64(tetrahedra.size) + group[corners_at_cut], return_index=True, return_inverse=True
     )
-    node = kinds // tetrahedra.size
-    order = np.lexsort((first, node))
-    sorted_node, keeps_number = node[order], np.ones(len(order), dtype=bool)
+    node_of_group = corner_groups // tetrahedra.size
+    order = np.lexsort((first_corner, node_of_group))
+    sorted_node, keeps_number = node_of_group[order], np.ones(len(order), dtype=bool)
     keeps_number[1:] = sorted_node[1:] != sorted_node[:-1]
-    number = np.empty(len(order), dtype=np.int64)
-    number[order[keeps_number]] = sorted_node[keeps_number]
-    number[order[~keeps_number]] = count + np.arange((~keeps_number).sum())
+    new_number = np.empty(len(order), dtype=np.int64)
+    new_number[order[keeps_number]] = sorted_node[keeps_number]
+    new_number[order[~keeps_number]] = count + np.arange((~keeps_number).sum())
     renamed = tetrahedra.copy()
-    renamed.flat[at] = number[inverse]
+    renamed.flat[corners_at_cut] = new_number[inverse]
     origin = np.append(np.arange(count), sorted_node[~keeps_number])
     severed = TetMesh(mesh.nodes[origin], renamed)
     return Severed(severed, origin, _lips(tetrahedra, renamed, nodes[cut], elements[cut]))
@@ -91,6 +91,6 @@ def _lips(tetrahedra: np.ndarray, renamed: np.ndarray, faces: np.ndarray, elemen
     lips = []
     for side in (0, 1):
         corners = tetrahedra[elements[:, side]]
-        where = np.argmax(corners[:, None, :] == wound_faces[:, :, None], axis=2)
-        lips.append(np.take_along_axis(renamed[elements[:, side]], where, axis=1))
+        local_corner = np.argmax(corners[:, None, :] == wound_faces[:, :, None], axis=2)
+        lips.append(np.take_along_axis(renamed[elements[:, side]], local_corner, axis=1))
     return np.stack(lips, axis=1)

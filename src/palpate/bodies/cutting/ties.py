@@ -53,21 +53,21 @@ class Ties:
     first: np.ndarray
 
     def leaders(self, t: float = -np.inf) -> np.ndarray:
-        """Return the node (n,) that each one moves with at ``t`` [s], itself where nothing ties it to one before it."""
+        """Return (n,) the node that each one moves with at ``t`` [s]: of those tied together, the first in order."""
         count = len(self.first)
-        group = components(self.pairs[self.let_go_s > t], count)
-        leads = np.full(count, -1)
-        leads[group[self.first[::-1]]] = self.first[::-1]  # the last one written is the first of the group
-        return leads[group]
+        groups = components(self.pairs[self.let_go_s > t], count)
+        leader_of_group = np.full(count, -1)
+        leader_of_group[groups[self.first[::-1]]] = self.first[::-1]  # the last one written is the first of the group
+        return leader_of_group[groups]
 
     def surface(self, leaders: np.ndarray) -> np.ndarray:
-        """Return the triangles (m, 3) of the surface while nodes are tied to ``leaders``: lips that are open only."""
+        """Return the surface's triangles (m, 3), by the ``leaders`` (n,) of its nodes, without lips that are closed."""
         tied = leaders[self.triangles]
-        _, kind, count = np.unique(np.sort(tied, axis=1), axis=0, return_inverse=True, return_counts=True)
-        return tied[count[kind.ravel()] == 1]
+        _, face, copies = np.unique(np.sort(tied, axis=1), axis=0, return_inverse=True, return_counts=True)
+        return tied[copies[face.ravel()] == 1]
 
     def beside(self, triangles: np.ndarray, count: int) -> "Ties":
-        """Return the same where the body is the first of several with ``count`` nodes; triangles : of the others."""
+        """Return the ties of several bodies with ``count`` nodes, this one first; triangles (m, 3) : of the others."""
         first = np.append(self.first, np.arange(len(self.first), count))
         return replace(self, triangles=np.vstack([self.triangles, triangles]), first=first)
 
@@ -96,9 +96,9 @@ def cut_particles(place: str, body: Body, level: int, options: settings.Cut) -> 
             "element; move it, make it deeper, or take a finer level."
         )
     pairs = np.stack([doubled.first, doubled.last], axis=-1).reshape(-1, 2)
-    differ, let_go_s = pairs[:, 0] != pairs[:, 1], np.repeat(doubled.let_go_s, 3)
+    distinct, let_go_s = pairs[:, 0] != pairs[:, 1], np.repeat(doubled.let_go_s, 3)
     held = np.isin(np.arange(len(particles.nodes)), particles.held)
-    ties = Ties(pairs[differ], let_go_s[differ], particles.triangles, np.argsort(~held, kind="stable"))
+    ties = Ties(pairs[distinct], let_go_s[distinct], particles.triangles, np.argsort(~held, kind="stable"))
     return replace(particles, triangles=_skin(doubled), ties=ties)
 
 
@@ -117,78 +117,78 @@ class _Doubled(NamedTuple):
 
 
 def _conforming(body: Body, level: int, strokes: Sequence[Stroke]) -> _Doubled:
-    """Cut one level, made to conform to the cuts without being refined near them; find when each face parts."""
+    """Cut one level along faces that are moved onto the cuts, without refinement; find when [s] each face parts."""
     cuts = tuple(stroke.cut for stroke in strokes)
     no_refinement_m = body.fine.size  # no edge is longer
     opened = cut_body(body, cuts[0] if len(cuts) == 1 else Cuts(cuts), no_refinement_m, level=level)
     mesh = opened.coarse
-    first, last, _ = _parted_faces(mesh.tetrahedra, opened.origin)
-    faces = mesh.nodes[first].mean(axis=1)
-    # the patch bends to nodes that may not move, so that a face need not lie on its cut: it parts with the nearest cut,
-    # and of equally near ones with that which passes first
-    away = np.array([np.hypot(cut.across(faces), np.minimum(cut.within(faces), 0.0)) for cut in cuts])
-    passed = np.array([stroke.passes_s(faces) for stroke in strokes])
-    let_go = np.where(away <= away.min(axis=0) + ON_FACE * mesh.size, passed, np.inf).min(axis=0)
-    return _Doubled(opened, opened.whole, opened.origin, first, last, let_go)
+    one_lip, other_lip, _ = _parted_faces(mesh.tetrahedra, opened.origin)
+    middles = mesh.nodes[one_lip].mean(axis=1)
+    # faces may lie beside their cut, where nodes could not move onto it: a face parts when the blade of the nearest cut
+    # passes it, and of equally near cuts the first to pass
+    distances = np.array([np.hypot(cut.across(middles), np.minimum(cut.within(middles), 0.0)) for cut in cuts])
+    passes_s = np.array([stroke.passes_s(middles) for stroke in strokes])
+    parts_s = np.where(distances <= distances.min(axis=0) + ON_FACE * mesh.size, passes_s, np.inf).min(axis=0)
+    return _Doubled(opened, opened.whole, opened.origin, one_lip, other_lip, parts_s)
 
 
 def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Doubled:
-    """Cut one level along faces of its mesh, or with virtual nodes; find when each face parts."""
+    """Cut one level along faces of its mesh, or with virtual nodes; find when [s] each face parts."""
     parted = part(body, level, [stroke.cut for stroke in strokes], way)
-    first, last, elements = _parted_faces(parted.mesh.tetrahedra, parted.origin)
+    one_lip, other_lip, elements = _parted_faces(parted.mesh.tetrahedra, parted.origin)
     parents = parted.parents[elements]
-    middles = parted.whole.nodes[parted.whole.tetrahedra].mean(axis=1)
-    faces, let_go = parted.mesh.nodes[first].mean(axis=1), np.full(len(first), np.inf)
+    element_middles = parted.whole.nodes[parted.whole.tetrahedra].mean(axis=1)
+    face_middles, parts_s = parted.mesh.nodes[one_lip].mean(axis=1), np.full(len(one_lip), np.inf)
     for c, stroke in enumerate(strokes):
-        apart = np.flatnonzero(parted.sides[elements, c].prod(axis=1) < 0)
-        ends = middles[parents[apart]]
+        on_two_sides = np.flatnonzero(parted.sides[elements, c].prod(axis=1) < 0)
+        ends = element_middles[parents[on_two_sides]]
         if way == SPLIT_FACES:
             sides = stroke.cut.across(ends.reshape(-1, 3)).reshape(-1, 2)
-            share = np.divide(sides[:, 0], sides[:, 0] - sides[:, 1])[:, None]
-            passed = stroke.passes_s(ends[:, 0] + share * (ends[:, 1] - ends[:, 0]))
-            passed[~stroke.cut.severs(ends[:, 0], ends[:, 1])] = np.inf
+            crossing = np.divide(sides[:, 0], sides[:, 0] - sides[:, 1])[:, None]
+            passes_s = stroke.passes_s(ends[:, 0] + crossing * (ends[:, 1] - ends[:, 0]))
+            passes_s[~stroke.cut.severs(ends[:, 0], ends[:, 1])] = np.inf
         else:
-            # the parts of an element are one until the blade has passed its middle, and with them all that they join
-            one_element = parents[apart, 0] == parents[apart, 1]
-            divided = _divided(parted, c)[parents[apart]].any(axis=1)
-            passed = np.where(one_element, stroke.passes_s(ends[:, 0]), np.where(divided, -np.inf, np.inf))
-            between = ~divided & (stroke.cut.within(faces[apart]) > 0.0)
-            passed[between] = stroke.passes_s(faces[apart[between]])
-        let_go[apart] = np.minimum(let_go[apart], passed)
-    return _Doubled(parted.body, parted.whole, parted.origin, first, last, let_go)
+            # parts of an element come apart as the blade passes its middle, and faces beside them need no tie (-inf)
+            one_element = parents[on_two_sides, 0] == parents[on_two_sides, 1]
+            divided = _divided(parted, c)[parents[on_two_sides]].any(axis=1)
+            passes_s = np.where(one_element, stroke.passes_s(ends[:, 0]), np.where(divided, -np.inf, np.inf))
+            between = ~divided & (stroke.cut.within(face_middles[on_two_sides]) > 0.0)
+            passes_s[between] = stroke.passes_s(face_middles[on_two_sides[between]])
+        parts_s[on_two_sides] = np.minimum(parts_s[on_two_sides], passes_s)
+    return _Doubled(parted.body, parted.whole, parted.origin, one_lip, other_lip, parts_s)
 
 
 def _parted_faces(tetrahedra: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return pairs of faces that were one and have different nodes now: nodes (k, 3) of both, and elements (k, 2)."""
-    faces = tetrahedra[:, FACES].reshape(-1, 3)
-    faces = np.take_along_axis(faces, np.argsort(origin[faces], axis=1), axis=1)
-    order = np.lexsort(origin[faces].T)
-    place, pairs = origin[faces[order]], [np.empty((0, 2), dtype=np.int64)]
-    for step in range(1, len(faces)):
-        same = np.flatnonzero((place[step:] == place[:-step]).all(axis=1))
-        if not len(same):
+    """Return pairs of faces that were one before the cut: nodes (k, 3) of both, corner by corner; elements (k, 2)."""
+    nodes = tetrahedra[:, FACES].reshape(-1, 3)
+    nodes = np.take_along_axis(nodes, np.argsort(origin[nodes], axis=1), axis=1)
+    order = np.lexsort(origin[nodes].T)
+    places, pairs = origin[nodes[order]], [np.empty((0, 2), dtype=np.int64)]
+    for step in range(1, len(nodes)):
+        equal = np.flatnonzero((places[step:] == places[:-step]).all(axis=1))
+        if not len(equal):
             break
-        pairs.append(np.column_stack([order[same], order[same + step]]))
-    first, last = np.concatenate(pairs).T
-    differ = (faces[first] != faces[last]).any(axis=1)
-    first, last = first[differ], last[differ]
-    return faces[first], faces[last], np.column_stack([first, last]) // 4
+        pairs.append(np.column_stack([order[equal], order[equal + step]]))
+    one_side, other_side = np.concatenate(pairs).T
+    differ = (nodes[one_side] != nodes[other_side]).any(axis=1)
+    one_side, other_side = one_side[differ], other_side[differ]
+    return nodes[one_side], nodes[other_side], np.column_stack([one_side, other_side]) // 4
 
 
-def _divided(parted: Parted, c: int) -> np.ndarray:
-    """Return which elements of the whole body have parts on both sides of cut number ``c``, (m,) bool."""
+def _divided(parted: Parted, cut_number: int) -> np.ndarray:
+    """Return which elements of the whole body have parts on both sides of a cut, (m,) bool."""
     has_part = np.zeros((len(parted.whole.tetrahedra), 2), dtype=bool)
     for side, sign in enumerate((-1, 1)):
-        has_part[parted.parents[parted.sides[:, c] == sign], side] = True
+        has_part[parted.parents[parted.sides[:, cut_number] == sign], side] = True
     return has_part[:, 0] & has_part[:, 1]
 
 
 def _skin(doubled: _Doubled) -> np.ndarray:
-    """Return the triangles (t, 3) of the uncut body's surface, each of the part of its element with most tissue."""
+    """Return the uncut body's surface triangles (t, 3), by nodes of that part of their element with most tissue."""
     faces = doubled.body.coarse.tetrahedra[:, FACES].reshape(-1, 3)
-    share = doubled.body.tissue(0).share
-    order = np.arange(len(faces)) if share is None else np.argsort(-np.repeat(share, 4), kind="stable")
+    tissue_share = doubled.body.tissue(0).share
+    order = np.arange(len(faces)) if tissue_share is None else np.argsort(-np.repeat(tissue_share, 4), kind="stable")
     skin = np.sort(doubled.whole.triangles, axis=1)
     originals = np.sort(doubled.origin[faces[order]], axis=1)
-    _, first, kind = np.unique(np.vstack([originals, skin]), axis=0, return_index=True, return_inverse=True)
-    return faces[order[first[kind.ravel()[len(originals) :]]]]
+    _, first_row, kinds = np.unique(np.vstack([originals, skin]), axis=0, return_index=True, return_inverse=True)
+    return faces[order[first_row[kinds.ravel()[len(originals) :]]]]

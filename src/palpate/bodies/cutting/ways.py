@@ -58,18 +58,18 @@ class Parted:
         return mesh
 
     def loose(self, held: np.ndarray) -> np.ndarray:
-        """Return the nodes (n,) bool of pieces that can still move or turn as a whole if nodes ``held`` (n,) are."""
+        """Return the nodes (n,) bool of pieces that can move or turn as a whole while nodes ``held`` (n,) are fixed."""
         piece, loose = components(self.mesh.edges, len(self.origin)), np.zeros(len(self.origin), dtype=bool)
         for number in range(piece.max() + 1):
-            of_piece = piece == number
-            if not can_hold(self.mesh.nodes[of_piece & held], self.mesh.size):
-                loose |= of_piece & ~held
+            in_piece = piece == number
+            if not can_hold(self.mesh.nodes[in_piece & held], self.mesh.size):
+                loose |= in_piece & ~held
         return loose
 
     def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
         """Return the interpolation (k, n) to points of the whole body from elements on their own side.
 
-        rows : (k, n_whole) that to the same points from the nodes of ``whole``, each from corners of one element
+        rows : (k, n_whole), interpolation to the same points from the nodes of ``whole``, each row from one element
         sides : (k, cuts) of the points, 1 or -1. Where all elements of a point are lost, or on the other side, its
             displacement is extrapolated from the element of its own side, if there is any, whose middle is nearest
         """
@@ -77,44 +77,44 @@ class Parted:
         single = np.bincount(self.parents, minlength=len(self.whole.tetrahedra)) == 1
         changed = np.bincount(self.origin, minlength=len(self.whole.nodes)) != 1
         changed[self.whole.tetrahedra[~single]] = True
-        number = np.zeros(len(changed), dtype=np.int64)
-        number[self.origin] = np.arange(len(self.origin))
+        new_number = np.zeros(len(changed), dtype=np.int64)
+        new_number[self.origin] = np.arange(len(self.origin))
         of_entry = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr))
-        affected = np.unique(of_entry[changed[rows.indices]])
-        kept = ~np.isin(of_entry, affected)
-        entries = [(of_entry[kept], number[rows.indices[kept]], rows.data[kept])]
+        changed_rows = np.unique(of_entry[changed[rows.indices]])
+        kept = ~np.isin(of_entry, changed_rows)
+        entries = [(of_entry[kept], new_number[rows.indices[kept]], rows.data[kept])]
         around = Around(whole_nodes, len(changed))
-        for row in affected:
-            part = slice(rows.indptr[row], rows.indptr[row + 1])
-            corners, weights = rows.indices[part], rows.data[part]
-            fits = around.of(corners[0])
+        for row in changed_rows:
+            entries_of_row = slice(rows.indptr[row], rows.indptr[row + 1])
+            corners, weights = rows.indices[entries_of_row], rows.data[entries_of_row]
+            elements = around.of(corners[0])
             for corner in corners[1:]:
-                fits = np.intersect1d(fits, around.of(corner))
-            fits = fits[(self.sides[fits] * sides[row] >= 0).all(axis=1)]
-            if len(fits):
-                at = np.argmax(whole_nodes[fits[0]] == corners[:, None], axis=1)
-                nodes = self.mesh.tetrahedra[fits[0], at]
+                elements = np.intersect1d(elements, around.of(corner))
+            elements = elements[(self.sides[elements] * sides[row] >= 0).all(axis=1)]
+            if len(elements):
+                places = np.argmax(whole_nodes[elements[0]] == corners[:, None], axis=1)
+                nodes = self.mesh.tetrahedra[elements[0], places]
             else:
                 allowed = np.flatnonzero((self.sides * sides[row] >= 0).all(axis=1))
                 allowed = allowed if len(allowed) else np.arange(len(whole_nodes))
                 place = weights @ self.whole.nodes[corners]
                 middles = self.mesh.nodes[self.mesh.tetrahedra[allowed]].mean(axis=1)
-                near = allowed[np.linalg.norm(middles - place, axis=1).argmin()]
-                nodes = self.mesh.tetrahedra[near]
+                nearest = allowed[np.linalg.norm(middles - place, axis=1).argmin()]
+                nodes = self.mesh.tetrahedra[nearest]
                 weights = np.linalg.solve(np.vstack([self.mesh.nodes[nodes].T, np.ones(4)]), np.append(place, 1.0))
             entries.append((np.full(len(nodes), row), nodes, weights))
-        at, columns, data = (np.concatenate(each) for each in zip(*entries, strict=True))
-        return sparse.csr_array((data, (at, columns)), shape=(rows.shape[0], len(self.origin)))
+        places, columns, data = (np.concatenate(each) for each in zip(*entries, strict=True))
+        return sparse.csr_array((data, (places, columns)), shape=(rows.shape[0], len(self.origin)))
 
 
 def whole(body: Body, level: int, cuts: int) -> Parted:
-    """Return a ``level`` of a body before any of so many ``cuts``."""
+    """Return an uncut ``level`` of a body in the form that ``part`` returns, with sides 0 of each of ``cuts`` cuts."""
     mesh = body.levels[level]
     assert isinstance(mesh, TetMesh)
     of_level = body.from_level(level).up_to(0)
-    numbers = np.arange(len(mesh.nodes)), np.arange(len(mesh.tetrahedra))
+    origins = np.arange(len(mesh.nodes)), np.arange(len(mesh.tetrahedra))
     sides = np.zeros((len(mesh.tetrahedra), cuts), dtype=np.int64)
-    return Parted(of_level, mesh, *numbers, sides, np.ones(len(mesh.nodes), dtype=bool), 0.0)
+    return Parted(of_level, mesh, *origins, sides, np.ones(len(mesh.nodes), dtype=bool), 0.0)
 
 
 def part(body: Body, level: int, cuts: Sequence[Cut], way: str) -> Parted:
@@ -179,22 +179,22 @@ def _centred(mesh: TetMesh, cuts: Sequence[Cut]) -> _Copies:
 
 def _copied(mesh: TetMesh, cuts: Sequence[Cut]) -> _Copies:
     """Return a copy of each element for each of its parts; parts below LEAST_SHARE of the volume are left out."""
-    sides_of_elements, doubled, element, side, volume = _crossed(mesh, cuts)
+    sides_of_elements, doubled, piece_element, piece_sides, piece_volumes = _crossed(mesh, cuts)
     whole = np.flatnonzero(~doubled.any(axis=1))
-    divides = doubled[element]
-    inside = divides.any(axis=1)
-    sides = np.where(divides, side, sides_of_elements[element])[inside]
-    rows, which = np.unique(np.column_stack([element[inside], sides]), axis=0, return_inverse=True)
-    volumes = np.bincount(which.ravel(), volume[inside], minlength=len(rows))
+    cut_through = doubled[piece_element]
+    is_divided = cut_through.any(axis=1)
+    sides = np.where(cut_through, piece_sides, sides_of_elements[piece_element])[is_divided]
+    rows, row = np.unique(np.column_stack([piece_element[is_divided], sides]), axis=0, return_inverse=True)
+    volumes = np.bincount(row.ravel(), piece_volumes[is_divided], minlength=len(rows))
     parents, sides = rows[:, 0], rows[:, 1:]
-    kept = volumes >= LEAST_SHARE * mesh.volumes[parents]
-    parents, sides, volumes = parents[kept], sides[kept], volumes[kept]
-    filled = np.bincount(parents, volumes, minlength=len(mesh.tetrahedra))
+    large_enough = volumes >= LEAST_SHARE * mesh.volumes[parents]
+    parents, sides, volumes = parents[large_enough], sides[large_enough], volumes[large_enough]
+    tissue_volume = np.bincount(parents, volumes, minlength=len(mesh.tetrahedra))
     return _Copies(
         np.append(whole, parents),
         np.vstack([sides_of_elements[whole], sides]),
         np.vstack([np.zeros((len(whole), sides.shape[1]), dtype=bool), doubled[parents]]),
-        np.append(np.ones(len(whole)), volumes / filled[parents]),
+        np.append(np.ones(len(whole)), volumes / tissue_volume[parents]),
     )
 
 
@@ -202,11 +202,11 @@ def _without_crossed(copies: _Copies, joints: Joints) -> tuple[_Copies, Joints]:
     """Remove crossed elements, and sever the faces that they bare, so that nothing hangs by a node or an edge."""
     kept = np.logical_not(copies.doubled.any(axis=1))
     (faces, pairs, blocked), number = joints, np.cumsum(kept) - 1
-    both, bared = kept[pairs].all(axis=1), kept[pairs].sum(axis=1) == 1
-    left = np.where(kept[pairs[bared, 0]], pairs[bared, 0], pairs[bared, 1])
-    pairs = number[np.vstack([pairs[both], np.column_stack([left, left])])]
-    blocked = np.append(blocked[both], np.ones(len(left), dtype=bool))
-    return _Copies(*(each[kept] for each in copies)), (np.vstack([faces[both], faces[bared]]), pairs, blocked)
+    both_kept, one_kept = kept[pairs].all(axis=1), kept[pairs].sum(axis=1) == 1
+    kept_side = np.where(kept[pairs[one_kept, 0]], pairs[one_kept, 0], pairs[one_kept, 1])
+    pairs = number[np.vstack([pairs[both_kept], np.column_stack([kept_side, kept_side])])]
+    blocked = np.append(blocked[both_kept], np.ones(len(kept_side), dtype=bool))
+    return _Copies(*(each[kept] for each in copies)), (np.vstack([faces[both_kept], faces[one_kept]]), pairs, blocked)
 
 
 def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -> Joints:
@@ -214,37 +214,37 @@ def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -
 
     Between copies on different sides of a cut a face is severed where one of them is a part of a crossed element, and
     otherwise where the face is in the patch. Parts of one element have its four faces between them, severed.
-    strict : whether a face is in the patch by its middle, and not by the line between the middles of its elements
+    strict : whether a face is in the patch if its middle is, and not if the line between its elements' middles crosses
     """
     copies_of = Around(copies.parents[:, None], len(mesh.tetrahedra))
     order, starts = copies_of.elements, copies_of.ends
     faces, elements = inner_faces(mesh)
-    several = np.flatnonzero(np.diff(starts) > 1)
-    faces_within = np.sort(mesh.tetrahedra[several][:, FACES].reshape(-1, 3), axis=1)
+    copied = np.flatnonzero(np.diff(starts) > 1)
+    faces_within = np.sort(mesh.tetrahedra[copied][:, FACES].reshape(-1, 3), axis=1)
     faces = np.vstack([faces, faces_within])
-    elements = np.vstack([elements, np.repeat(several, 4)[:, None] * [1, 1]])
+    elements = np.vstack([elements, np.repeat(copied, 4)[:, None] * [1, 1]])
     # a face of elements with p and q copies is between p q pairs of copies
-    first, second = np.diff(starts)[elements].T
-    face = np.repeat(np.arange(len(faces)), first * second)
-    number = np.arange(len(face)) - np.repeat(np.cumsum(first * second) - first * second, first * second)
+    p, q = np.diff(starts)[elements].T
+    face = np.repeat(np.arange(len(faces)), p * q)
+    nth_pair = np.arange(len(face)) - np.repeat(np.cumsum(p * q) - p * q, p * q)
     pairs = np.column_stack(
         [
-            order[starts[elements[face, 0]] + number // second[face]],
-            order[starts[elements[face, 1]] + number % second[face]],
+            order[starts[elements[face, 0]] + nth_pair // q[face]],
+            order[starts[elements[face, 1]] + nth_pair % q[face]],
         ]
     )
     distinct = pairs[:, 0] != pairs[:, 1]
     face, pairs = face[distinct], pairs[distinct]
     blocked = np.zeros(len(face), dtype=bool)
     for c, cut in enumerate(cuts):
-        apart = np.flatnonzero(copies.sides[pairs, c].prod(axis=1) < 0)
-        of_crossed = copies.doubled[pairs[apart], c].any(axis=1)
+        between_sides = np.flatnonzero(copies.sides[pairs, c].prod(axis=1) < 0)
+        of_crossed = copies.doubled[pairs[between_sides], c].any(axis=1)
         if strict:
-            inside = cut.within(mesh.nodes[faces[face[apart]]].mean(axis=1)) > 0.0
+            inside = cut.within(mesh.nodes[faces[face[between_sides]]].mean(axis=1)) > 0.0
         else:
-            ends = mesh.nodes[mesh.tetrahedra[copies.parents[pairs[apart]]]].mean(axis=2)
+            ends = mesh.nodes[mesh.tetrahedra[copies.parents[pairs[between_sides]]]].mean(axis=2)
             inside = cut.severs(ends[:, 0], ends[:, 1])
-        blocked[apart[of_crossed | inside]] = True
+        blocked[between_sides[of_crossed | inside]] = True
     return faces[face], pairs, blocked
 
 
@@ -257,27 +257,27 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> tuple[np.ndarray, np.ndarray
     corners, count = mesh.nodes[mesh.tetrahedra], len(mesh.tetrahedra)
     sides = sides_of(cuts, corners.mean(axis=1))
     mixed = (np.ptp(sides_of(cuts, mesh.nodes)[mesh.tetrahedra], axis=1) > 0).any(axis=1)
-    element = np.flatnonzero(mixed)
-    parts, area, inside = corners[element], np.zeros((count, len(cuts))), np.zeros((count, len(cuts)))
-    for c, cut in enumerate(cuts):
-        for piece in cut.pieces:
-            parts, element, sections, owner = divide(parts, element, piece.across(parts.reshape(-1, 3)))
+    owner_element = np.flatnonzero(mixed)
+    pieces, areas, areas_inside = corners[owner_element], np.zeros((count, len(cuts))), np.zeros((count, len(cuts)))
+    for number, cut in enumerate(cuts):
+        for flat in cut.pieces:
+            pieces, owner_element, sections, owner = divide(pieces, owner_element, flat.across(pieces.reshape(-1, 3)))
             diagonals = sections[:, 2] - sections[:, 0], sections[:, 3] - sections[:, 1]
-            middle, size = sections.mean(axis=1), 0.5 * np.linalg.norm(np.cross(*diagonals), axis=1)
-            on = np.abs(cut.across(middle)) <= NEAR_PLANE * mesh.size
-            area[:, c] += np.bincount(owner[on], size[on], minlength=count)
-            on &= cut.within(middle) > 0.0
-            inside[:, c] += np.bincount(owner[on], size[on], minlength=count)
-    side = sides_of(cuts, parts.mean(axis=1))
-    volume = np.abs(TetMesh(parts.reshape(-1, 3), np.arange(4 * len(parts)).reshape(-1, 4)).volumes)
+            middles, section_area = sections.mean(axis=1), 0.5 * np.linalg.norm(np.cross(*diagonals), axis=1)
+            on_cut = np.abs(cut.across(middles)) <= NEAR_PLANE * mesh.size
+            areas[:, number] += np.bincount(owner[on_cut], section_area[on_cut], minlength=count)
+            on_cut &= cut.within(middles) > 0.0
+            areas_inside[:, number] += np.bincount(owner[on_cut], section_area[on_cut], minlength=count)
+    piece_sides = sides_of(cuts, pieces.mean(axis=1))
+    piece_volumes = np.abs(TetMesh(pieces.reshape(-1, 3), np.arange(4 * len(pieces)).reshape(-1, 4)).volumes)
     doubled = np.zeros(sides.shape, dtype=bool)
-    for c in range(len(cuts)):
-        share = np.bincount(element, volume * (side[:, c] > 0), minlength=count) / mesh.volumes
-        share[~mixed] = sides[~mixed, c] > 0
+    for number in range(len(cuts)):
+        share = np.bincount(owner_element, piece_volumes * (piece_sides[:, number] > 0), minlength=count) / mesh.volumes
+        share[~mixed] = sides[~mixed, number] > 0
         divided = (share >= LEAST_SHARE) & (share <= 1.0 - LEAST_SHARE)
-        sides[:, c] = np.where(divided, 0, np.where(share > 0.5, 1, -1))
-        doubled[:, c] = divided & (inside[:, c] > 0.5 * area[:, c])
-    return sides, doubled, element, side, volume
+        sides[:, number] = np.where(divided, 0, np.where(share > 0.5, 1, -1))
+        doubled[:, number] = divided & (areas_inside[:, number] > 0.5 * areas[:, number])
+    return sides, doubled, owner_element, piece_sides, piece_volumes
 
 
 def divide(
@@ -294,22 +294,22 @@ def divide(
     order = np.argsort(-value, axis=1, kind="stable")
     parts, value = np.take_along_axis(parts, order[:, :, None], axis=1), np.take_along_axis(value, order, axis=1)
     above = (value >= 0.0).sum(axis=1)
-    same = (above == 0) | (above == value.shape[1])
-    divided, owners, sections, of_sections = [parts[same]], [owner[same]], [], []
+    undivided = (above == 0) | (above == value.shape[1])
+    divided, owners, sections, section_owners = [parts[undivided]], [owner[undivided]], [], []
     for number, (edges, pieces, section) in DIVISIONS[value.shape[1]].items():
-        at = above == number
-        corners, height = parts[at], value[at]
+        chosen = above == number
+        corners, values = parts[chosen], value[chosen]
         on_edges = [
-            corners[:, i] + (height[:, i] / (height[:, i] - height[:, j]))[:, None] * (corners[:, j] - corners[:, i])
+            corners[:, i] + (values[:, i] / (values[:, i] - values[:, j]))[:, None] * (corners[:, j] - corners[:, i])
             for i, j in edges
         ]
         points = np.stack([*np.swapaxes(corners, 0, 1), *on_edges], axis=1)
         for piece in pieces:
             divided.append(points[:, piece])
-            owners.append(owner[at])
+            owners.append(owner[chosen])
         sections.append(points[:, section])
-        of_sections.append(owner[at])
-    return np.concatenate(divided), np.concatenate(owners), np.concatenate(sections), np.concatenate(of_sections)
+        section_owners.append(owner[chosen])
+    return np.concatenate(divided), np.concatenate(owners), np.concatenate(sections), np.concatenate(section_owners)
 
 
 def _prism(a: int, b: int, c: int, d: int, e: int, f: int) -> list[list[int]]:

@@ -88,9 +88,9 @@ def apart(mesh: TetMesh, places: np.ndarray, points: np.ndarray, triangles: np.n
 
     places : (k, 3) [m] spread over the other; points, triangles : (n, 3) [m] and (m, 3) of it
     """
-    ours = sample(mesh.nodes, mesh.triangles, mesh.size / 100)[0]
-    away = distances(places, mesh.nodes, mesh.triangles).max(), distances(ours, points, triangles).max()
-    return float(max(away))
+    own_places = sample(mesh.nodes, mesh.triangles, mesh.size / 100)[0]
+    distances_m = distances(places, mesh.nodes, mesh.triangles).max(), distances(own_places, points, triangles).max()
+    return float(max(distances_m))
 
 
 # numbers of surface nodes that are tried in this order: paper 1's, and more where a body's shape needs them
@@ -139,17 +139,17 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
     # edges that follow grooves and ridges suit some shapes, edges of even triangles others
     for count, follow in product((nodes,) if nodes is not None else NODES, (False, True) if snap else (False,)):
         # a shape that is far from shown needs more nodes, not other edges
-        far = 0.0 if best is None else best.penalty
-        if (follow and far > WORTH_TRYING) or (far > HOPELESS and nodes is None and count < NODES[-1]):
+        penalty = 0.0 if best is None else best.penalty
+        if (follow and penalty > WORTH_TRYING) or (penalty > HOPELESS and nodes is None and count < NODES[-1]):
             continue
         try:
-            tried = _remesh(solid, mended, count, _settler(solid, follow) if snap else None)
+            candidate = _remesh(solid, mended, count, _settler(solid, follow) if snap else None)
         except InputError as error:
             reasons.append(error)
             continue
-        if best is None or tried.penalty < best.penalty:
-            best = tried
-        if tried.penalty <= 1:
+        if best is None or candidate.penalty < best.penalty:
+            best = candidate
+        if candidate.penalty <= 1:
             break
     if best is None:
         raise reasons[-1]
@@ -173,16 +173,16 @@ def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> 
 
 def _fill_well(points: np.ndarray, triangles: np.ndarray, solid: Solid, nodes: int) -> TetMesh:
     """Fill a coarse surface; with other inner edges, and moved inner nodes, if elements would be bad."""
-    best, least = None, -np.inf
+    best, best_quality = None, -np.inf
     for spacing in SPACINGS:
         mesh = fill(points, triangles, solid, nodes, spacing, thin_wall=bool(solid.hollows))
-        inner = np.ones(len(mesh.nodes), dtype=bool)
-        inner[mesh.surface] = False
-        mesh = TetMesh(relax(mesh.nodes, mesh.tetrahedra, inner, mesh.surface, None), mesh.tetrahedra)
+        is_inner = np.ones(len(mesh.nodes), dtype=bool)
+        is_inner[mesh.surface] = False
+        mesh = TetMesh(relax(mesh.nodes, mesh.tetrahedra, is_inner, mesh.surface, None), mesh.tetrahedra)
         quality = float(element_quality(mesh.nodes, mesh.tetrahedra).min())
-        if quality > least:
-            best, least = mesh, quality
-        if least >= LEAST_DEG:
+        if quality > best_quality:
+            best, best_quality = mesh, quality
+        if best_quality >= LEAST_DEG:
             break
     assert best is not None
     return best
@@ -210,14 +210,14 @@ def _onto_tips(points: np.ndarray, triangles: np.ndarray, solid: Solid, sense: i
     sense : 1, or -1 for the surface of a hollow, seen from which the body's normals point inward
     """
     places, edge = solid.places[::SPARSE], mean_edge(points, triangles)
-    away, nearest = distances(places, points, triangles), cKDTree(points).query(places)[1]
-    facing = sense * (solid.normals[::SPARSE] * vertex_normals(points, triangles)[nearest]).sum(axis=1)
-    missed = np.flatnonzero((away > TIP * edge) & (away < edge) & (facing > 0))
-    free, moved = np.ones(len(points), dtype=bool), points.copy()
-    for place in missed[np.argsort(-away[missed], kind="stable")]:
-        if free[nearest[place]]:
+    distance, nearest = distances(places, points, triangles), cKDTree(points).query(places)[1]
+    same_side = sense * (solid.normals[::SPARSE] * vertex_normals(points, triangles)[nearest]).sum(axis=1)
+    missed_places = np.flatnonzero((distance > TIP * edge) & (distance < edge) & (same_side > 0))
+    movable, moved = np.ones(len(points), dtype=bool), points.copy()
+    for place in missed_places[np.argsort(-distance[missed_places], kind="stable")]:
+        if movable[nearest[place]]:
             moved[nearest[place]] = places[place]
-            free[triangles[(triangles == nearest[place]).any(axis=1)]] = False
+            movable[triangles[(triangles == nearest[place]).any(axis=1)]] = False
     return moved
 
 
@@ -229,12 +229,12 @@ def _nodes_of_shells(solid: Solid, nodes: int) -> Iterable[int]:
 
 
 def _settler(solid: Solid, follow: bool) -> Settle:
-    """Return a function that moves a coarse surface onto the body's, and with ``follow`` edges along its grooves."""
+    """Return a function that moves a coarse surface onto the body's; ``follow`` : whether edges follow its grooves."""
     tree = cKDTree(solid.places)
 
-    def onto(points: np.ndarray, moved: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-        moved = project(moved, vertex_normals(points, triangles), solid.places, solid.normals, tree)
-        return undo_folds(points, moved, triangles)
+    def onto(points: np.ndarray, new_points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+        new_points = project(new_points, vertex_normals(points, triangles), solid.places, solid.normals, tree)
+        return undo_folds(points, new_points, triangles)
 
     def settle(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         for _ in range(SETTLES):

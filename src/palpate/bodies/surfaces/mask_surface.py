@@ -60,15 +60,15 @@ def coarse_surface(mask: np.ndarray, image: Grid, nodes: int) -> tuple[np.ndarra
     blurred, origin, spacing = _blur(mask, image, BLUR * edge)
     mask_volume = mask.sum() * image.voxel_m3
     level, dense = _find_level(blurred, origin, spacing, mask_volume)
-    samples = np.prod(np.array(blurred.shape) * spacing[::-1] / (STEP * edge))
-    if samples > MAX_SAMPLES:
+    sample_count = np.prod(np.array(blurred.shape) * spacing[::-1] / (STEP * edge))
+    if sample_count > MAX_SAMPLES:
         raise InputError(
             f"{image.source}: surface_nodes is {nodes}, which are too many for this organ: their triangles would be "
             f"{1e3 * edge:.2g} mm wide and the voxels are {1e3 * spacing.min():.2g} mm; give fewer surface_nodes."
         )
-    even = zoom(blurred, spacing[::-1] / (STEP * edge), order=1, grid_mode=False)
-    stretched = spacing * (np.array(blurred.shape[::-1]) - 1) / (np.array(even.shape[::-1]) - 1)
-    start = _contour(even, level, origin, stretched)
+    resampled = zoom(blurred, spacing[::-1] / (STEP * edge), order=1, grid_mode=False)
+    even_spacing = spacing * (np.array(blurred.shape[::-1]) - 1) / (np.array(resampled.shape[::-1]) - 1)
+    start = _contour(resampled, level, origin, even_spacing)
     if volume(*dense) < (1 - LOST_VOLUME) * mask_volume or volume(*start) < (1 - LOST_VOLUME_COARSE) * mask_volume:
         raise InputError(
             f"{image.source}: {nodes} surface nodes are too few for this organ, parts of which they cannot resolve; "
@@ -93,9 +93,9 @@ def _blur(mask: np.ndarray, image: Grid, blur_m: float) -> tuple[np.ndarray, np.
     blur = max(blur_m, image.spacing_m.max()) / spacing
     margin = np.ceil(4 * blur).astype(int) + 1
     box = box_around(mask, 0)
-    low = np.array([side.start for side in box])
+    first_voxel = np.array([side.start for side in box])
     blurred = gaussian_filter(np.pad(mask[box], margin[:, None]).astype(np.float32), blur)
-    return blurred, image.along_axes(low - margin), image.spacing_m
+    return blurred, image.along_axes(first_voxel - margin), image.spacing_m
 
 
 def _find_level(
@@ -106,15 +106,15 @@ def _find_level(
     Secant method, as the volume is almost linear in the level. Where pieces detach it is not, and the surface
     returned may lack them.
     """
-    other, level = LEVELS
-    other_missing = volume(*_contour(blurred, other, origin, spacing)) - volume_m3
+    previous_level, level = LEVELS
+    previous_missing = volume(*_contour(blurred, previous_level, origin, spacing)) - volume_m3
     for _ in range(SECANTS):
         best = level, _contour(blurred, level, origin, spacing)
         missing = volume(*best[1]) - volume_m3
-        if abs(missing) <= TOLERANCE * volume_m3 or missing == other_missing:
+        if abs(missing) <= TOLERANCE * volume_m3 or missing == previous_missing:
             break
-        step = missing * (level - other) / (missing - other_missing)
-        other, other_missing = level, missing
+        step = missing * (level - previous_level) / (missing - previous_missing)
+        previous_level, previous_missing = level, missing
         level = float(np.clip(level - step, 0.1, 0.9))
     return best
 
@@ -129,11 +129,11 @@ def _contour(
     points, triangles, _ = isosurface(blurred, level, origin, spacing)
     if not len(triangles):
         return points, triangles
-    piece = label_shells(triangles, len(points))
-    sizes = np.bincount(piece, signed_volumes(points, triangles))
-    kept = triangles[piece == np.argmax(np.abs(sizes))]
-    kept = kept if sizes[np.argmax(np.abs(sizes))] > 0 else kept[:, ::-1]
-    used, number = np.unique(kept, return_inverse=True)
+    shell = label_shells(triangles, len(points))
+    sizes = np.bincount(shell, signed_volumes(points, triangles))
+    largest = triangles[shell == np.argmax(np.abs(sizes))]
+    largest = largest if sizes[np.argmax(np.abs(sizes))] > 0 else largest[:, ::-1]
+    used, number = np.unique(largest, return_inverse=True)
     return points[used], number.reshape(-1, 3)
 
 

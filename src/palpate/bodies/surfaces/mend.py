@@ -27,18 +27,18 @@ class Hole(NamedTuple):
 def find_holes(points: np.ndarray, triangles: np.ndarray) -> list[Hole]:
     """Find the holes of a surface, (n, 3) [m] and (m, 3)."""
     edges, count = triangle_edges(triangles)
-    opened = edges[count == 1]
-    if not len(opened):
+    open_edges = edges[count == 1]
+    if not len(open_edges):
         return []
-    label = components(opened, len(points))[opened[:, 0]]
+    piece = components(open_edges, len(points))[open_edges[:, 0]]
     holes = []
-    for number in np.unique(label):
-        loop = opened[label == number]
-        corners = points[np.unique(loop)]
+    for number in np.unique(piece):
+        rim = open_edges[piece == number]
+        corners = points[np.unique(rim)]
         width = float(np.ptp(corners, axis=0).max())
         centre = corners.mean(axis=0)
         thickness = np.linalg.svd(corners - centre, compute_uv=False)[-1] / np.sqrt(len(corners))
-        holes.append(Hole(len(loop), width, centre, bool(thickness <= FLAT_THICKNESS * width)))
+        holes.append(Hole(len(rim), width, centre, bool(thickness <= FLAT_THICKNESS * width)))
     return holes
 
 
@@ -68,39 +68,39 @@ def mend(source: str, points: np.ndarray, triangles: np.ndarray) -> Mended:
     Raises InputError if a large hole leaves its shape open.
     """
     notes = []
-    kept, walls = _drop_repeated(points, triangles)
-    if (count := len(triangles) - len(kept) - 2 * walls) > 0:
-        notes.append(f"{count} repeated or flat triangles removed")
-    if walls:
-        notes.append(f"{walls} pairs of triangles removed that two parts share, so that these are joined")
+    kept, wall_pairs = _drop_repeated(points, triangles)
+    if (changed := len(triangles) - len(kept) - 2 * wall_pairs) > 0:
+        notes.append(f"{changed} repeated or flat triangles removed")
+    if wall_pairs:
+        notes.append(f"{wall_pairs} pairs of triangles removed that two parts share, so that these are joined")
         points, kept = drop_unused(points, kept)
     size = float(np.ptp(points, axis=0).max())
     if find_holes(points, kept):
-        joined = weld(points, kept, GAP)
-        before, after = (sum(hole.edges for hole in find_holes(*mesh)) for mesh in ((points, kept), joined))
-        if after < before:
+        welded = weld(points, kept, GAP)
+        edges_before, edges_after = (sum(hole.edges for hole in find_holes(*mesh)) for mesh in ((points, kept), welded))
+        if edges_after < edges_before:
             notes.append(f"points up to {in_words(GAP * size)} apart merged")
-            points, kept = joined[0], _drop_repeated(*joined)[0]
-    turned = orient(points, kept)
-    count = int((turned != kept).any(axis=1).sum())
-    if count == len(kept):
+            points, kept = welded[0], _drop_repeated(*welded)[0]
+    wound = orient(points, kept)
+    changed = int((wound != kept).any(axis=1).sum())
+    if changed == len(kept):
         notes.append("all triangles turned outward")
-    elif count:
-        notes.append(f"{count} of {len(kept)} triangles turned")
-    holes = find_holes(points, turned)
+    elif changed:
+        notes.append(f"{changed} of {len(kept)} triangles turned")
+    holes = find_holes(points, wound)
     for hole in holes:
         if hole.width_m > (FLAT_HOLE if hole.flat else SMALL_HOLE) * size:
-            place = ", ".join(f"{x:.3g}" for x in hole.centre_m)
+            place_words = ", ".join(f"{x:.3g}" for x in hole.centre_m)
             raise InputError(
                 f"{source}: its surface has a hole of {hole.edges} edges, {in_words(hole.width_m)} across, around "
-                f"({place}) m; close it in a mesh program, or download the file again if it was cut off."
+                f"({place_words}) m; close it in a mesh program, or download the file again if it was cut off."
             )
     if holes:
         largest = max(holes, key=lambda hole: hole.width_m)
         notes.append(f"{len(holes)} holes closed (the largest of {largest.edges} edges, {in_words(largest.width_m)})")
-        points, closed = arrays(polydata(points, turned).fill_holes(float(np.linalg.norm(np.ptp(points, axis=0)))))
-        turned = orient(points, closed)
-    return Mended(points, turned, notes)
+        points, closed = arrays(polydata(points, wound).fill_holes(float(np.linalg.norm(np.ptp(points, axis=0)))))
+        wound = orient(points, closed)
+    return Mended(points, wound, notes)
 
 
 def orient(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -108,39 +108,39 @@ def orient(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
     A shell inside the largest keeps its winding relative to that: opposite around a hollow, alike if it is a part.
     """
-    wound = polydata(points, triangles).compute_normals(
+    with_normals = polydata(points, triangles).compute_normals(
         split_vertices=False, consistent_normals=True, non_manifold_traversal=False
     )
-    alike = arrays(wound)[1]
-    label = label_shells(alike, len(points))
-    # each shell as most of its triangles are in the file
-    turned = (np.bincount(label, (alike != triangles).any(axis=1)) > 0.5 * np.bincount(label))[label]
-    alike[turned] = alike[turned][:, ::-1]
-    shells = [points[alike[label == number]] for number in range(label.max() + 1)]
+    wound = arrays(with_normals)[1]
+    label = label_shells(wound, len(points))
+    # keep the winding that most triangles of a shell have in the file
+    turned = (np.bincount(label, (wound != triangles).any(axis=1)) > 0.5 * np.bincount(label))[label]
+    wound[turned] = wound[turned][:, ::-1]
+    shells = [points[wound[label == number]] for number in range(label.max() + 1)]
     # six times that of each shell, negative if it is wound inward
     volumes = [
         signed_volumes(shell.reshape(-1, 3), np.arange(shell.size // 3).reshape(-1, 3)).sum() for shell in shells
     ]
-    outer = int(np.argmax(np.abs(volumes)))
-    low, high = shells[outer].min(axis=(0, 1)), shells[outer].max(axis=(0, 1))
+    largest = int(np.argmax(np.abs(volumes)))
+    lowest, highest = shells[largest].min(axis=(0, 1)), shells[largest].max(axis=(0, 1))
     for number, (shell, volume) in enumerate(zip(shells, volumes, strict=True)):
-        if (volumes[outer] if ((shell > low) & (shell < high)).all() else volume) < 0:
-            alike[label == number] = alike[label == number][:, ::-1]
-    return alike
+        if (volumes[largest] if ((shell > lowest) & (shell < highest)).all() else volume) < 0:
+            wound[label == number] = wound[label == number][:, ::-1]
+    return wound
 
 
 def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, int]:
     """Drop triangles of no area, and all but one of those with the same corners, in the given order.
 
-    Triangles in both senses, which two parts share, are dropped altogether if fewer edges are open without them; also
-    return how many these are.
+    Pairs wound in both senses, such as a wall that two parts share, are dropped altogether if fewer edges are open
+    then; also returns how many these are.
     """
     area = np.linalg.norm(area_normals(points, triangles), axis=1)
     longest = np.ptp(points[triangles], axis=1).max(axis=1)
-    kept = triangles[area > 1e-10 * longest**2]
-    _, first, same = np.unique(np.sort(kept, axis=1), axis=0, return_index=True, return_inverse=True)
-    senses = np.linalg.det(np.eye(3)[np.argsort(kept, axis=1)])
-    shared = np.abs(np.bincount(same.ravel(), senses)) < 0.5
-    every, others = np.sort(first), np.sort(first[~shared])
-    open_edges, open_edges_without = ((triangle_edges(kept[numbers])[1] % 2).sum() for numbers in (every, others))
-    return (kept[others], int(shared.sum())) if open_edges_without < open_edges else (kept[every], 0)
+    solid = triangles[area > 1e-10 * longest**2]
+    _, first_row, kind = np.unique(np.sort(solid, axis=1), axis=0, return_index=True, return_inverse=True)
+    orientations = np.linalg.det(np.eye(3)[np.argsort(solid, axis=1)])
+    in_both_senses = np.abs(np.bincount(kind.ravel(), orientations)) < 0.5
+    single, unshared = np.sort(first_row), np.sort(first_row[~in_both_senses])
+    open_edges, open_edges_without = ((triangle_edges(solid[numbers])[1] % 2).sum() for numbers in (single, unshared))
+    return (solid[unshared], int(in_both_senses.sum())) if open_edges_without < open_edges else (solid[single], 0)

@@ -54,16 +54,16 @@ def triangulate_evenly(
     surface with the right counts; edge flips adapt it to the shape, which the map from the sphere may stretch.
     """
     thirds = area_normals(points, triangles) / 6
-    sums = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in thirds.T], axis=1)
-    weight = np.linalg.norm(sums, axis=1)
-    normals = sums / weight[:, None]
+    area_vectors = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in thirds.T], axis=1)
+    weight = np.linalg.norm(area_vectors, axis=1)
+    normals = area_vectors / weight[:, None]
     spacing = np.sqrt(weight.sum() / count)
     features = np.hstack([points / spacing, NORMAL_WEIGHT * normals])
     centres = features[[0, *spread_out(features, features[:1], count - 1)]]
     for _ in range(LLOYD_STEPS):
-        cell = cKDTree(centres).query(features)[1]
-        moments = [np.bincount(cell, weight * column, count) for column in features.T]
-        centres = np.column_stack(moments) / np.bincount(cell, weight, count)[:, None]
+        nearest_centre = cKDTree(centres).query(features)[1]
+        moments = [np.bincount(nearest_centre, weight * column, count) for column in features.T]
+        centres = np.column_stack(moments) / np.bincount(nearest_centre, weight, count)[:, None]
     chosen = cKDTree(features).query(centres)[1]
     return chosen, flip(points[chosen], triangulate(sphere[chosen]))
 
@@ -72,9 +72,9 @@ def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Flip edges while that raises the smaller of the two triangles' smallest angles."""
     places = points.tolist()
 
-    def better(_: _Edge, old: _Pair, __: _Edge, new: _Pair) -> bool:
+    def better(_: _Edge, pair: _Pair, __: _Edge, flipped: _Pair) -> bool:
         # terminates, since the sorted list of smallest angles only grows; the margin covers rounding
-        return _smallest_angle(places, new) > _smallest_angle(places, old) + 1e-3
+        return _smallest_angle(places, flipped) > _smallest_angle(places, pair) + 1e-3
 
     return _flip_where(points, triangles, better)
 
@@ -82,7 +82,7 @@ def flip(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 def flip_onto(points: np.ndarray, triangles: np.ndarray, distance: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Flip edges that cut across a groove or a ridge, where the other diagonal is much closer to the surface.
 
-    distance : computes the distances of places, (k, 3), from the surface, (k,)
+    distance : a function from places (k, 3) [m] to their distances (k,) [m] from the surface
     """
     places, distances = points.tolist(), dict[_Edge, float]()
 
@@ -92,11 +92,11 @@ def flip_onto(points: np.ndarray, triangles: np.ndarray, distance: Callable[[np.
             distances[key] = float(distance(points[a] + ALONG * (points[b] - points[a])).max())
         return distances[key]
 
-    def better(edge: _Edge, old: _Pair, other: _Edge, new: _Pair) -> bool:
+    def better(edge: _Edge, pair: _Pair, diagonal: _Edge, flipped: _Pair) -> bool:
         # terminates, since the sum of the distances only falls
-        if away(*other) > DISTANCE_RATIO * away(*edge):
+        if away(*diagonal) > DISTANCE_RATIO * away(*edge):
             return False
-        return _smallest_angle(places, new) >= min(LEAST_ANGLE, _smallest_angle(places, old))
+        return _smallest_angle(places, flipped) >= min(LEAST_ANGLE, _smallest_angle(places, pair))
 
     return _flip_where(points, triangles, better)
 
@@ -117,10 +117,10 @@ def _flip_where(
         a, b = queue.popleft()
         if (a, b) not in owner:
             continue
-        first, second = owner[a, b], owner[b, a]
-        c = next(p for p in triangles[first] if p not in (a, b))
-        d = next(p for p in triangles[second] if p not in (a, b))
-        old, new = (triangles[first], triangles[second]), ([c, a, d], [d, b, c])
+        one, other = owner[a, b], owner[b, a]
+        c = next(p for p in triangles[one] if p not in (a, b))
+        d = next(p for p in triangles[other] if p not in (a, b))
+        old, new = (triangles[one], triangles[other]), ([c, a, d], [d, b, c])
         # a vertex of three triangles is a spike, which later moves could flatten
         spike = min(valence[a], valence[b]) <= 4
         if spike or (c, d) in owner or (d, c) in owner or not better((a, b), old, (c, d), new) or _folded(places, new):
@@ -128,8 +128,8 @@ def _flip_where(
         valence[[a, b]] -= 1
         valence[[c, d]] += 1
         del owner[a, b], owner[b, a]
-        triangles[first], triangles[second] = new
-        owner |= {(t[i - 1], t[i]): k for k, t in zip((first, second), new, strict=True) for i in range(3)}
+        triangles[one], triangles[other] = new
+        owner |= {(t[i - 1], t[i]): k for k, t in zip((one, other), new, strict=True) for i in range(3)}
         queue += [(a, d), (d, b), (b, c), (c, a)]
     return np.array(triangles)
 
@@ -224,23 +224,23 @@ def collapse(points: np.ndarray, triangles: np.ndarray, count: int) -> tuple[np.
     for triangle in map(tuple, triangles.tolist()):
         for corner in triangle:
             fans[corner].add(triangle)
-    left = len(points)
-    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    queue = [_queue_entry(points, a, b) for a, b in ends.tolist() if a < b]
+    vertices_left = len(points)
+    edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    queue = [_queue_entry(points, a, b) for a, b in edges.tolist() if a < b]
     heapq.heapify(queue)
-    while queue and left > count:
+    while queue and vertices_left > count:
         length, a, b = heapq.heappop(queue)
         stale = not fans[a] or not fans[b] or length != _queue_entry(points, a, b)[0]
         if stale or not _keeps_topology(fans, a, b) or not _keeps_facing(points, fans, a, b):
             continue
         points[a] = (points[a] + points[b]) / 2
         _merge_vertices(fans, a, b)
-        left -= 1
+        vertices_left -= 1
         for other in _one_ring(fans, a):
             heapq.heappush(queue, _queue_entry(points, *sorted((a, other))))
     used = np.array([bool(fan) for fan in fans])
-    number = np.cumsum(used) - 1
-    return points[used], number[np.array(sorted(set().union(*fans)))]
+    new_number = np.cumsum(used) - 1
+    return points[used], new_number[np.array(sorted(set().union(*fans)))]
 
 
 def _queue_entry(points: np.ndarray, a: int, b: int) -> tuple[float, int, int]:
@@ -264,10 +264,10 @@ def _keeps_topology(fans: Fans, a: int, b: int) -> bool:
 def _keeps_facing(points: np.ndarray, fans: Fans, a: int, b: int) -> bool:
     """Test whether no triangle around an edge a b would turn over if the edge were collapsed to its midpoint."""
     middle = (points[a] + points[b]) / 2
-    around = np.array(list(fans[a] ^ fans[b]))
-    old = points[around]
-    new = np.where(((around == a) | (around == b))[..., None], middle, old)
-    before, after = corner_normals(old), corner_normals(new)
+    changed = np.array(list(fans[a] ^ fans[b]))
+    corners = points[changed]
+    new_corners = np.where(((changed == a) | (changed == b))[..., None], middle, corners)
+    before, after = corner_normals(corners), corner_normals(new_corners)
     sizes = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
     # an isosurface contains needles of zero area, which have no normal
     return bool((np.einsum("ij,ij->i", before, after) >= LEAST_COSINE * sizes).all())
@@ -291,8 +291,8 @@ def undo_folds(points: np.ndarray, moved: np.ndarray, triangles: np.ndarray) -> 
     before = area_normals(points, triangles)
     while True:
         after = area_normals(moved, triangles)
-        least = LEAST_COSINE * np.einsum("ij,ij->i", before, before)
-        bad = np.unique(triangles[np.einsum("ij,ij->i", before, after) < least])
+        smallest = LEAST_COSINE * np.einsum("ij,ij->i", before, before)
+        bad = np.unique(triangles[np.einsum("ij,ij->i", before, after) < smallest])
         bad = bad[(moved[bad] != points[bad]).any(axis=1)]
         if not len(bad):
             return moved
@@ -304,8 +304,8 @@ def smooth_tangentially(points: np.ndarray, triangles: np.ndarray) -> np.ndarray
 
     All neighbours have equal weight: with weights by area, triangles that become small would keep shrinking.
     """
-    index, after = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    sums = np.stack([np.bincount(index, column[after], len(points)) for column in points.T], axis=1)
-    move = RELAXATION * (sums / np.bincount(index)[:, None] - points)
+    corners, next_corners = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    sums = np.stack([np.bincount(corners, column[next_corners], len(points)) for column in points.T], axis=1)
+    move = RELAXATION * (sums / np.bincount(corners)[:, None] - points)
     normals = vertex_normals(points, triangles)
     return points + move - normals * np.einsum("ni,ni->n", move, normals)[:, None]

@@ -45,15 +45,15 @@ def relax(
         corners = np.unique(elements[bad])
         changed = False
         for node in corners[movable[corners]]:
-            patch = around.of(node)
-            if quality[patch].min() >= WANTED_DEG:
+            elements_around = around.of(node)
+            if quality[elements_around].min() >= WANTED_DEG:
                 continue
-            tried = _trial_places(nodes, elements[patch], node)
+            trial_places = _trial_places(nodes, elements[elements_around], node)
             if onto is not None and on_surface[node]:
-                tried = onto(tried, node)
-            better = _best_place(nodes, elements[patch], node, tried, quality[patch].min())
-            if better is not None:
-                nodes[node], quality[patch] = better
+                trial_places = onto(trial_places, node)
+            improved = _best_place(nodes, elements[elements_around], node, trial_places, quality[elements_around].min())
+            if improved is not None:
+                nodes[node], quality[elements_around] = improved
                 changed = True
         if not changed:
             break
@@ -69,23 +69,23 @@ def element_quality(nodes: np.ndarray, elements: np.ndarray) -> np.ndarray:
 
 
 def _trial_places(nodes: np.ndarray, patch: np.ndarray, node: int) -> np.ndarray:
-    others = np.unique(patch[patch != node])
-    offsets = nodes[others] - nodes[node]
+    neighbours = np.unique(patch[patch != node])
+    offsets = nodes[neighbours] - nodes[node]
     shortest = np.linalg.norm(offsets, axis=1).min()
     moves = [step * shortest * DIRECTIONS for step in STEP_SIZES]
     return nodes[node] + np.vstack([*moves, offsets.mean(axis=0)])
 
 
 def _best_place(
-    nodes: np.ndarray, patch: np.ndarray, node: int, tried: np.ndarray, least: float
+    nodes: np.ndarray, patch: np.ndarray, node: int, trial_places: np.ndarray, least: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Find the trial place with the best worst element, and the elements' qualities; None if none is better."""
-    copies = np.repeat(nodes[np.newaxis, patch], len(tried), axis=0)
-    copies[:, patch == node] = tried[:, np.newaxis]
+    copies = np.repeat(nodes[np.newaxis, patch], len(trial_places), axis=0)
+    copies[:, patch == node] = trial_places[:, np.newaxis]
     flat = copies.reshape(-1, 3)
-    quality = element_quality(flat, np.arange(len(flat)).reshape(-1, 4)).reshape(len(tried), len(patch))
+    quality = element_quality(flat, np.arange(len(flat)).reshape(-1, 4)).reshape(len(trial_places), len(patch))
     best = int(np.argmax(quality.min(axis=1)))
-    return (tried[best], quality[best]) if quality[best].min() > least + 1e-6 else None
+    return (trial_places[best], quality[best]) if quality[best].min() > least + 1e-6 else None
 
 
 HALVINGS = 3
@@ -148,11 +148,11 @@ def _bad_nodes(nodes: np.ndarray, mesh: TetMesh) -> np.ndarray:
     moved = (nodes != mesh.nodes).any(axis=1)
     elements = mesh.tetrahedra[moved[mesh.tetrahedra].any(axis=1)]
     quality = element_quality(nodes, elements)
-    # long elements with large angles may have bad ones inside when refined
-    unsure = np.flatnonzero(quality >= LEAST_DEG)
+    # good elements with large angles may still have bad children when refined
+    good = np.flatnonzero(quality >= LEAST_DEG)
     # each element by itself, so that its eight children are next to each other; the first four have its own angles
-    apart = np.arange(4 * len(unsure)).reshape(-1, 4)
-    finer, _ = refine(TetMesh(nodes[elements[unsure]].reshape(-1, 3), apart))
-    inner = finer.tetrahedra.reshape(-1, 8, 4)[:, 4:]
-    quality[unsure] = element_quality(finer.nodes, inner.reshape(-1, 4)).reshape(-1, 4).min(axis=1)
+    own_corners = np.arange(4 * len(good)).reshape(-1, 4)
+    finer, _ = refine(TetMesh(nodes[elements[good]].reshape(-1, 3), own_corners))
+    inner_children = finer.tetrahedra.reshape(-1, 8, 4)[:, 4:]
+    quality[good] = element_quality(finer.nodes, inner_children.reshape(-1, 4)).reshape(-1, 4).min(axis=1)
     return np.unique(elements[quality < LEAST_DEG])

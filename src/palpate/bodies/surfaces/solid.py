@@ -36,8 +36,8 @@ def winding_numbers(
     grid = (np.asarray(points) - origin) / spacing
     for axis in range(3):
         order = [(axis + 1) % 3, (axis + 2) % 3, axis]
-        counts = _along(grid[:, order], triangles, [shape[2 - a] for a in order])
-        total += counts.transpose([order.index(a) for a in (2, 1, 0)]) / 3
+        crossings = _along(grid[:, order], triangles, [shape[2 - other] for other in order])
+        total += crossings.transpose([order.index(other) for other in (2, 1, 0)]) / 3
     return total
 
 
@@ -45,14 +45,14 @@ def _along(points: np.ndarray, triangles: np.ndarray, sizes: list[int]) -> np.nd
     """Return for each place of a grid (u, v, w) the mean signed crossings of its two rays along the last axis."""
     corners, rays = points[triangles], np.indices(sizes[:2]).reshape(2, -1).T
     # places are at whole numbers, moved a little so that no ray meets an edge or a corner
-    ray, which, weights = within(rays + np.array([0.000314159, 0.000271828]), corners[:, :, :2])
+    ray, triangle, weights = within(rays + np.array([0.000314159, 0.000271828]), corners[:, :, :2])
     inside = (weights > 0).all(axis=1)
-    ray, which = ray[inside], which[inside]
-    height = (weights[inside] * corners[which, :, 2]).sum(axis=1)
+    ray, triangle = ray[inside], triangle[inside]
+    height = (weights[inside] * corners[triangle, :, 2]).sum(axis=1)
     crossings = np.zeros((len(rays), sizes[2] + 1), dtype=np.float32)
     # a ray leaves through a triangle that faces along it
-    through = -np.sign(area_normals(points, triangles)[which, 2]).astype(np.float32)
-    np.add.at(crossings, (ray, np.clip(np.ceil(height), 0, sizes[2]).astype(np.int64)), through)
+    sense = -np.sign(area_normals(points, triangles)[triangle, 2]).astype(np.float32)
+    np.add.at(crossings, (ray, np.clip(np.ceil(height), 0, sizes[2]).astype(np.int64)), sense)
     return (np.cumsum(crossings, axis=1) - crossings.sum(axis=1, keepdims=True) / 2)[:, :-1].reshape(sizes)
 
 
@@ -63,14 +63,14 @@ def sample(points: np.ndarray, triangles: np.ndarray, spacing: float) -> tuple[n
     lengths = np.linalg.norm(normals, axis=1)
     longest = np.max([np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
     parts = np.ceil(longest / spacing).astype(int)
-    places, facing = [], []
+    places, facings = [], []
     for count in np.unique(parts[lengths > 0]):
-        chosen = np.flatnonzero((parts == count) & (lengths > 0))
+        of_count = np.flatnonzero((parts == count) & (lengths > 0))
         along, across = part_centres(count).T[:, :, None]
-        sides = (b - a)[chosen, None], (c - a)[chosen, None]
-        places.append((a[chosen, None] + along * sides[0] + across * sides[1]).reshape(-1, 3))
-        facing.append(np.repeat(normals[chosen] / lengths[chosen, None], count**2, axis=0))
-    return np.vstack(places), np.vstack(facing)
+        sides = (b - a)[of_count, None], (c - a)[of_count, None]
+        places.append((a[of_count, None] + along * sides[0] + across * sides[1]).reshape(-1, 3))
+        facings.append(np.repeat(normals[of_count] / lengths[of_count, None], count**2, axis=0))
+    return np.vstack(places), np.vstack(facings)
 
 
 # voxels along the longest side, and a layer of empty ones around
@@ -157,8 +157,8 @@ def solidify(source: str, mended: Mended) -> Solid:
     on_surface = [np.abs(drop(middles, facing)) > 0.5 for drop in drops]
     around = [(np.bincount(shell, each) > 0.5 * np.bincount(shell))[shell] for each in on_surface]
     volumes = [
-        abs(volume(points, triangles[own])) if disjoint and is_closed(triangles[own]) else float(each.sum() * voxel_m3)
-        for own, each in zip(around, masks, strict=True)
+        abs(volume(points, triangles[its])) if disjoint and is_closed(triangles[its]) else float(each.sum() * voxel_m3)
+        for its, each in zip(around, masks, strict=True)
     ]
     bounding = np.any(around, axis=0)
     parts = len(np.unique(shell[around[0]]))
@@ -178,37 +178,37 @@ def solidify(source: str, mended: Mended) -> Solid:
 
 def _check_pieces(source: str, sizes: np.ndarray, voxel_m3: float) -> list[str]:
     """Note how many separate pieces are dropped; InputError if one of them is large."""
-    rest = np.sort(sizes)[::-1][1:]
-    if not len(rest):
+    smaller = np.sort(sizes)[::-1][1:]
+    if not len(smaller):
         return []
-    if rest[0] > LARGE_PIECE * sizes.max():
+    if smaller[0] > LARGE_PIECE * sizes.max():
         raise InputError(
             f"{source}: it has {len(sizes)} separate pieces, the largest of {1e6 * voxel_m3 * sizes.max():.0f} and "
-            f"{1e6 * voxel_m3 * rest[0]:.0f} mL; give each body a file of its own."
+            f"{1e6 * voxel_m3 * smaller[0]:.0f} mL; give each body a file of its own."
         )
-    pieces = "1 separate piece" if len(rest) == 1 else f"{len(rest)} separate pieces"
-    return [f"{pieces} dropped ({1e6 * voxel_m3 * rest.sum():.2g} mL)"]
+    pieces = "1 separate piece" if len(smaller) == 1 else f"{len(smaller)} separate pieces"
+    return [f"{pieces} dropped ({1e6 * voxel_m3 * smaller.sum():.2g} mL)"]
 
 
 def _specks(points: np.ndarray, triangles: np.ndarray, spacing: float) -> list[str]:
     """Report how many shells are too small for the grid to see."""
-    label = label_shells(triangles, len(points))
-    low, high = np.full((2, label.max() + 1, 3), np.inf)
-    np.minimum.at(low, label, points[triangles].min(axis=1))
-    np.minimum.at(high, label, -points[triangles].max(axis=1))
-    count = int(((-low - high).max(axis=1) < 3 * spacing).sum())
-    what = "1 speck" if count == 1 else f"{count} specks"
-    return [f"{what} dropped (less than {1e3 * 3 * spacing:.2g} mm across)"] if count else []
+    shell = label_shells(triangles, len(points))
+    lowest, minus_highest = np.full((2, shell.max() + 1, 3), np.inf)
+    np.minimum.at(lowest, shell, points[triangles].min(axis=1))
+    np.minimum.at(minus_highest, shell, -points[triangles].max(axis=1))
+    count = int(((-lowest - minus_highest).max(axis=1) < 3 * spacing).sum())
+    words = "1 speck" if count == 1 else f"{count} specks"
+    return [f"{words} dropped (less than {1e3 * 3 * spacing:.2g} mm across)"] if count else []
 
 
 def _hollows(hollow: np.ndarray, volume: int, voxel_m3: float) -> tuple[list[np.ndarray], str]:
     """List the masks of large hollows, and note how many small ones are filled."""
-    label, count = ndimage.label(hollow)
-    sizes = np.bincount(label.ravel(), minlength=count + 1)[1:]
+    pieces, count = ndimage.label(hollow)
+    sizes = np.bincount(pieces.ravel(), minlength=count + 1)[1:]
     large = np.flatnonzero(sizes > SMALL_HOLLOW * volume)
     small = np.delete(sizes, large)
     note = f"{len(small)} small hollows filled ({1e6 * voxel_m3 * small.sum():.2g} mL)" if len(small) else ""
-    return [label == 1 + number for number in large], note
+    return [pieces == 1 + number for number in large], note
 
 
 def _drop_outward(
@@ -216,13 +216,13 @@ def _drop_outward(
 ) -> np.ndarray:
     """Return how much the mask falls across each place along its normal, (k,): 1 on its surface, if that is outward."""
     field, step = mask.astype(np.float32), 1.5 * spacing * normals
-    inner, outer = (((at - origin) / spacing).T[::-1] for at in (places - step, places + step))
+    inner, outer = (((points - origin) / spacing).T[::-1] for points in (places - step, places + step))
     return ndimage.map_coordinates(field, inner, order=1) - ndimage.map_coordinates(field, outer, order=1)
 
 
 def _shells(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Label each triangle with its piece of the surface, (m,): joined by edges that two triangles have, not more."""
-    ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    _, edge, count = np.unique(ends[:, 0] * len(points) + ends[:, 1], return_inverse=True, return_counts=True)
-    order = np.argsort(edge, kind="stable")
-    return components(order[count[edge[order]] == 2].reshape(-1, 2) // 3, len(triangles))
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, edge_of_side, count = np.unique(edges[:, 0] * len(points) + edges[:, 1], return_inverse=True, return_counts=True)
+    order = np.argsort(edge_of_side, kind="stable")
+    return components(order[count[edge_of_side[order]] == 2].reshape(-1, 2) // 3, len(triangles))

@@ -71,8 +71,8 @@ def tetrahedralize(
                 f"{source}: gmsh cannot fill the surface ({error}); repair it where it intersects or touches itself."
             ) from error
     mesh = TetMesh(nodes, tetrahedra)
-    kept, asked = ({tuple(t) for t in np.sort(each, axis=1).tolist()} for each in (mesh.triangles, triangles))
-    if not np.array_equal(nodes[: len(points)], points) or kept != asked:
+    after, before = ({tuple(t) for t in np.sort(each, axis=1).tolist()} for each in (mesh.triangles, triangles))
+    if not np.array_equal(nodes[: len(points)], points) or after != before:
         raise InputError(
             f"{source}: gmsh changed the surface to fill it; "
             "remesh it so that it has no needles and does not intersect itself."
@@ -82,8 +82,8 @@ def tetrahedralize(
 
 def _sort_shells(points: np.ndarray, triangles: np.ndarray, source: str) -> list[np.ndarray]:
     """List the outer shell's triangles, then those of each cavity."""
-    label = label_shells(triangles, len(points))
-    shells = [triangles[label == number] for number in np.unique(label)]
+    shell_of_triangle = label_shells(triangles, len(points))
+    shells = [triangles[shell_of_triangle == number] for number in np.unique(shell_of_triangle)]
     # six times the volume inside, negative if wound inward
     volumes = [np.linalg.det(points[shell]).sum() for shell in shells]
     if sum(volume > 0 for volume in volumes) > 1:
@@ -105,9 +105,9 @@ def gmsh_mesh(gmsh: Any) -> tuple[np.ndarray, dict[int, np.ndarray]]:
     order = np.argsort(tags)
     elements = {}
     for kind in gmsh.model.mesh.getElementTypes():
-        corners = gmsh.model.mesh.getElementProperties(kind)[3]
-        ends = gmsh.model.mesh.getElementsByType(kind)[1].reshape(-1, corners)
-        elements[int(kind)] = np.searchsorted(tags[order], ends).astype(np.int64)
+        node_count = gmsh.model.mesh.getElementProperties(kind)[3]
+        nodes_of_elements = gmsh.model.mesh.getElementsByType(kind)[1].reshape(-1, node_count)
+        elements[int(kind)] = np.searchsorted(tags[order], nodes_of_elements).astype(np.int64)
     return coordinates.reshape(-1, 3)[order], elements
 
 
@@ -123,9 +123,9 @@ def set_sizes(gmsh: Any, balls: Sequence[tuple[np.ndarray, float, float]], far_m
         numbers |= {"Radius": radius, "Thickness": radius, "VIn": size, "VOut": far_m}
         for name, value in numbers.items():
             gmsh.model.mesh.field.setNumber(fields[-1], name, value)
-    least = gmsh.model.mesh.field.add("Min")
-    gmsh.model.mesh.field.setNumbers(least, "FieldsList", fields)
-    gmsh.model.mesh.field.setAsBackgroundMesh(least)
+    smallest = gmsh.model.mesh.field.add("Min")
+    gmsh.model.mesh.field.setNumbers(smallest, "FieldsList", fields)
+    gmsh.model.mesh.field.setAsBackgroundMesh(smallest)
 
 
 def _generate(gmsh: Any, points: np.ndarray, shells: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -133,8 +133,8 @@ def _generate(gmsh: Any, points: np.ndarray, shells: list[np.ndarray]) -> tuple[
     loops = []
     for shell in shells:
         surface = gmsh.model.addDiscreteEntity(2)
-        used = np.unique(shell)
-        gmsh.model.mesh.addNodes(2, surface, used + 1, points[used].ravel())
+        shell_nodes = np.unique(shell)
+        gmsh.model.mesh.addNodes(2, surface, shell_nodes + 1, points[shell_nodes].ravel())
         gmsh.model.mesh.addElementsByType(surface, TRIANGLE, [], (shell + 1).ravel())
         loops.append(gmsh.model.geo.addSurfaceLoop([surface]))
     gmsh.model.geo.addVolume(loops)

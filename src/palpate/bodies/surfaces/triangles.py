@@ -16,8 +16,8 @@ def weld(points: np.ndarray, triangles: np.ndarray, fraction: float = WELD) -> t
     tolerance = fraction * np.ptp(points, axis=0).max()
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     group = components(pairs, len(points))
-    first = np.unique(group, return_index=True)[1]
-    triangles = first[group][triangles]
+    first_of_group = np.unique(group, return_index=True)[1]
+    triangles = first_of_group[group][triangles]
     a, b, c = triangles.T
     return drop_unused(points, triangles[(a != b) & (b != c) & (c != a)])
 
@@ -35,13 +35,13 @@ def inflate(points: np.ndarray, triangles: np.ndarray, volume_m3: float) -> np.n
     """
     for _ in range(20):
         normals = vertex_normals(points, triangles)
-        missing = volume_m3 - volume(points, triangles)
-        if abs(missing) <= 1e-12 * volume_m3:
+        missing_m3 = volume_m3 - volume(points, triangles)
+        if abs(missing_m3) <= 1e-12 * volume_m3:
             break
         # the rate at which the volume grows with the distance
         at_corners = sum(normals[triangles[:, i]] for i in range(3))
         rate = np.einsum("tj,tj->", area_normals(points, triangles), at_corners) / 6
-        points = points + missing / rate * normals
+        points = points + missing_m3 / rate * normals
     return points
 
 
@@ -54,8 +54,8 @@ def mean_edge(points: np.ndarray, triangles: np.ndarray) -> float:
 def part_centres(parts: int) -> np.ndarray:
     """Return the centres of parts² equal parts of a triangle, (parts², 2), as shares of two sides from their corner."""
     u, v = (x.ravel() for x in np.meshgrid(np.arange(parts), np.arange(parts)))
-    first, second = u + v < parts, u + v < parts - 1
-    return np.column_stack([np.append(each[first] + 1 / 3, each[second] + 2 / 3) for each in (u, v)]) / parts
+    upright, inverted = u + v < parts, u + v < parts - 1
+    return np.column_stack([np.append(each[upright] + 1 / 3, each[inverted] + 2 / 3) for each in (u, v)]) / parts
 
 
 def volume(points: np.ndarray, triangles: np.ndarray) -> float:

@@ -141,16 +141,16 @@ def _head(model: PressModel) -> dict:
     return head
 
 
-def _truth(one: Known) -> dict:
+def _truth(known: Known) -> dict:
     """Describe a press of known truth to the page, with its displacements as 16-bit multiples of a step [m]."""
-    moved = np.asarray(one.displacement, float)
-    newtons, peak = float(np.linalg.norm(one.force)), float(np.linalg.norm(moved, axis=1).max())
+    moved = np.asarray(known.displacement, float)
+    newtons, peak = float(np.linalg.norm(known.force)), float(np.linalg.norm(moved, axis=1).max())
     step = float(np.abs(moved).max()) / _WHOLE
     return {
-        "title": f"place {one.contact}: {newtons:.2g} N, moves {1e3 * peak:.0f} mm",
+        "title": f"place {known.contact}: {newtons:.2g} N, moves {1e3 * peak:.0f} mm",
         "note": "The truth is the limit of ever finer quadratic elements; "
-        f"its own error is {percent(one.own)} of its peak.",
-        **one.press,
+        f"its own error is {percent(known.own)} of its peak.",
+        **known.press,
         "peak": peak,
         "step": step,
         "packed": base64_of(np.round(moved / step).astype("<i2").tobytes()),
@@ -211,6 +211,6 @@ def worth(row: Any) -> str:
     time = f"an answer takes {seconds(row.online_median_s)} in Python"
     if not row.samples:
         return f"Here {time}."
-    of = f"{row.samples} presses whose truth was simulated"
-    error = f"Error {percent(row.rmse_of_peak)} of the peak, {percent(row.rmse_of_peak_most)} at most, on {of}"
+    basis = f"{row.samples} presses whose truth was simulated"
+    error = f"Error {percent(row.rmse_of_peak)} of the peak, {percent(row.rmse_of_peak_most)} at most, on {basis}"
     return f"{error}; {time}."

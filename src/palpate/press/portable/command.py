@@ -38,8 +38,8 @@ def export(
     InputError for a scene that the settings do not have, a model that a file cannot hold, and no place for the file.
     """
     if model != CAN:
-        why = "is not known" if model not in MODELS else "has no form that other programs can answer from"
-        raise InputError(f"--model {model} {why}; export {CAN}.")
+        reason = "is not known" if model not in MODELS else "has no form that other programs can answer from"
+        raise InputError(f"--model {model} {reason}; export {CAN}.")
     _refuse_place(out)
     settings = complete(read_settings(config), config)
     case = _case(settings, config, scene)
@@ -62,20 +62,20 @@ def _refuse_place(out: Path) -> None:
     """Raise InputError for a file that cannot be written, before anything is prepared; folders are made."""
     folder = next(each for each in out.resolve().parents if each.exists())
     if out.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-        why = "it is a folder" if out.is_dir() else f"{folder} is no folder that can be written to"
-        raise InputError(f"{out} cannot be written ({why}); give another file with --out.")
+        reason = "it is a folder" if out.is_dir() else f"{folder} is no folder that can be written to"
+        raise InputError(f"{out} cannot be written ({reason}); give another file with --out.")
 
 
 def _case(settings: Any, config: Path, scene: str) -> Case:
     """Return the body of a scene under its disc, without any sample."""
-    known = {
+    scenes = {
         f"{body}_{regime}": (body, regime) for body in pressed_bodies(settings) for regime in settings.regimes or {}
     }
-    if not known:
+    if not scenes:
         raise InputError(f"{config} presses no body under a disc; add tradeoff, as palpate init writes it.")
-    if scene not in known:
-        raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
-    name, regime = known[scene]
+    if scene not in scenes:
+        raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(scenes), 'choose from')}")
+    name, regime = scenes[scene]
     body = make_body(name, settings.bodies[name].seen_from(config.parent))
     radius_m, tolerance = settings.regimes[regime].radius_on(name), settings.solver.tolerance
     return Case.untrained(body, regime, radius_m, settings.seed, tolerance)

@@ -71,10 +71,10 @@ class Calibration:
             measured = f"{len(self.errors)} presses at {self.places} places"
             if len(self.paired):
                 measured += f"; {100 * self.paired.mean():.1f} % for two presses at once, of {len(self.paired)}"
-            mean, most = 100 * self.errors.mean(), 100 * self.errors.max()
+            mean, worst = 100 * self.errors.mean(), 100 * self.errors.max()
             kept = f"{100 * self.held:.0f} % of the answers keep the bound they give"
             between = (
-                f"between contacts {mean:.1f} % on average, {most:.1f} % at worst, of {measured}; RMSE over peak, "
+                f"between contacts {mean:.1f} % on average, {worst:.1f} % at worst, of {measured}; RMSE over peak, "
                 f"against contact modes that were prepared there; {kept}; {100 * self.answered:.0f} % of the presses "
                 "tried are believed, more with more contacts"
             )
@@ -103,37 +103,37 @@ def calibrate(
             if (row := _compared(model, surface, best, ((node, force),))) is not None:
                 rows.append({"node": node, **row._asdict()})
                 peaks += [row.peak_m] if i == 0 else []
-    halves = [(node, 0.5 * _hardest(solver, node)) for node in nodes[:AT_CONTACTS]]
-    at_contacts = [_compared(model, surface, solver, (press,)) for press in halves]
+    half_presses = [(node, 0.5 * _hardest(solver, node)) for node in nodes[:AT_CONTACTS]]
+    at_contacts = [_compared(model, surface, solver, (press,)) for press in half_presses]
     stored = max((row.error for row in at_contacts if row is not None), default=0.0)
-    least = stored + LEAST_ERROR
+    least_error = stored + LEAST_ERROR
     peak = float(np.median(peaks)) if peaks else 0.0
     if not rows:
-        return Calibration(least, 0.1, 1.0, 1.0, peak, stored, np.empty(0), 0, 0.0, np.empty(0), 1.0)
+        return Calibration(least_error, 0.1, 1.0, 1.0, peak, stored, np.empty(0), 0, 0.0, np.empty(0), 1.0)
     table = pd.DataFrame(rows)
     answered = float((table["doubt"] == BELIEVED).mean())
     table = table[table["doubt"] == table["doubt"].min()]
-    place, error = table["node"].to_numpy(), table["error"].to_numpy()
-    parts = np.column_stack([np.full(len(error), least), table[["size", "spread"]]])
-    weights = _bound_weights(parts, error, place)
-    half = np.isin(place, np.unique(place)[::2])
-    held = [
-        error[~fitted] <= parts[~fitted] @ _bound_weights(parts[fitted], error[fitted], place[fitted])
-        for fitted in (half, ~half)
+    places, errors = table["node"].to_numpy(), table["error"].to_numpy()
+    bound_terms = np.column_stack([np.full(len(errors), least_error), table[["size", "spread"]]])
+    weights = _bound_weights(bound_terms, errors, places)
+    every_other = np.isin(places, np.unique(places)[::2])
+    kept_bounds = [
+        errors[~fitted] <= bound_terms[~fitted] @ _bound_weights(bound_terms[fitted], errors[fitted], places[fitted])
+        for fitted in (every_other, ~every_other)
         if fitted.any()
     ]
-    pairs, several = _pairs(model, surface, best, solver, checked, weights, least)
-    floor, share, spread = weights * [least, 1.0, 1.0]
-    covered = float(np.concatenate(held).mean()) if len(held) else 0.0
-    return Calibration(floor, share, spread, several, peak, stored, error, len(set(place)), covered, pairs, answered)
+    pairs, several = _pairs(model, surface, best, solver, checked, weights, least_error)
+    floor, share, spread = weights * [least_error, 1.0, 1.0]
+    held = float(np.concatenate(kept_bounds).mean()) if len(kept_bounds) else 0.0
+    return Calibration(floor, share, spread, several, peak, stored, errors, len(set(places)), held, pairs, answered)
 
 
-def _bound_weights(parts: np.ndarray, error: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Fit weights (3,) to errors (k,) such that ``parts`` (k, 3) @ weights bounds nine of ten errors at new places."""
-    weights, _ = nnls(parts / error[:, None], np.ones(len(error)))
+def _bound_weights(terms: np.ndarray, errors: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Fit weights (3,) to errors (k,) such that ``terms`` (k, 3) @ weights bounds nine of ten errors at new places."""
+    weights, _ = nnls(terms / errors[:, None], np.ones(len(errors)))
     weights[0] = max(weights[0], 1.0)
-    scores = error / (parts @ weights)
-    factor = bound_factor(scores, place)
+    scores = errors / (terms @ weights)
+    factor = bound_factor(scores, places)
     return weights * (factor if np.isfinite(factor) else float(scores.max()))
 
 
@@ -149,8 +149,8 @@ def _pairs(
     """Return errors (p,) of two presses at once, each half as hard as it may be, and the bound's factor for these."""
     errors: list[float] = []
     factors: list[float] = []
-    for one, two in list(pairwise(checked))[:PAIRS]:
-        presses = tuple((node, 0.5 * _hardest(solver, node)) for node in (one, two))
+    for first_node, second_node in list(pairwise(checked))[:PAIRS]:
+        presses = tuple((node, 0.5 * _hardest(solver, node)) for node in (first_node, second_node))
         if (row := _compared(model, surface, best, presses)) is not None:
             errors.append(row.error)
             missing = max(0.0, row.error - float(weights @ np.array([floor, row.size, row.spread])))
@@ -185,17 +185,17 @@ def _compared(
 ) -> _Compared | None:
     """Compare the file's answer to ``presses``, by node and force (3,) [N], with the solver's; None if it has none."""
     try:
-        right = solver.respond(Load(tuple(Press(node, force) for node, force in presses))).displacement
+        truth = solver.respond(Load(tuple(Press(node, force) for node, force in presses))).displacement
     except NotConverged:
         return None
-    asked = [model.press_at(int(np.searchsorted(surface, node)), force) for node, force in presses]
-    answer, (sizes, spreads) = model.respond(asked), model.beyond(asked)
+    requests = [model.press_at(int(np.searchsorted(surface, node)), force) for node, force in presses]
+    answer, (sizes, spreads) = model.respond(requests), model.beyond(requests)
     moved = answer.displacement
-    peak, own_peak = (float(np.linalg.norm(each, axis=1).max()) for each in (right, moved))
-    rmse = float(np.sqrt(np.mean(np.sum((moved - right) ** 2, axis=1))))
+    peak, file_peak = (float(np.linalg.norm(each, axis=1).max()) for each in (truth, moved))
+    rmse = float(np.sqrt(np.mean(np.sum((moved - truth) ** 2, axis=1))))
     doubt = (ALONE if answer.doubt.startswith(APART) else BEYOND) if answer.doubt else BELIEVED
     others = sum(sizes) - float(np.max(sizes))
-    return _Compared(rmse / peak, sum(sizes) / own_peak, sum(spreads) / own_peak, peak, others / own_peak, doubt)
+    return _Compared(rmse / peak, sum(sizes) / file_peak, sum(spreads) / file_peak, peak, others / file_peak, doubt)
 
 
 VECTORS = 240
@@ -243,14 +243,14 @@ def export_model(
     hardest = float(np.median([1.0 / np.linalg.norm(each.bearing[0]) for each in prepared]))
     scalars = dict.fromkeys(SCALARS, 0.0) | {"radius_m": float(case.radius_m), "hardest_n": hardest}
     scalars |= {"guard": LEAST_DET, "far": LARGEST_NORM, "hard": LARGEST_PRESS}
-    empty = np.zeros((basis.vectors.shape[1], basis.vectors.shape[1]))
+    no_compliance = np.zeros((basis.vectors.shape[1], basis.vectors.shape[1]))
     unmeasured = _info(case, model, basis, prepared, scalars) | {"error": "not measured"}
-    bare = PortableModel(model_bytes(unmeasured, scalars, basis, empty, packed))
+    without_compliance = PortableModel(model_bytes(unmeasured, scalars, basis, no_compliance, packed))
     # how far the nodes that can be pressed are from the nearest contact at most, as runtimes measure it
     pressable = np.searchsorted(surface, between_contacts(case.body))
-    apart = 1.05 * max(bare.apart(basis.nodes[i], basis.normals[i]).min() for i in pressable)
-    scalars["farthest_m"] = min(FARTHEST * case.radius_m, apart)
-    compliance = _compliance(bare, basis, np.searchsorted(surface, sampled), responses, columns)
+    farthest_apart = 1.05 * max(without_compliance.apart(basis.nodes[i], basis.normals[i]).min() for i in pressable)
+    scalars["farthest_m"] = min(FARTHEST * case.radius_m, farthest_apart)
+    compliance = _compliance(without_compliance, basis, np.searchsorted(surface, sampled), responses, columns)
     uncalibrated = PortableModel(model_bytes(unmeasured, scalars, basis, compliance, packed))
     calibration = calibrate(uncalibrated, surface, solver, best, nodes, checked, progress("error at place"))
     scalars |= {name: getattr(calibration, name) for name in ("floor", "share", "spread", "several", "peak_m")}
@@ -258,8 +258,8 @@ def export_model(
     places: list[TouchPlace] = []
     if touches is not None:
         places, trials = prepare_places(case.body, touches, case.options.seed, progress("place to touch"))
-        held = PortableModel(model_bytes(info, scalars, basis, compliance, packed, places))
-        places = measured(held, places, trials)
+        uncalibrated_touches = PortableModel(model_bytes(info, scalars, basis, compliance, packed, places))
+        places = measured(uncalibrated_touches, places, trials)
     with write_whole(path) as temporary:
         temporary.write_bytes(model_bytes(info, scalars, basis, compliance, packed, places))
 
@@ -290,8 +290,8 @@ def _places(body: Body, contacts: int) -> tuple[list[int], list[int]]:
         )
     nodes = candidates[spread_over(points, count)].tolist()
     checked = min(max(len(nodes) // 4, CHECKED[0]), CHECKED[1], len(candidates) - len(nodes))
-    between = spread_out(points, body.fine.nodes[nodes], checked)
-    return nodes, candidates[between].tolist()
+    rows = spread_out(points, body.fine.nodes[nodes], checked)
+    return nodes, candidates[rows].tolist()
 
 
 def _linear_responses(
@@ -312,12 +312,12 @@ def _linear_responses(
     if offline.level == 0:
         return chosen, reduced
     at_contacts = [to_columns(offline.reduced_columns(node)) for node in nodes]
-    steps = [
+    level_changes = [
         each - _responses(offline, offline.level - 1, [node]) for each, node in zip(at_contacts, nodes, strict=True)
     ]
-    changes = [one.columns - each for one, each in zip(prepared, at_contacts, strict=True)]
-    squares = sum(float(np.vdot(step, step)) for step in steps)
-    products = sum(float(np.vdot(change, step)) for change, step in zip(changes, steps, strict=True))
+    target_changes = [contact.columns - each for contact, each in zip(prepared, at_contacts, strict=True)]
+    squares = sum(float(np.vdot(step, step)) for step in level_changes)
+    products = sum(float(np.vdot(change, step)) for change, step in zip(target_changes, level_changes, strict=True))
     factor = products / squares if squares else 0.0
     return chosen, reduced + factor * (reduced - _responses(offline, offline.level - 1, chosen))
 
@@ -331,11 +331,11 @@ def _responses(
     offline: Offline, level: int, nodes: Sequence[int] | np.ndarray, progress: Callable[[Sequence], Iterable] = iter
 ) -> np.ndarray:
     """Return the responses (3 n, 3 k) [m/N] of a level to unit forces at ``nodes`` (k,)."""
-    elements, parts = offline.elements(level), []
-    for some in progress(np.array_split(np.asarray(nodes), -(-len(nodes) // TOGETHER))):
-        loads = np.dstack([elements.nodal(*offline.disc(int(node), level), np.eye(3)) for node in some])
-        parts.append(to_columns(bring_to_surface(offline.up(level), elements.solve(loads, RESPONSE_TOLERANCE))))
-    return np.hstack(parts)
+    elements, blocks = offline.elements(level), []
+    for batch in progress(np.array_split(np.asarray(nodes), -(-len(nodes) // TOGETHER))):
+        loads = np.dstack([elements.nodal(*offline.disc(int(node), level), np.eye(3)) for node in batch])
+        blocks.append(to_columns(bring_to_surface(offline.up(level), elements.solve(loads, RESPONSE_TOLERANCE))))
+    return np.hstack(blocks)
 
 
 def _compliance(
@@ -346,10 +346,10 @@ def _compliance(
     bare : the file without it; responses : at nodes ``sampled``; columns : of the contacts
     Each response counts over its size; by reciprocity the compliance is symmetric.
     """
-    discs = [bare.mean_over_disc(basis.nodes[i], basis.normals[i]).T for i in sampled]
-    discs += [PREPARED_MOST * each.here.T for each in bare.contacts]
-    known = [basis.coordinates(responses), *(PREPARED_MOST * basis.coordinates(each) for each in columns)]
-    means, coordinates = np.hstack(discs), np.hstack(known)
+    mean_blocks = [bare.mean_over_disc(basis.nodes[i], basis.normals[i]).T for i in sampled]
+    mean_blocks += [PREPARED_MOST * each.here.T for each in bare.contacts]
+    coordinate_blocks = [basis.coordinates(responses), *(PREPARED_MOST * basis.coordinates(each) for each in columns)]
+    means, coordinates = np.hstack(mean_blocks), np.hstack(coordinate_blocks)
     sizes = np.linalg.norm(coordinates, axis=0)
     compliance = np.linalg.lstsq((means / sizes).T, (coordinates / sizes).T, rcond=1e-8)[0].T
     return 0.5 * (compliance + compliance.T)
@@ -360,8 +360,8 @@ def _info(
 ) -> dict:
     """Return the header of the file, but for its errors."""
     sizes = {"n": len(basis.nodes), "t": len(basis.triangles), "contacts": len(prepared)}
-    named = {"format": "palpate portable model", "version": VERSION, "palpate": version("palpate")}
+    file_words = {"format": "palpate portable model", "version": VERSION, "palpate": version("palpate")}
     body = {"body": case.body.name, "regime": case.regime, "model": "contact_modes", "setting": dict(model.said)}
-    of_body = {"size_m": float(case.body.fine.size), "young_pa": float(case.body.material.young_pa)}
-    hard = {"radius_m": float(case.radius_m), "peak_m": scalars["peak_m"], "hardest_n": scalars["hardest_n"]}
-    return named | body | of_body | hard | sizes | {"vectors": basis.vectors.shape[1]}
+    body_numbers = {"size_m": float(case.body.fine.size), "young_pa": float(case.body.material.young_pa)}
+    press_words = {"radius_m": float(case.radius_m), "peak_m": scalars["peak_m"], "hardest_n": scalars["hardest_n"]}
+    return file_words | body | body_numbers | press_words | sizes | {"vectors": basis.vectors.shape[1]}

@@ -33,9 +33,9 @@ def describe(path: Path | str) -> str:
     """Return what a portable model file is, for the terminal; InputError as ``read``."""
     model, megabytes = read(path), Path(path).stat().st_size / 1e6
     info, setting = model.info, model.info.get("setting")
-    said = ", ".join(f"{name}={value}" for name, value in setting.items()) if isinstance(setting, dict) else ""
+    setting_words = ", ".join(f"{name}={value}" for name, value in setting.items()) if isinstance(setting, dict) else ""
     lines = [
-        f"{path}: {info.get('body')}, {info.get('regime')}: {info.get('model')} ({said}), "
+        f"{path}: {info.get('body')}, {info.get('regime')}: {info.get('model')} ({setting_words}), "
         f"{megabytes:.1f} MB, whole and sound",
         f"surface of {len(model.nodes)} nodes and {len(model.triangles)} triangles, {len(model.contacts)} contacts",
         f"pressed by discs of {1e3 * model.radius_m:g} mm radius, up to about {info.get('hardest_n', 0.0):.2g} N",

@@ -78,11 +78,11 @@ def prepare_places(
     trials: list[_Trial] = []
     for instrument in asked.instruments:
         _refuse(instrument, asked.depth_of_radius)
-    pairs = [(one, node) for one in asked.instruments for node in _nodes(body, one, asked.places)]
-    left = 0
+    pairs = [(tool, node) for tool in asked.instruments for node in _nodes(body, tool, asked.places)]
+    left_out = 0
     for instrument, node in progress(pairs):
-        for fall in range(FALLS):
-            deepest = asked.depth_of_radius * instrument.radius_m * LOWER**fall
+        for lowered in range(FALLS):
+            deepest = asked.depth_of_radius * instrument.radius_m * LOWER**lowered
             try:
                 case = TouchCase(body, instrument, deepest, seed)
                 place, trials_there = _place(case, asked.level, node, len(places))
@@ -92,10 +92,10 @@ def prepare_places(
             trials += trials_there
             break
         else:
-            left += 1
-    if left:
+            left_out += 1
+    if left_out:
         warnings.warn(
-            f"bodies.{body.name}: {left} of {len(pairs)} places to touch give way, and are left.", stacklevel=2
+            f"bodies.{body.name}: {left_out} of {len(pairs)} places to touch give way, and are left.", stacklevel=2
         )
     return places, trials
 
@@ -112,18 +112,18 @@ def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequenc
         for trial in trials:
             if trial.place == number:
                 answer = model.touch(number, trial.touch.depth_m, trial.touch.direction)
-                apart = np.sqrt(np.mean(np.sum((answer.displacement - trial.displacement) ** 2, axis=1)))
-                peak = np.linalg.norm(trial.displacement, axis=1).max()
+                rmse = np.sqrt(np.mean(np.sum((answer.displacement - trial.displacement) ** 2, axis=1)))
+                peak_m = np.linalg.norm(trial.displacement, axis=1).max()
                 straight = float(trial.touch.direction @ place.axes[2]) < -1.0 + 1e-9
-                errors[straight].append((apart / peak, abs(answer.force_n / trial.force_n - 1.0)))
+                errors[straight].append((rmse / peak_m, abs(answer.force_n / trial.force_n - 1.0)))
         (error, force_error), (tilted, tilted_force) = (np.max(errors[straight], axis=0) for straight in (True, False))
         if max(error, tilted) <= MOST_ERROR and max(force_error, tilted_force) <= MOST_FORCE_ERROR:
             errors_of: dict[str, Any] = {"error": float(error), "force_error": float(force_error)}
             accurate.append(
                 replace(place, **errors_of, tilted_error=float(tilted), tilted_force_error=float(tilted_force))
             )
-    if left := len(places) - len(accurate):
-        warnings.warn(f"{left} of {len(places)} places to touch are answered too wrongly, and are left.", stacklevel=2)
+    if out := len(places) - len(accurate):
+        warnings.warn(f"{out} of {len(places)} places to touch are answered too wrongly, and are left.", stacklevel=2)
     return accurate
 
 
@@ -141,11 +141,11 @@ def _nodes(body: Body, instrument: Instrument, count: int) -> list[int]:
     """Return ``count`` nodes that can be touched, spread over those where the surface is flat beside the instrument."""
     candidates, surface = places_to_touch(body), body.fine.surface
     points, normals = body.fine.nodes[surface], body.fine.normals
-    flat = []
+    least_cosines = []
     for node in candidates:
-        near = surface[np.linalg.norm(points - body.fine.nodes[node], axis=1) < 2.0 * instrument.radius_m]
-        flat.append(float((normals[near] @ normals[node]).min()) > FLAT)
-    candidates = candidates[flat] if any(flat) else candidates
+        nearby = surface[np.linalg.norm(points - body.fine.nodes[node], axis=1) < 2.0 * instrument.radius_m]
+        least_cosines.append(float((normals[nearby] @ normals[node]).min()) > FLAT)
+    candidates = candidates[least_cosines] if any(least_cosines) else candidates
     return [int(candidates[row]) for row in spread_over(body.fine.nodes[candidates], count)]
 
 
@@ -160,8 +160,8 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     directions = tilted_ways(axes, TILTS, TURNS)
     poses = [Touch(instrument, node, direction, deepest).pose(body) for direction in directions]
     x, y = (directions @ axes.T)[:, :2].T
-    distances = np.array([(pose.tip - origin) @ direction for pose, direction in zip(poses, directions, strict=True)])
-    first = np.linalg.lstsq(np.column_stack([np.ones(len(x)), x, y, x * x, x * y, y * y]), distances)[0]
+    reaches = np.array([(pose.tip - origin) @ direction for pose, direction in zip(poses, directions, strict=True)])
+    first = np.linalg.lstsq(np.column_stack([np.ones(len(x)), x, y, x * x, x * y, y * y]), reaches)[0]
     edge = instrument.radius_m if instrument.kind == SPHERE else instrument.edge_m
     slopes, volumes, mu, lam = (each[0] for each in reduced.model.body[:4])
     points, moves, areas, penalty = reduced.points
@@ -173,16 +173,16 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
         pushed=np.empty((0, 3)), starts=np.empty((0, reduced.count)),
     )  # fmt: skip
     # the search of any push begins where pushes like it have come to, interpolated by a kernel
-    pushed, states, touching = [], [], []
+    pushed, states, areas_m2 = [], [], []
     for pose, direction in zip(poses, directions, strict=True):
         q = np.zeros(reduced.count)
         for share in SHARES:
             q, _, area, _ = settle_touch(place, pose.tip + share * deepest * direction, q)
             pushed.append(share * axes @ direction)
             states.append(q)
-            touching.append(area)
+            areas_m2.append(area)
     kernel = touch_kernel(np.array(pushed), np.array(pushed).T) + RIDGE * np.eye(len(pushed))
-    starts, stretched = np.linalg.solve(kernel, states), solver.respond(straight).area_m2 / touching[len(SHARES) - 1]
+    starts, stretched = np.linalg.solve(kernel, states), solver.respond(straight).area_m2 / areas_m2[len(SHARES) - 1]
     place = replace(place, pushed=np.array(pushed), starts=starts, stretched=stretched)
     return place, _trials(case, level, node, axes, number)
 

@@ -61,27 +61,27 @@ def surface_basis(
 ) -> SurfaceBasis:
     """Choose a basis of at most ``most`` vectors for answers, by proper orthogonal decomposition.
 
-    linear, bent : displacements (3 n, k) each, linear responses and what is beyond them, each over its largest entry
+    linear, bent : displacements (3 n, k) each, linear responses and what is beyond them; each is scaled to at most 1
     """
     surface = body.fine.surface
-    made = _interpolation(body)
+    interpolation = _interpolation(body)
     made_of, weights = np.zeros((len(surface), MADE_OF), dtype=np.int64), np.zeros((len(surface), MADE_OF))
-    node = np.repeat(np.arange(len(surface)), np.diff(made.indptr))
-    place = node, np.arange(made.nnz) - made.indptr[node]
-    made_of[place], weights[place] = made.indices, made.data
-    whole = made.data > 1.0 - 1e-9  # nodes that are made of one stored node alone are that node
-    rows = np.zeros(made.shape[1], dtype=np.int64)
-    rows[made.indices[whole]] = node[whole]
+    node = np.repeat(np.arange(len(surface)), np.diff(interpolation.indptr))
+    entry = node, np.arange(interpolation.nnz) - interpolation.indptr[node]
+    made_of[entry], weights[entry] = interpolation.indices, interpolation.data
+    stored_alone = interpolation.data > 1.0 - 1e-9  # nodes that are made of one stored node alone are that node
+    rows = np.zeros(interpolation.shape[1], dtype=np.int64)
+    rows[interpolation.indices[stored_alone]] = node[stored_alone]
     triangles = np.searchsorted(surface, body.fine.triangles)
     nodes = body.fine.nodes[surface].astype(np.float32).astype(float)
     corners = nodes[triangles]
     edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
     parts = int(np.clip(np.ceil(PARTS_OF_RADIUS * edge / radius_m), 1, MOST_PARTS))
     empty = np.zeros((3 * len(rows), 0))
-    bare = SurfaceBasis(nodes, body.fine.normals[surface], triangles, parts, made_of, weights, rows, empty)
-    scaled = [bare.at_stored(each) / np.abs(each).max() for each in linear]
-    scaled += [BENT * bare.at_stored(each) / np.abs(each).max() for each in bent]
-    samples = np.hstack(scaled)
+    empty_basis = SurfaceBasis(nodes, body.fine.normals[surface], triangles, parts, made_of, weights, rows, empty)
+    samples_of_kinds = [empty_basis.at_stored(each) / np.abs(each).max() for each in linear]
+    samples_of_kinds += [BENT * empty_basis.at_stored(each) / np.abs(each).max() for each in bent]
+    samples = np.hstack(samples_of_kinds)
     products = samples @ samples.T if samples.shape[0] < samples.shape[1] else samples.T @ samples
     values, eigenvectors = np.linalg.eigh(products)
     largest = np.argsort(values)[::-1][: min(most, int((values > 1e-10 * values[-1]).sum()))]
@@ -89,7 +89,7 @@ def surface_basis(
     if samples.shape[0] >= samples.shape[1]:
         vectors = samples @ vectors / np.sqrt(values[largest])
     chosen = vectors * np.sqrt(len(rows))
-    return SurfaceBasis(nodes, bare.normals, triangles, parts, made_of, weights, rows, chosen)
+    return SurfaceBasis(nodes, empty_basis.normals, triangles, parts, made_of, weights, rows, chosen)
 
 
 def _interpolation(body: Body) -> sparse.csr_array:
@@ -97,9 +97,9 @@ def _interpolation(body: Body) -> sparse.csr_array:
     surface = body.fine.surface
     if len(body.levels) < 3:
         return sparse.csr_array(sparse.eye_array(len(surface), format="csr"))
-    whole = sparse.csr_array(to_surface(body, len(body.levels) - 3, 2))
-    used = np.unique(whole.indices[np.abs(whole.data) > 1e-12])
-    interpolation = sparse.csr_array(whole[:, used])
+    from_level = sparse.csr_array(to_surface(body, len(body.levels) - 3, 2))
+    used_nodes = np.unique(from_level.indices[np.abs(from_level.data) > 1e-12])
+    interpolation = sparse.csr_array(from_level[:, used_nodes])
     interpolation.data[np.abs(interpolation.data) <= 1e-12] = 0.0
     interpolation.eliminate_zeros()
     return interpolation
@@ -140,9 +140,9 @@ def model_bytes(
     for place in places:
         parts += _touched(place)
     sizes = len(basis.nodes), len(basis.triangles), len(basis.rows), basis.vectors.shape[1], len(contacts), basis.parts
-    rest = struct.pack("<7I", len(head), *sizes) + b"".join(parts)
-    total = HEAD - 8 * len(SCALARS) - 28 + len(rest)
-    return MAGIC + struct.pack("<3I", VERSION, total, zlib.crc32(rest)) + rest
+    checked = struct.pack("<7I", len(head), *sizes) + b"".join(parts)
+    total = HEAD - 8 * len(SCALARS) - 28 + len(checked)
+    return MAGIC + struct.pack("<3I", VERSION, total, zlib.crc32(checked)) + checked
 
 
 def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:

@@ -42,8 +42,8 @@ def press(
     scene, model : what is pressed and what answers; the run's first scene and its models that answer anywhere if None
     """
     run = find_run(config, results)
-    numbers = (signal.SIGINT, signal.SIGTERM)  # a shell lets what it starts in the background ignore the first
-    before = [signal.signal(number, signal.default_int_handler) for number in numbers]
+    signals = (signal.SIGINT, signal.SIGTERM)  # a shell lets what it starts in the background ignore the first
+    earlier_handlers = [signal.signal(number, signal.default_int_handler) for number in signals]
     try:
         chosen = scene or run.scenes[0]
         with PressServer(port) as server:  # before what takes a minute, as the port may be in use
@@ -61,7 +61,7 @@ def press(
     except KeyboardInterrupt:  # whenever it comes, it is how one leaves
         return "closed"
     finally:
-        for number, handler in zip(numbers, before, strict=True):
+        for number, handler in zip(signals, earlier_handlers, strict=True):
             signal.signal(number, handler)
     return "closed"
 
@@ -78,10 +78,10 @@ def find_run(config: Path | None, results: Path | None) -> FinishedRun:
     if results and not results.is_dir():
         raise InputError(f"{results}: there is no such folder; give the results of a run with --results.")
     if config is None:
-        beside = results.resolve().parent if results else Path()
-        config = next((beside / name for name in ("config.yaml", "try.yaml") if (beside / name).is_file()), None)
+        folder = results.resolve().parent if results else Path()
+        config = next((folder / name for name in ("config.yaml", "try.yaml") if (folder / name).is_file()), None)
         if config is None:
-            raise InputError(f"{beside} has no config.yaml; give the settings of the run with --config.")
+            raise InputError(f"{folder} has no config.yaml; give the settings of the run with --config.")
     elif not config.is_file():
         raise InputError(f"{config}: there is no such file; give the settings of the run.")
     run = FinishedRun(config, results or config.parent / "results")
@@ -95,12 +95,12 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
     """Return the page of a scene, with all its models or ``only`` one: in a file, or asked from this server."""
     case, body = live.case, live.case.body
     # in the words of a portable file's header
-    words: dict[str, Any] = {"body": body.name, "regime": case.regime, "radius_m": case.radius_m}
-    words |= {"size_m": body.fine.size, "young_pa": body.material.young_pa}
-    words |= {"peak_m": live.peak, "hardest_n": live.hardest}
+    info: dict[str, Any] = {"body": body.name, "regime": case.regime, "radius_m": case.radius_m}
+    info |= {"size_m": body.fine.size, "young_pa": body.material.young_pa}
+    info |= {"peak_m": live.peak, "hardest_n": live.hardest}
     if models := [] if only else _in_file(run.folder(scene).parent / "press", case):
-        words |= models[0].info  # or the same colour would be another displacement in the view beside
-    served = partial(PressModel, nodes=case.meshes.nodes_fine_surface, triangles=case.meshes.triangles, info=words)
+        info |= models[0].info  # or the same colour would be another displacement in the view beside
+    served = partial(PressModel, nodes=case.meshes.nodes_fine_surface, triangles=case.meshes.triangles, info=info)
     for name, row in live.rows.items():
         about = f"Error {percent(row['rmse_of_peak'])} of the peak; {seconds(row['online_p95_s'])} for a given force."
         models.append(served(name, label(name, row["setting"]), url=f"answer/{name}", advice=about))
@@ -108,7 +108,7 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
         about = f"{CUT_ABOUT[name]} {1e3 * cut_level(body)[1]:.0f} mm long, they open where a cut severs most of one."
         models.append(served(name, CUT_TITLES[name], url=f"answer/{name}", knife=f"cut/{name}", advice=about))
     if (coarse := coarse_answer(body, case.radius_m)) is not None:
-        models.append(model_in_page("coarse", packed(coarse), words))
+        models.append(model_in_page("coarse", packed(coarse), info))
     return press_document(models, f"Press it: {spaced(scene)}", held_nodes(body))
 
 

@@ -63,8 +63,8 @@ def drawn(
 def _rims(cuts: Sequence[Cut], nodes: np.ndarray, triangles: np.ndarray, near: float) -> np.ndarray:
     """Return the border edges (k, 2) of the skin both of whose ends are on the surface of one cut."""
     edges, count = triangle_edges(triangles)
-    on = np.any([(np.abs(cut.across(nodes)) <= near)[edges].all(axis=1) for cut in cuts], axis=0)
-    return edges[on & (count == 1)]
+    on_cut = np.any([(np.abs(cut.across(nodes)) <= near)[edges].all(axis=1) for cut in cuts], axis=0)
+    return edges[on_cut & (count == 1)]
 
 
 def _welded(points: np.ndarray, rows: sparse.csr_array, size: float) -> tuple[np.ndarray, np.ndarray, sparse.csr_array]:
@@ -73,14 +73,14 @@ def _welded(points: np.ndarray, rows: sparse.csr_array, size: float) -> tuple[np
     rows : (3t, n) interpolation to the corners
     Returns points, triangles and rows; triangles two of whose corners are one are left out.
     """
-    flat = points.reshape(-1, 3)
+    corners = points.reshape(-1, 3)
     # rows differ if their products with random numbers do
     product = rows @ np.random.default_rng(0).random(rows.shape[1])
-    keys = np.column_stack([np.round(flat / (SAME * size)), np.round(product / SAME)])
-    _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    triangles = which.reshape(-1, 3)
-    wide = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    return flat[first], triangles[wide], rows[first]
+    keys = np.column_stack([np.round(corners / (SAME * size)), np.round(product / SAME)])
+    _, first_of_point, point = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    triangles = point.reshape(-1, 3)
+    distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    return corners[first_of_point], triangles[distinct], rows[first_of_point]
 
 
 def _skin(
@@ -94,14 +94,14 @@ def _skin(
         for piece in cut.pieces:
             values = piece.across((weights @ nodes[triangles[owner]]).reshape(-1, 3))
             weights, owner, *_ = divide(weights, owner, values)
-    rest = np.flatnonzero(~doubled)
-    owner, weights = np.append(rest, owner), np.concatenate([np.broadcast_to(np.eye(3), (len(rest), 3, 3)), weights])
+    whole = np.flatnonzero(~doubled)
+    owner, weights = np.append(whole, owner), np.concatenate([np.broadcast_to(np.eye(3), (len(whole), 3, 3)), weights])
     corners = weights @ nodes[triangles[owner]]
     normals = area_normals(nodes, triangles)[owner]
-    share = (corner_normals(corners) * normals).sum(axis=1) / (normals**2).sum(axis=1)
+    area_share = (corner_normals(corners) * normals).sum(axis=1) / (normals**2).sum(axis=1)
     for each in (weights, corners):
-        each[share < 0.0] = each[share < 0.0][:, ::-1]
-    kept = np.abs(share) > FLAT
+        each[area_share < 0.0] = each[area_share < 0.0][:, ::-1]
+    kept = np.abs(area_share) > FLAT
     owner, weights, corners = owner[kept], weights[kept], corners[kept]
     copies = _copies(parted, element[owner], sides_of(cuts, corners.mean(axis=1)))
     # each corner is interpolated from the skin's nodes, these from nodes of the level, and so from those of the copy
@@ -110,8 +110,8 @@ def _skin(
     mixed = (sparse.csr_array(entries, shape=(count, len(nodes))) @ rows).tocoo()
     mixed.eliminate_zeros()
     nodes_of_element = parted.whole.tetrahedra[element[owner]][mixed.row // 3]
-    at = parted.mesh.tetrahedra[copies[mixed.row // 3], (nodes_of_element == mixed.col[:, None]).argmax(axis=1)]
-    return corners, sparse.csr_array((mixed.data, (mixed.row, at)), shape=(count, len(parted.origin)))
+    copy_nodes = parted.mesh.tetrahedra[copies[mixed.row // 3], (nodes_of_element == mixed.col[:, None]).argmax(axis=1)]
+    return corners, sparse.csr_array((mixed.data, (mixed.row, copy_nodes)), shape=(count, len(parted.origin)))
 
 
 def _under(mesh: TetMesh, triangles: np.ndarray, rows: sparse.csr_array) -> np.ndarray:
@@ -121,33 +121,33 @@ def _under(mesh: TetMesh, triangles: np.ndarray, rows: sparse.csr_array) -> np.n
     corners = sparse.csr_array((np.ones(triangles.size), entries), shape=(len(triangles), rows.shape[0])) @ pattern
     corners.sort_indices()
     faces, count = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1), len(mesh.nodes)
-    under = corners.indices.reshape(-1, 3).astype(np.int64)
-    keys, wanted = ((each[:, 0] * count + each[:, 1]) * count + each[:, 2] for each in (faces, under))
+    level_faces = corners.indices.reshape(-1, 3).astype(np.int64)
+    keys, wanted_keys = ((each[:, 0] * count + each[:, 1]) * count + each[:, 2] for each in (faces, level_faces))
     order = np.argsort(keys)
-    return order[np.searchsorted(keys[order], wanted)] // 4
+    return order[np.searchsorted(keys[order], wanted_keys)] // 4
 
 
 def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray, sparse.csr_array]:
-    """Return the corners (t, 3, 3) [m] of both lips' triangles, and their interpolation (3t, n_parted)."""
+    """Return corners (t, 3, 3) [m] of both lips' triangles, sections of doubled elements, and a map (3t, n) to them."""
     mesh, corners = parted.whole, [np.empty((0, 3, 3))]
     nodes, weights = [np.empty((0, 3, 4), int)], [np.empty((0, 3, 4))]
     doubled = np.flatnonzero(np.bincount(parted.parents) > 1)
-    every = [piece for cut in cuts for piece in cut.pieces]
+    all_pieces = [piece for cut in cuts for piece in cut.pieces]
     for c, cut in enumerate(cuts):
         for piece in cut.pieces:
-            parts, element = mesh.nodes[mesh.tetrahedra[doubled]], doubled
-            for other in every:  # so that no section is on both sides of another piece
+            pieces, element = mesh.nodes[mesh.tetrahedra[doubled]], doubled
+            for other in all_pieces:  # so that no section is on both sides of another piece
                 if other is not piece:
-                    parts, element, *_ = divide(parts, element, other.across(parts.reshape(-1, 3)))
-            _, _, sections, element = divide(parts, element, piece.across(parts.reshape(-1, 3)))
-            on = np.abs(cut.across(sections.mean(axis=1))) <= NEAR_PLANE * size
-            sections, element = sections[on], element[on]
+                    pieces, element, *_ = divide(pieces, element, other.across(pieces.reshape(-1, 3)))
+            _, _, sections, element = divide(pieces, element, piece.across(pieces.reshape(-1, 3)))
+            on_cut = np.abs(cut.across(sections.mean(axis=1))) <= NEAR_PLANE * size
+            sections, element = sections[on_cut], element[on_cut]
             sides = sides_of(cuts, sections.mean(axis=1))
-            lips = []
+            copies_by_side = []
             for side in (1, -1):
                 sides[:, c] = side
-                lips.append(_copies(parted, element, sides))
-            both = lips[0] != lips[1]
+                copies_by_side.append(_copies(parted, element, sides))
+            apart = copies_by_side[0] != copies_by_side[1]
             # barycentric coordinates (k, 4, 4) of the corners of sections in their elements
             frames, places = (
                 np.concatenate([np.swapaxes(points, 1, 2), np.ones((len(element), 1, 4))], axis=1)
@@ -156,16 +156,16 @@ def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray,
             barycentric = np.swapaxes(np.linalg.solve(frames, places), 1, 2)
             for triangle in ([0, 1, 2], [0, 2, 3]):  # of a section with four corners
                 section, weight = sections[:, triangle], barycentric[:, triangle]
-                turned = corner_normals(section) @ piece.normal
+                facing = corner_normals(section) @ piece.normal
                 # each lip's triangles are wound so that they face the gap
-                for copies, outward in zip(lips, (-1.0, 1.0), strict=True):
-                    for kept, step in ((both & (outward * turned > 0.0), 1), (both & (outward * turned < 0.0), -1)):
+                for copies, outward in zip(copies_by_side, (-1.0, 1.0), strict=True):
+                    for kept, step in ((apart & (outward * facing > 0.0), 1), (apart & (outward * facing < 0.0), -1)):
                         corners.append(section[kept, ::step])
                         weights.append(weight[kept, ::step])
                         nodes.append(np.repeat(parted.mesh.tetrahedra[copies[kept]][:, None], 3, axis=1))
-    points, at = np.concatenate(corners), np.concatenate(nodes).reshape(-1, 4)
-    entries = np.concatenate(weights).ravel(), (np.repeat(np.arange(len(at)), 4), at.ravel())
-    return points, sparse.csr_array(entries, shape=(len(at), len(parted.origin)))
+    points, node_rows = np.concatenate(corners), np.concatenate(nodes).reshape(-1, 4)
+    entries = np.concatenate(weights).ravel(), (np.repeat(np.arange(len(node_rows)), 4), node_rows.ravel())
+    return points, sparse.csr_array(entries, shape=(len(node_rows), len(parted.origin)))
 
 
 def _copies(parted: Parted, element: np.ndarray, sides: np.ndarray) -> np.ndarray:
@@ -175,8 +175,8 @@ def _copies(parted: Parted, element: np.ndarray, sides: np.ndarray) -> np.ndarra
     chosen = order[starts[element]]
     counts = np.diff(starts)[element]
     for number in range(int(counts.max(initial=0)) - 1, -1, -1):
-        some = np.flatnonzero(number < counts)
-        copies = order[starts[element[some]] + number]
-        fits = (parted.sides[copies] * sides[some] >= 0).all(axis=1)
-        chosen[some[fits]] = copies[fits]
+        rows = np.flatnonzero(number < counts)
+        copies = order[starts[element[rows]] + number]
+        on_side = (parted.sides[copies] * sides[rows] >= 0).all(axis=1)
+        chosen[rows[on_side]] = copies[on_side]
     return chosen

@@ -42,8 +42,8 @@ TOLERANCE = 1e-3
 def read_cuts(body: bytes) -> list[CutSettings]:
     """Read the cuts of a request ``{"cuts": [{"path_m": …, "depth_m": …}, …], …}``; InputError for another form."""
     try:
-        sent = json.loads(body)
-        cuts = sent.get("cuts", [])
+        request = json.loads(body)
+        cuts = request.get("cuts", [])
         if not isinstance(cuts, list):
             raise TypeError
         wanted_cuts = [_read(each) for each in cuts]
@@ -114,14 +114,14 @@ class KnifeModel:
             self._refuse_idle(parted, held, made)
             loose = parted.loose(held)
             body = replace(parted.body, anchors=[np.flatnonzero(held | loose)])
-            equilibrium, ready = Equilibrium(body, 0), perf_counter()
+            equilibrium, ready_s = Equilibrium(body, 0), perf_counter()
             surface = drawn(parted, made, self._skin, self._triangles, self._rows)
             self._surface, self._sheet = surface, Sheet(surface.nodes, surface.triangles, 0.0)
             self._fixed, self._loose, self._equilibrium = held | loose, loose, equilibrium
-            still = surface.rows @ held.astype(float) > 1.0 - FULLY
-            times = 1e3 * (ready - begin), 1e3 * (perf_counter() - ready)
+            is_held = surface.rows @ held.astype(float) > 1.0 - FULLY
+            times = 1e3 * (ready_s - begin), 1e3 * (perf_counter() - ready_s)
             self._placed: dict[tuple[int, bytes], np.ndarray] = {}
-            self._followed, self._cuts = Followed(surface, still, *times), cuts
+            self._followed, self._cuts = Followed(surface, is_held, *times), cuts
         return self._followed
 
     def _refuse_idle(self, parted: Parted, held: np.ndarray, cuts: Sequence[Cut]) -> None:
@@ -129,10 +129,10 @@ class KnifeModel:
         if not cuts:
             return
         earlier, whole_nodes = cuts[:-1], parted.whole.nodes
-        before = part(self._body, self._level, earlier, VIRTUAL_NODES).origin if earlier else whole_nodes
-        if len(parted.origin) <= len(before):
-            long = 1e3 * self._edge_m
-            raise InputError(f"this cut severs nothing, as elements are {long:.0f} mm long; cut longer or deeper.")
+        nodes_before = part(self._body, self._level, earlier, VIRTUAL_NODES).origin if earlier else whole_nodes
+        if len(parted.origin) <= len(nodes_before):
+            edge_mm = 1e3 * self._edge_m
+            raise InputError(f"this cut severs nothing, as elements are {edge_mm:.0f} mm long; cut longer or deeper.")
         copied = np.bincount(parted.origin)[parted.origin] > 1
         if held[copied & parted.solid].all():
             raise InputError("the body is held there, and a cut opens nothing; cut another place.")
@@ -140,10 +140,10 @@ class KnifeModel:
     def respond(self, presses: list[Asked]) -> Found:
         """Answer presses on triangles of the surface; errors as in ``PressedModel``."""
         begin = perf_counter()
-        known, self._placed = self._placed, {}
+        placed_before, self._placed = self._placed, {}
         for each in presses:  # a finger that presses deeper stays at its place
             key = each.triangle, each.weights.tobytes()
-            self._placed[key] = known[key] if key in known else self._weights(each)
+            self._placed[key] = placed_before[key] if key in placed_before else self._weights(each)
         weights = sparse.csr_array(np.array([self._placed[each.triangle, each.weights.tobytes()] for each in presses]))
         gram = (weights @ weights.T).toarray()
         if np.linalg.cond(gram) > 1.0 / OVERLAP:
@@ -157,11 +157,11 @@ class KnifeModel:
         place, normal = request.weights @ sheet.nodes[corners], request.weights @ sheet.normals[corners]
         if not (length := float(np.linalg.norm(normal))) > 0.0:
             raise InputError("there is no skin at this place; press beside it.")
-        near = np.flatnonzero(near_ball(sheet.nodes[sheet.triangles], place, self._radius_m))
-        near = np.union1d(near, request.triangle)
+        nearby = np.flatnonzero(near_ball(sheet.nodes[sheet.triangles], place, self._radius_m))
+        nearby = np.union1d(nearby, request.triangle)
         # a disc beside a cut does not reach over it
-        piece = components(sheet.triangles[near][:, [0, 1, 1, 2]].reshape(-1, 2), len(sheet.nodes))
-        connected = sheet.triangles[near[piece[sheet.triangles[near, 0]] == piece[corners[0]]]]
+        piece = components(sheet.triangles[nearby][:, [0, 1, 1, 2]].reshape(-1, 2), len(sheet.nodes))
+        connected = sheet.triangles[nearby[piece[sheet.triangles[nearby, 0]] == piece[corners[0]]]]
         nodes, shares = patch_shares(Sheet(sheet.nodes, connected, 0.0), Patch(place, normal / length, self._radius_m))
         weights = shares @ self._surface.rows[nodes]
         if weights @ self._loose > 0.5:
@@ -174,20 +174,20 @@ class KnifeModel:
     def _linearly(self, weights: sparse.csr_array, presses: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
         """Return displacements (n_parted, 3) [m] and forces (k, 3) [N] of k presses under small strains."""
         count = len(presses)
-        units = np.einsum("kn,ab->nakb", weights.toarray(), np.eye(3)).reshape(-1, 3, 3 * count)
-        moved = self._equilibrium.at_rest()(units)
-        given = np.array([each.moved if each.force is None else each.force for each in presses])
+        unit_loads = np.einsum("kn,ab->nakb", weights.toarray(), np.eye(3)).reshape(-1, 3, 3 * count)
+        moved = self._equilibrium.at_rest()(unit_loads)
+        prescribed = np.array([each.moved if each.force is None else each.force for each in presses])
         compliance = (weights @ moved.reshape(len(moved), -1)).reshape(3 * count, 3 * count)
-        forces = press_forces(compliance, given, np.array([each.force is None for each in presses]))
+        forces = press_forces(compliance, prescribed, np.array([each.force is None for each in presses]))
         return moved @ forces.ravel(), forces
 
     def _converged(self, weights: sparse.csr_array, presses: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
         """Return displacements and forces as ``_linearly`` does, with the body's law."""
-        pushed = np.array([each.force is None for each in presses])
+        is_pushed = np.array([each.force is None for each in presses])
         forces = np.array([np.zeros(3) if each.force is None else each.force for each in presses])
         load, rest = weights.T @ forces, self._equilibrium.mesh.nodes
-        if not pushed.any():
+        if not is_pushed.any():
             return self._equilibrium.solve(load, TOLERANCE).x - rest, forces
         displacements = np.array([each.moved for each in presses if each.force is None])
-        solution, forces[pushed] = push(self._equilibrium, load, weights[pushed], displacements, TOLERANCE)
+        solution, forces[is_pushed] = push(self._equilibrium, load, weights[is_pushed], displacements, TOLERANCE)
         return solution.x - rest, forces

@@ -112,11 +112,11 @@ class LiveModels:
             rims : edges of the skin along cuts
         ms, drawn_ms : milliseconds until the model could answer, and of finding the surface after that
         """
-        surface, held, ready, seen = self.knife(name).follow(read_cuts(body))
+        surface, held, ready_ms, drawn_ms = self.knife(name).follow(read_cuts(body))
         content = {"nodes": base64_of(surface.nodes.astype("<f4").tobytes()), "skin": surface.skin_nodes}
         content |= {"rims": surface.rims.tolist()}
         content |= {"triangles": base64_of(surface.triangles.astype("<u4").tobytes())}
-        content |= {"held": base64_of(held.astype(np.uint8).tobytes()), "ms": ready, "drawn_ms": seen}
+        content |= {"held": base64_of(held.astype(np.uint8).tobytes()), "ms": ready_ms, "drawn_ms": drawn_ms}
         return json.dumps(content, allow_nan=False).encode()
 
     def _settings(self, name: str) -> dict[str, Model]:
@@ -124,18 +124,15 @@ class LiveModels:
 
         Those that start from the frame before are left out, as there is none.
         """
-        tried = self._run.models(name, self.case)
-        known = [each for each in tried if not (each.needs_contacts or getattr(each, "start", "") == "frame")]
-        if not known:
+        all_settings = self._run.models(name, self.case)
+        anywhere = [each for each in all_settings if not (each.needs_contacts or getattr(each, "start", "") == "frame")]
+        if not anywhere:
             raise InputError(f"--model {name} answers at prepared contacts only; choose from {', '.join(OFFERED)}.")
-        return {each.text: each for each in known}
+        return {each.text: each for each in anywhere}
 
 
 def best_row(rows: pd.DataFrame, known: Iterable[str]) -> pd.Series:
-    """Return the row of least validation error among the ``known`` settings that answer soon, or else the fastest.
-
-    InputError if the table has none of them.
-    """
+    """Return the ``known`` settings' row of least validation error that answers soon, or the fastest; InputError."""
     rows = rows[rows["setting"].isin(list(known))]
     if rows.empty:
         raise InputError("accuracy_vs_time.csv has other settings than the configuration; type make.")
@@ -147,5 +144,5 @@ def best_row(rows: pd.DataFrame, known: Iterable[str]) -> pd.Series:
 
 def _answer_json(answer: Found) -> bytes:
     packed = base64_of(answer.displacement.astype("<f4").tobytes())
-    said = {"displacement": packed, "forces": answer.forces.tolist(), "error": answer.error}
-    return json.dumps(said | {"doubt": answer.doubt, "ms": answer.milliseconds}, allow_nan=False).encode()
+    content = {"displacement": packed, "forces": answer.forces.tolist(), "error": answer.error}
+    return json.dumps(content | {"doubt": answer.doubt, "ms": answer.milliseconds}, allow_nan=False).encode()

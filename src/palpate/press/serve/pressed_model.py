@@ -42,10 +42,10 @@ class Bounds(NamedTuple):
 def read_presses(body: bytes, bounds: Bounds) -> list[Asked]:
     """Read the presses of a request ``{"presses": [...]}``, which may have ``cuts``; InputError for another form."""
     try:
-        sent = json.loads(body)
-        if set(sent) - {"cuts"} != {"presses"} or not isinstance(sent["presses"], list):
+        request = json.loads(body)
+        if set(request) - {"cuts"} != {"presses"} or not isinstance(request["presses"], list):
             raise TypeError
-        presses = [_press(each, bounds) for each in sent["presses"]]
+        presses = [_press(each, bounds) for each in request["presses"]]
     except InputError:
         raise
     except (ValueError, TypeError, OverflowError, RecursionError):
@@ -68,9 +68,9 @@ def _press(sent: Any, bounds: Bounds) -> Asked:
     # comparisons that NaN fails
     if not (weights.min() >= -ROUNDING and abs(weights.sum() - 1.0) <= ROUNDING):
         raise InputError("weights of a press are not three shares whose sum is 1.")
-    most = bounds.force if name == "force" else bounds.moved
-    if not (np.abs(vector).max() < 1e9 and np.linalg.norm(vector) <= most):
-        raise InputError(f"{name} of a press is larger than this body can bear; give {most:.2g} at most.")
+    bound = bounds.force if name == "force" else bounds.moved
+    if not (np.abs(vector).max() < 1e9 and np.linalg.norm(vector) <= bound):
+        raise InputError(f"{name} of a press is larger than this body can bear; give {bound:.2g} at most.")
     weights = weights.clip(0.0)
     return Asked(sent["triangle"], weights / weights.sum(), *((vector, None) if name == "force" else (None, vector)))
 
@@ -109,18 +109,18 @@ class PressedModel:
         free_corners = [self._free_corners(each) for each in presses]
         if self._places:
             nodes = [self._solver.place(row, self._disc(each)) for row, each in enumerate(presses)]
-            parts = [(1.0, self._ask(presses, nodes))]
+            weighted_answers = [(1.0, self._ask(presses, nodes))]
         else:
-            parts = [
+            weighted_answers = [
                 (prod(weight for _, weight in corners), self._ask(presses, [node for node, _ in corners]))
                 for corners in product(*free_corners)
             ]
-        displacement = np.sum([weight * answer.displacement for weight, answer in parts], axis=0)
-        forces = np.sum([weight * answer.forces for weight, answer in parts], axis=0)
-        errors = [answer.error for _, answer in parts if answer.error is not None]
-        doubt = next((answer.doubt for _, answer in parts if answer.doubt), "")
-        taken = 1e3 * (perf_counter() - begin)
-        return Found(displacement, forces, max(errors, default=None), doubt, taken)
+        displacement = np.sum([weight * answer.displacement for weight, answer in weighted_answers], axis=0)
+        forces = np.sum([weight * answer.forces for weight, answer in weighted_answers], axis=0)
+        errors = [answer.error for _, answer in weighted_answers if answer.error is not None]
+        doubt = next((answer.doubt for _, answer in weighted_answers if answer.doubt), "")
+        taken_ms = 1e3 * (perf_counter() - begin)
+        return Found(displacement, forces, max(errors, default=None), doubt, taken_ms)
 
     def _free_corners(self, request: Asked) -> list[tuple[int, float]]:
         """Return the corners of a press's triangle that are not held, by node, with their weights in the blend."""

@@ -21,8 +21,8 @@ def composite_trees(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     premise = f"mean of {tables['collision']['scene'].nunique()} scenes, one core"
     builds, tested = trees.xs("", level="depths")["build_ms"], trees.loc[("aabb", ""), "tested"]
     ours = ", ".join(f"{name} {time:.3g} ms" for name, time in builds.items())
-    cheap = verdict(builds["aabb"] <= (1 + TIED) * builds.min())
-    yield Claim(3, "4", "AABBs are cheap to build", premise, "preferred for bodies that deform", ours, cheap)
+    judged = verdict(builds["aabb"] <= (1 + TIED) * builds.min())
+    yield Claim(3, "4", "AABBs are cheap to build", premise, "preferred for bodies that deform", ours, judged)
     ours = f"at most {percent(tested)} of all pairs of triangles reach the narrow phase, with AABBs"
     claim = "bounding volumes discard far pairs before the narrow phase"
     yield Claim(3, "4", claim, premise, "they do", ours, verdict(tested < FEW))
@@ -40,31 +40,31 @@ def means(collision: pd.DataFrame) -> pd.DataFrame:
     Rows are by structure and depths. False pairs reach the triangle test and do not cross; 1 is added so that geometric
     means exist. A query has both phases, as the paper compares them.
     """
-    tested = collision[~collision["rival"].astype(bool)].fillna({"depths": ""})
-    tested = tested.assign(false_pairs=1 + tested["triangle_tests"] - tested["pairs"])
-    trees = tested.groupby(["structure", "depths"], sort=False)
-    shares = tested["triangle_tests"] / (0.5 * tested["triangles"]) ** 2
-    largest = shares.groupby([tested["structure"], tested["depths"]], sort=False).max()
-    return trees[["build_ms", "refit_ms", "query_ms", "false_pairs"]].agg(geometric_mean).assign(tested=largest)
+    own_rows = collision[~collision["rival"].astype(bool)].fillna({"depths": ""})
+    own_rows = own_rows.assign(false_pairs=1 + own_rows["triangle_tests"] - own_rows["pairs"])
+    trees = own_rows.groupby(["structure", "depths"], sort=False)
+    shares = own_rows["triangle_tests"] / (0.5 * own_rows["triangles"]) ** 2
+    largest_share = shares.groupby([own_rows["structure"], own_rows["depths"]], sort=False).max()
+    return trees[["build_ms", "refit_ms", "query_ms", "false_pairs"]].agg(geometric_mean).assign(tested=largest_share)
 
 
 def _composite(sphere: pd.Series, composite: pd.Series, box: pd.Series, premise: str) -> Iterator[Claim]:
     """Judge a composite tree's query time and false pairs by those of sphere and AABB trees."""
     trees = {"sphere": sphere, "composite": composite, "AABB": box}
-    near = composite["false_pairs"] <= (1 + NEAR_IN_FALSE_PAIRS) * box["false_pairs"]
+    few_false_pairs = composite["false_pairs"] <= (1 + NEAR_IN_FALSE_PAIRS) * box["false_pairs"]
     times = ", ".join(f"{name} {tree['query_ms']:.3g} ms" for name, tree in trees.items())
     false_pairs = ", ".join(f"{name} {tree['false_pairs']:,.0f}" for name, tree in trees.items())
     time, precision = "the composite tree's query takes a time", "the composite tree's false pairs are"
     yield Claim(3, "4", time, premise, "between sphere and AABB trees", times, _between(sphere, composite, box))
-    yield Claim(3, "4", precision, premise, "near those of AABB trees", false_pairs, verdict(near))
+    yield Claim(3, "4", precision, premise, "near those of AABB trees", false_pairs, verdict(few_false_pairs))
 
 
 def _between(sphere: pd.Series, composite: pd.Series, box: pd.Series) -> str:
     """Return the verdict on whether the composite tree's query time is between the others; not testable if tied."""
-    time, *ends = (tree["query_ms"] for tree in (composite, sphere, box))
-    if any(max(time, end) <= (1 + TIED) * min(time, end) for end in ends):
+    time, *others = (tree["query_ms"] for tree in (composite, sphere, box))
+    if any(max(time, other) <= (1 + TIED) * min(time, other) for other in others):
         return not_testable(f"it equals one of them within {percent(TIED)}, as times repeat")
-    return verdict(min(ends) < time < max(ends))
+    return verdict(min(others) < time < max(others))
 
 
 PURE = ("sphere", "aabb", "obb", "dop14", "dop18")
@@ -86,8 +86,8 @@ def bounding_volumes(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 def _own(table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of palpate's own trees, with depths as text."""
-    rival = table["rival"].astype(bool) if "rival" in table else np.zeros(len(table), dtype=bool)
-    return table[~rival].assign(depths=lambda rows: rows["depths"].fillna("").astype(str))
+    is_rival = table["rival"].astype(bool) if "rival" in table else np.zeros(len(table), dtype=bool)
+    return table[~is_rival].assign(depths=lambda rows: rows["depths"].fillna("").astype(str))
 
 
 def _volumes(collision: pd.DataFrame, apart: pd.DataFrame) -> Iterator[Claim]:
@@ -141,11 +141,11 @@ def _traded(stopped: pd.DataFrame) -> Claim:
         f"layer {layer:g}: {row.frame_ms:.2g} ms, {1e3 * row.response_error_m:.2g} mm"
         for layer, row in by_layer.iterrows()
     )
-    ranks = [spearmanr(by_layer.index, values)[0] for values in (times, errors)]
+    correlations = [spearmanr(by_layer.index, values)[0] for values in (times, errors)]
     touching = trees[trees["response_m"] > 0.0]
     worse = touching["response_error_m"] >= touching["response_m"]
     deepest = touching["layer"] == touching["layer"].max()
-    holds = ranks[0] > RANKED and ranks[1] < -RANKED and not worse[deepest].any()
+    holds = correlations[0] > RANKED and correlations[1] < -RANKED and not worse[deepest].any()
     ours += f"; in {worse.sum()} of {len(touching)} settings with contact the error is no less than that of no contact"
     return Claim(
         3, "4", "the depths of the layers trade speed for accuracy",
@@ -155,21 +155,21 @@ def _traded(stopped: pd.DataFrame) -> Claim:
 
 
 def _carried(stopped: pd.DataFrame) -> Iterator[Claim]:
-    """Judge place, direction and depth of the contacts of triangles, in scenes where bodies overlap by little."""
-    whole = stopped[stopped["exact"].astype(bool) & stopped["place_error_m"].notna() & (stopped["structure"] == "aabb")]
-    shallow = whole[whole["response_m"] < 2 * EDGE]
-    within = shallow if len(shallow) else whole
-    place, turn = 1e3 * within["place_error_m"].mean(), within["direction_error_deg"].mean()
-    depth, size = 1e3 * within["depth_error_m"].mean(), 1e3 * within["response_m"].mean()
-    premise = f"{len(within)} scenes of overlaps of {size:.2g} mm (RMS), against VTK's signed distances"
+    """Judge place, direction and depth of triangles' contacts, in scenes where bodies overlap by little if any do."""
+    exact = stopped[stopped["exact"].astype(bool) & stopped["place_error_m"].notna() & (stopped["structure"] == "aabb")]
+    shallow = exact[exact["response_m"] < 2 * EDGE]
+    chosen = shallow if len(shallow) else exact
+    place, turn = 1e3 * chosen["place_error_m"].mean(), chosen["direction_error_deg"].mean()
+    depth, size = 1e3 * chosen["depth_error_m"].mean(), 1e3 * chosen["response_m"].mean()
+    premise = f"{len(chosen)} scenes of overlaps of {size:.2g} mm (RMS), against VTK's signed distances"
     yield Claim(
         3, "4", "tests of triangles give place and direction of a contact", f"{premise}; edges of {1e3 * EDGE:g} mm",
         "place, direction", f"{place:.2g} mm and {turn:.2g}° in error", verdict(place < 1e3 * EDGE and turn < TURNED),
     )  # fmt: skip
-    right = depth < SMALL_DEPTH_ERROR * size
+    small_error = depth < SMALL_DEPTH_ERROR * size
     yield Claim(
         3, "4", "tests of triangles give the depth of a contact", f"{premise}; a pair knows no depth beyond its size",
-        "depth", f"{depth:.2g} mm in error", verdict(right, len(shallow) > 0),
+        "depth", f"{depth:.2g} mm in error", verdict(small_error, len(shallow) > 0),
     )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ def installed() -> tuple[dict[str, type], list[str]]:
         "obb_coal_refit": ("coal", CoalRefit),
     }
     missing = [package for package in ("fcl", "coal") if find_spec(package) is None]
-    return {name: kind for name, (package, kind) in rivals.items() if package not in missing}, missing
+    return {name: make for name, (package, make) in rivals.items() if package not in missing}, missing
 
 
 class Fcl:
@@ -54,8 +54,8 @@ class Fcl:
 
     def query(self) -> np.ndarray:
         """Return the crossing pairs, (k, 2) int64, unsorted."""
-        asked, result = self._fcl.CollisionRequest(num_max_contacts=EVERY), self._fcl.CollisionResult()
-        self._fcl.collide(*self._objects, asked, result)
+        request, result = self._fcl.CollisionRequest(num_max_contacts=EVERY), self._fcl.CollisionResult()
+        self._fcl.collide(*self._objects, request, result)
         return np.array([(contact.b1, contact.b2) for contact in result.contacts], dtype=np.int64).reshape(-1, 2)
 
 
@@ -85,8 +85,8 @@ class Coal:
 
     def query(self) -> np.ndarray:
         self._found.clear()
-        one, other = self._models
-        self._coal.collide(one, self._here, other, self._here, self._asked, self._found)
+        first_body, second_body = self._models
+        self._coal.collide(first_body, self._here, second_body, self._here, self._asked, self._found)
         pairs = [(contact.b1, contact.b2) for contact in self._found.getContacts()]
         return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
@@ -161,14 +161,14 @@ def _scene_rows(scene: Moving, frames: int, makers: dict) -> list[tuple]:
     """Measure all structures ``makers`` in one scene, in turns of BLOCK frames."""
     start = scene.at(0.0)
     runs = {key: _Run(make, scene.triangles, start) for key, make in makers.items()}
-    for first in range(0, frames, BLOCK):
-        block = range(first, min(first + BLOCK, frames))
+    for first_frame in range(0, frames, BLOCK):
+        block = range(first_frame, min(first_frame + BLOCK, frames))
         points = {frame: scene.at(frame / frames) for frame in block}
-        true = {frame: crossing(at, scene.triangles) for frame, at in points.items()}
+        crossing_pairs = {frame: crossing(frame_points, scene.triangles) for frame, frame_points in points.items()}
         for (_, _, rival), run in runs.items():
             for frame in block:
                 if not rival or frame % RIVALS_EVERY == 0:
-                    run.frame(points[frame], true[frame])
+                    run.frame(points[frame], crossing_pairs[frame])
     count = sum(map(len, scene.triangles))
     return [(scene.name, *key, count, *run.row()) for key, run in runs.items()]
 
@@ -192,16 +192,16 @@ class _Run:
         counts = getattr(self._one, "counts", None)
         tests = (counts.node_tests, counts.triangle_tests) if counts else (np.nan, np.nan)
         self._frames.append((update, query, update + query, *tests, len(pairs)))
-        reported, wanted = (p[:, 0] * self._count + p[:, 1] for p in (pairs, true))
-        self._misjudged.append((len(np.setdiff1d(wanted, reported)), len(np.setdiff1d(reported, wanted))))
+        reported, expected = (p[:, 0] * self._count + p[:, 1] for p in (pairs, true))
+        self._misjudged.append((len(np.setdiff1d(expected, reported)), len(np.setdiff1d(reported, expected))))
 
     def row(self) -> tuple:
         """Return what COLLISION has after the triangles."""
         build, (refit, *others) = float(np.median(self._built)), np.median(self._frames, axis=0)
         if not self._one.refits:  # each of its frames is a build
             build, refit = refit, np.nan
-        wrong = np.sum(self._misjudged, axis=0)
-        return build, refit, *others, *wrong, getattr(self._one, "rebuilds", 0), len(self._frames), 1
+        misjudged = np.sum(self._misjudged, axis=0)
+        return build, refit, *others, *misjudged, getattr(self._one, "rebuilds", 0), len(self._frames), 1
 
 
 def timed(call: Callable, *given: Any) -> tuple[float, Any]:
@@ -216,9 +216,9 @@ STAGES = ("build_ms", "refit_ms", "query_ms")
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
     """Fit the exponent of the triangles in each time of STAGES; returns structure, depths, rival and STAGES."""
-    kept = table[table["triangles"] >= 5000]  # with fewer the cost of calling compiled functions matters
+    large = table[table["triangles"] >= 5000]  # with fewer the cost of calling compiled functions matters
     rows = []
-    for (structure, depths, rival), group in kept.groupby(["structure", "depths", "rival"], sort=False, dropna=False):
+    for (structure, depths, rival), group in large.groupby(["structure", "depths", "rival"], sort=False, dropna=False):
         row = {"structure": structure, "depths": depths, "rival": rival}
         if len(group) > 1:
             count = np.log(group["triangles"])
@@ -244,9 +244,9 @@ def measure_growth(triangles: list[int], depths: list[list[int]], report: Callab
     triangles : approximate numbers of triangles of both sheets together; report : called with each that is done
     """
     rows = []
-    first = crossing_waves(0)
+    smallest = crossing_waves(0)
     for make in contenders(depths, with_rivals=True).values():
-        _times(make, first.triangles, [first.at(0.0)])  # compiles the kernels
+        _times(make, smallest.triangles, [smallest.at(0.0)])  # compiles the kernels
     for number in triangles:
         scene = crossing_waves(number)
         points = [scene.at(0.002 * frame) for frame in range(3)]
@@ -259,14 +259,14 @@ def measure_growth(triangles: list[int], depths: list[list[int]], report: Callab
 
 def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.ndarray]]) -> tuple[float, ...]:
     """Measure the time of a build, and the medians of refit, query and pairs over frames of ``points``."""
-    built, one = timed(make, triangles, points[0])
-    taken = []
+    built, tree_pair = timed(make, triangles, points[0])
+    measured = []
     # without a refit every frame is a build, which the first call has timed
-    for at in points:
-        update = timed(one.update, at)[0] if one.refits else np.nan
-        query, pairs = timed(one.query)
-        taken.append((update, query, len(pairs)))
-    return built, *np.median(taken, axis=0)
+    for frame_points in points:
+        update = timed(tree_pair.update, frame_points)[0] if tree_pair.refits else np.nan
+        query, pairs = timed(tree_pair.query)
+        measured.append((update, query, len(pairs)))
+    return built, *np.median(measured, axis=0)
 
 
 def measure_collision(

@@ -29,16 +29,13 @@ _DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")  # shades of t
 
 
 def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
-    """Look up the look of a structure.
-
-    depths : of a composite tree, which gets a label and a shade of its own ``among`` all depths of the figure
-    """
+    """Return the look of a structure; ``depths`` give a composite tree its label, and a shade ``among`` all depths."""
     shown = STRUCTURES[structure]
     if not depths:
         return shown
     # one alone gets the middle shade
-    first = (len(_DEPTHS) - len(among)) // 2
-    shade = _DEPTHS[min(max(first, 0) + list(among).index(depths), len(_DEPTHS) - 1)] if among else shown.colour
+    first_shade = (len(_DEPTHS) - len(among)) // 2
+    shade = _DEPTHS[min(max(first_shade, 0) + list(among).index(depths), len(_DEPTHS) - 1)] if among else shown.colour
     return Look(f"composite {depths}", shade, shown.marker)
 
 
@@ -74,10 +71,10 @@ def draw_collision(collision) -> Figure:
     size = (2.9 * len(names) + 1.6, 7.4)
     figure, (above, below) = style.panels(2, len(names), size, sharey="row", height_ratios=(1.1, 1))
     for top, bottom, scene in zip(above, below, names, strict=True):
-        here = tables.where(table, scene=scene)
-        _accuracy(top, here, looks)
-        _frames(bottom, here, looks)
-        top.set_title(f"{spaced(scene)},\n{here['triangles'].iloc[0]:,} triangles")
+        of_scene = tables.where(table, scene=scene)
+        _accuracy(top, of_scene, looks)
+        _frames(bottom, of_scene, looks)
+        top.set_title(f"{spaced(scene)},\n{of_scene['triangles'].iloc[0]:,} triangles")
     above[0].set_ylabel("query [ms]")
     style.plain_log(above[0].yaxis)
     below[0].set_yticks(range(len(looks)), [shown.label for shown in looks.values()])
@@ -91,20 +88,21 @@ def draw_collision(collision) -> Figure:
 
 
 def _accuracy(axis, here, looks: dict) -> None:
-    counted, joined = here[~here["rival"].astype(bool)], []
+    """Draw query time over false pairs of each structure in the rows ``here`` of a scene; rivals as level lines."""
+    own_trees, composites = here[~here["rival"].astype(bool)], []
     for row in here.itertuples():
         shown = looks[row.structure, row.depths]
         if row.rival:
             axis.axhline(row.query_ms, color=shown.colour, lw=1, ls=":")
             continue
         false = row.triangle_tests - row.pairs
-        joined += [(false, row.query_ms)] if row.depths else []
+        composites += [(false, row.query_ms)] if row.depths else []
         # stars are drawn below markers at the same place
         size, order = (10, 3) if row.depths else (5.5, 4)
         axis.plot(false, row.query_ms, shown.marker, color=shown.colour, ms=size, mec="white", mew=0.6, zorder=order)
-    axis.plot(*zip(*joined, strict=True), color=style.FAINT, lw=0.8, zorder=2)
+    axis.plot(*zip(*composites, strict=True), color=style.FAINT, lw=0.8, zorder=2)
     axis.set(xscale="log", yscale="log", xlabel="false pairs tested per frame")
-    false = (counted["triangle_tests"] - counted["pairs"]).clip(lower=1)
+    false = (own_trees["triangle_tests"] - own_trees["pairs"]).clip(lower=1)
     axis.set_xlim(false.min() / 1.6, false.max() * 1.6)
     style.plain_log(axis.xaxis)
 
@@ -159,13 +157,13 @@ def draw_collision_precision(collision_precision) -> Figure:
     names, among = tables.scenes(table), depths_of(table)
     figure, grid = style.panels(len(ERRORS), len(names), (3.0 * len(names) + 0.6, 8.2), sharey="row")
     for column, scene in zip(grid.T, names, strict=True):
-        here = tables.where(table, scene=scene)
-        column[0].set_title(f"{spaced(scene)},\n{here['triangles'].iloc[0]:,} triangles")
+        of_scene = tables.where(table, scene=scene)
+        column[0].set_title(f"{spaced(scene)},\n{of_scene['triangles'].iloc[0]:,} triangles")
         for axis, error in zip(column, ERRORS, strict=True):
-            _curves(axis, here, error, among)
-        wanted = 1e3 * here["response_m"].iloc[0]
-        if wanted > 0.0:
-            column[0].axhline(wanted, color=style.FAINT, lw=1, ls=":")
+            _curves(axis, of_scene, error, among)
+        response_mm = 1e3 * of_scene["response_m"].iloc[0]
+        if response_mm > 0.0:
+            column[0].axhline(response_mm, color=style.FAINT, lw=1, ls=":")
         column[-1].set_xlabel("refit and contacts of a frame [ms]")
     for axis, title in zip(grid[:, 0], ERRORS.values(), strict=True):
         axis.set_ylabel(title)
@@ -179,6 +177,7 @@ def draw_collision_precision(collision_precision) -> Figure:
 
 
 def _curves(axis, here, error: str, among: list[str]) -> None:
+    """Draw a column ``error`` over the time of a frame in the rows ``here`` of a scene, a curve for each structure."""
     axis.set(xscale="log", yscale="log")
     if (error == "reported_m" and not here["frames_apart"].any()) or here[error].isna().all():
         why = "never apart" if error == "reported_m" else "never in contact"
@@ -196,8 +195,8 @@ def _curves(axis, here, error: str, among: list[str]) -> None:
             for end in (stopped["layer"].idxmin(), stopped["layer"].idxmax()):
                 place = (stopped["frame_ms"][end], values[end])
                 axis.annotate(f"{stopped['layer'][end]:g}", place, (-5, -9), textcoords="offset points", fontsize=6.5)
-        ends = np.maximum(1e3 * whole[error], LEAST_MM)
-        axis.plot(whole["frame_ms"], ends, marker=seen.marker, ms=9, ls="", mfc="none", color=seen.colour)
+        errors = np.maximum(1e3 * whole[error], LEAST_MM)
+        axis.plot(whole["frame_ms"], errors, marker=seen.marker, ms=9, ls="", mfc="none", color=seen.colour)
     style.plain_log(axis.xaxis)
 
 
@@ -214,15 +213,15 @@ def draw_collision_apart(collision_apart) -> Figure:
     among, pairs = depths_of(table), list(dict.fromkeys(table["bodies"]))
     figure, grid = style.panels(len(pairs), len(COSTS), (11, 3.4 * len(pairs) + 0.8), sharex=True)
     for axes, bodies in zip(grid, pairs, strict=True):
-        here = tables.where(table, bodies=bodies)
+        of_bodies = tables.where(table, bodies=bodies)
         for axis, (column, title) in zip(axes, COSTS.items(), strict=True):
-            for (structure, depths), rows in here.groupby(["structure", "depths"], sort=False):
+            for (structure, depths), rows in of_bodies.groupby(["structure", "depths"], sort=False):
                 if rows[column].notna().all():
                     rival = bool(rows["rival"].iloc[0])
                     axis.loglog(1e3 * rows["gap_m"], rows[column], **_drawn(look(structure, depths, among), rival))
             axis.set_ylabel(title)
             style.plain_log(axis.xaxis, axis.yaxis)
-        axes[0].set_title(f"{spaced(bodies)}, {here['triangles'].iloc[0]:,} triangles")
+        axes[0].set_title(f"{spaced(bodies)}, {of_bodies['triangles'].iloc[0]:,} triangles")
     for axis in grid[-1]:
         axis.set_xlabel("gap between the surfaces [mm]")
     handles = []

@@ -37,9 +37,9 @@ def _rivals(collision: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for structure, of_structure in collision[collision["rival"].astype(bool)].groupby("structure", sort=False):
         row: dict[str, Any] = {"library": look(str(structure)).label}
-        for one in of_structure.itertuples():
-            least = tables.where(collision, scene=one.scene, rival=False)["frame_ms"].min()
-            row[spaced(str(one.scene))] = one.frame_ms / least
+        for scene_row in of_structure.itertuples():
+            own_frame_ms = tables.where(collision, scene=scene_row.scene, rival=False)["frame_ms"].min()
+            row[spaced(str(scene_row.scene))] = scene_row.frame_ms / own_frame_ms
         row |= {
             "pairs missed": of_structure["missed_pairs"].sum(),
             "reported wrongly": of_structure["extra_pairs"].sum(),
@@ -50,8 +50,8 @@ def _rivals(collision: pd.DataFrame) -> pd.DataFrame:
 
 def _over_aabbs(table: pd.DataFrame, time: str, best: str = "frame_ms") -> dict[str, Any]:
     """Return the time of spheres and of the composite tree whose time ``best`` is least, over that of AABB trees."""
-    own = table[~table["rival"].astype(bool)].groupby(["structure", "depths"])[["query_ms", "frame_ms"]]
-    means = own.agg(geometric_mean)
+    own_trees = table[~table["rival"].astype(bool)].groupby(["structure", "depths"])[["query_ms", "frame_ms"]]
+    means = own_trees.agg(geometric_mean)
     depths, ratio = means.loc["composite"][best].idxmin(), means[time] / means.loc[("aabb", ""), time]
     return {
         "name": look("composite", depths).label,

@@ -51,12 +51,12 @@ def distance(points: list[np.ndarray], trees: list[Tree]) -> float:
 
     points : (n, 3) [m] of each; trees : sphere trees over the triangles of each, which are refitted
     """
-    nearest = float(KDTree(points[0]).query(points[1])[0].min())
-    for tree, moved in zip(trees, points, strict=True):
-        tree.refit(moved, margin=0.5 * nearest * (1.0 + 1e-9))
+    node_distance = float(KDTree(points[0]).query(points[1])[0].min())
+    for tree, new_points in zip(trees, points, strict=True):
+        tree.refit(new_points, margin=0.5 * node_distance * (1.0 + 1e-9))
     pairs, _ = candidates(*trees)
     corners = (at[tree.triangles[pairs[:, side]]] for side, (at, tree) in enumerate(zip(points, trees, strict=True)))
-    return min(nearest, float(triangle_pairs_distance(*corners)[0].min(initial=nearest)))
+    return min(node_distance, float(triangle_pairs_distance(*corners)[0].min(initial=node_distance)))
 
 
 def overlap(points: list[np.ndarray], velocities: list[np.ndarray], triangles: list[np.ndarray]) -> Overlap | None:
@@ -66,18 +66,18 @@ def overlap(points: list[np.ndarray], velocities: list[np.ndarray], triangles: l
     Signed distances are VTK's (``vtkImplicitPolyDataDistance``), and not those of trees or triangles that are judged.
     The velocities are those of the nodes nearest to the place.
     """
-    insides = [_inside(points[side], triangles[side], points[1 - side], triangles[1 - side]) for side in range(2)]
-    places, outward, areas = (np.concatenate(parts) for parts in zip(*insides, strict=True))
+    inside_parts = [_inside(points[side], triangles[side], points[1 - side], triangles[1 - side]) for side in range(2)]
+    places, outward, areas = (np.concatenate(parts) for parts in zip(*inside_parts, strict=True))
     # b's part moves out of a, so a moves the other way
-    outward[len(insides[0][0]) :] *= -1.0
+    outward[len(inside_parts[0][0]) :] *= -1.0
     depths = np.linalg.norm(outward, axis=1)
     if not depths.any():
         return None
     weights = areas * depths
     place, pushed = weights @ places / weights.sum(), areas @ outward
     nearest = [int(np.linalg.norm(at - place, axis=1).argmin()) for at in points]
-    moving = velocities[0][nearest[0]] - velocities[1][nearest[1]]
-    return Overlap(place, pushed / np.linalg.norm(pushed), float(depths.max()), moving)
+    relative = velocities[0][nearest[0]] - velocities[1][nearest[1]]
+    return Overlap(place, pushed / np.linalg.norm(pushed), float(depths.max()), relative)
 
 
 def _inside(
@@ -90,23 +90,23 @@ def _inside(
     """
     from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
-    measure = vtkImplicitPolyDataDistance()
-    measure.SetInput(polydata(others, around))
+    distance_to = vtkImplicitPolyDataDistance()
+    distance_to.SetInput(polydata(others, around))
     corners = points[triangles]
     # no point of a triangle is farther from all of its nodes than this (Jung 1901)
     reach = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1) / np.sqrt(3.0)
-    low, high = others.min(axis=0) - reach.max(), others.max(axis=0) + reach.max()
-    near = ((points >= low) & (points <= high)).all(axis=1)
-    away = np.full(len(points), np.inf)
-    away[near] = [measure.EvaluateFunction(point) for point in points[near]]
-    chosen = triangles[away[triangles].min(axis=1) < reach]
+    lowest, highest = others.min(axis=0) - reach.max(), others.max(axis=0) + reach.max()
+    near = ((points >= lowest) & (points <= highest)).all(axis=1)
+    signed_distance = np.full(len(points), np.inf)
+    signed_distance[near] = [distance_to.EvaluateFunction(point) for point in points[near]]
+    near_triangles = triangles[signed_distance[triangles].min(axis=1) < reach]
     shares = part_centres(3)
     centres = np.column_stack([1.0 - shares[:, 0] - shares[:, 1], shares])
-    places = np.einsum("pc,tci->tpi", centres, points[chosen]).reshape(-1, 3)
-    areas = np.linalg.norm(area_normals(points, chosen), axis=1) / 2 / len(centres)
+    places = np.einsum("pc,tci->tpi", centres, points[near_triangles]).reshape(-1, 3)
+    areas = np.linalg.norm(area_normals(points, near_triangles), axis=1) / 2 / len(centres)
     closest, outward, inside = [0.0, 0.0, 0.0], np.zeros_like(places), np.zeros(len(places), dtype=bool)
     for k, place in enumerate(places):
-        if measure.EvaluateFunctionAndGetClosestPoint(place, closest) < 0.0:
+        if distance_to.EvaluateFunctionAndGetClosestPoint(place, closest) < 0.0:
             outward[k], inside[k] = closest - place, True
     return places[inside], outward[inside], np.repeat(areas, len(centres))[inside]
 
@@ -154,36 +154,36 @@ def measure(settings: Stopped, refinements: int, report: Callable) -> pd.DataFra
     kinds += [("composite", (upper, middle)) for upper, middle in settings.depths]
     for scene in (make(refinements) for make in (two_livers, instrument_press, instrument_approach, livers_apart)):
         course = _course(scene, settings.frames)
-        for structure, deep in kinds:
+        for structure, layers_of_tree in kinds:
             for layer in [*settings.layers, None]:
-                row = {"scene": scene.name, "structure": structure, "depths": "/".join(map(str, deep or ()))}
-                rows.append(row | _row(scene, course, structure, deep, layer))
+                row = {"scene": scene.name, "structure": structure, "depths": "/".join(map(str, layers_of_tree or ()))}
+                rows.append(row | _row(scene, course, structure, layers_of_tree, layer))
         report(scene.name)
     return pd.DataFrame(rows)
 
 
 def _course(scene: Moving, frames: int) -> list[Frame]:
     """Compute the frames of a scene, evenly over its duration, with their exact answers."""
-    spheres, course = [Tree(at, cells, "sphere") for at, cells in zip(scene.at(0.0), scene.triangles, strict=True)], []
+    trees, course = [Tree(at, cells, "sphere") for at, cells in zip(scene.at(0.0), scene.triangles, strict=True)], []
     for time in (np.arange(frames) + 0.5) / frames:
-        points, around = scene.at(time), zip(scene.at(time - SPAN), scene.at(time + SPAN), strict=True)
-        velocities = [(after - before) / (2 * SPAN) for before, after in around]
+        points, neighbours = scene.at(time), zip(scene.at(time - SPAN), scene.at(time + SPAN), strict=True)
+        velocities = [(after - before) / (2 * SPAN) for before, after in neighbours]
         pairs = crossing(points, scene.triangles)
-        apart = 0.0 if len(pairs) else distance(points, spheres)
-        shared = overlap(points, velocities, scene.triangles) if len(pairs) else None
-        course.append(Frame(points, velocities, pairs, apart, shared))
+        gap_m = 0.0 if len(pairs) else distance(points, trees)
+        overlap_of_frame = overlap(points, velocities, scene.triangles) if len(pairs) else None
+        course.append(Frame(points, velocities, pairs, gap_m, overlap_of_frame))
     return course
 
 
 def _row(scene: Moving, course: list[Frame], structure: str, deep: tuple[int, int] | None, layer: int | None) -> dict:
     """Measure trees of a structure in a scene, stopped at ``layer``, or whole if it is None."""
     trees = RefittedTrees(structure, deep, scene.triangles, course[0].points, layer)
-    find: Callable[..., Contacts] = triangle_contacts if layer is None else stopped_contacts
-    find(*trees.trees, *course[0].velocities)  # compiles before anything is timed
+    find_contacts: Callable[..., Contacts] = triangle_contacts if layer is None else stopped_contacts
+    find_contacts(*trees.trees, *course[0].velocities)  # compiles before anything is timed
     costs, judged = [], []
     for frame in course:
         update, _ = timed(trees.update, frame.points)
-        search, contacts = timed(find, *trees.trees, *frame.velocities)
+        search, contacts = timed(find_contacts, *trees.trees, *frame.velocities)
         costs.append((update, search, update + search, sum(contacts.tests), len(contacts.pairs)))
         judged.append(_judge(contacts, frame, _true_pairs(trees, frame)))
     names = ("refit_ms", "contacts_ms", "frame_ms", "tests", "contacts")
@@ -210,18 +210,18 @@ def _judge(contacts: Contacts, frame: Frame, true: np.ndarray) -> dict[str, floa
     The response is the largest depth times the direction of the contacts' mean, weighted with depths: a penalty force
     is proportional to it. It is zero without contacts, or where directions cancel.
     """
-    pushed = contacts.depths @ contacts.directions
-    length = float(np.linalg.norm(pushed))
-    direction = pushed / length if length > 0.0 else np.zeros(3)
-    moved = float(contacts.depths.max(initial=0.0)) * direction
+    direction_sum = contacts.depths @ contacts.directions
+    norm = float(np.linalg.norm(direction_sum))
+    direction = direction_sum / norm if norm > 0.0 else np.zeros(3)
+    response = float(contacts.depths.max(initial=0.0)) * direction
     truth = frame.overlap
-    wanted = truth.depth * truth.direction if truth else np.zeros(3)
-    reported, crossed = (pairs[:, 0].astype(np.int64) << 32 | pairs[:, 1] for pairs in (contacts.pairs, true))
+    true_response = truth.depth * truth.direction if truth else np.zeros(3)
+    reported, crossing_ids = (pairs[:, 0].astype(np.int64) << 32 | pairs[:, 1] for pairs in (contacts.pairs, true))
     row = {
         "reported": len(reported) > 0,
-        "false": len(np.setdiff1d(reported, crossed)),
-        "missed": len(np.setdiff1d(crossed, reported)),
-        "response": float(np.sum((moved - wanted) ** 2)),
+        "false": len(np.setdiff1d(reported, crossing_ids)),
+        "missed": len(np.setdiff1d(crossing_ids, reported)),
+        "response": float(np.sum((response - true_response) ** 2)),
     }
     if not truth or not len(reported):
         return row
@@ -239,23 +239,23 @@ def _judge(contacts: Contacts, frame: Frame, true: np.ndarray) -> dict[str, floa
 def _errors(judged: pd.DataFrame, course: list[Frame]) -> dict[str, float]:
     """Summarise the comparisons of all frames in the columns of COLLISION_PRECISION."""
     judged = judged.reindex(columns=["reported", "false", "missed", "response", "place", "angle", "depth", "velocity"])
-    apart = np.array([not len(frame.pairs) for frame in course])
-    away = np.array([frame.distance for frame in course])
+    is_apart = np.array([not len(frame.pairs) for frame in course])
+    gaps = np.array([frame.distance for frame in course])
     reported = judged["reported"].to_numpy(dtype=bool)
-    wanted = [frame.overlap.depth if frame.overlap else 0.0 for frame in course]
+    true_depths = [frame.overlap.depth if frame.overlap else 0.0 for frame in course]
     return {
         "false_pairs": float(judged["false"].median()),
         "missed_pairs": int(judged["missed"].sum()),
-        "frames_apart": int(apart.sum()),
-        "false_frames": int((reported & apart).sum()),
-        "reported_m": float(away[reported].max(initial=0.0)),
-        "nearest_m": float(away[apart].min(initial=np.inf)) if apart.any() else 0.0,
+        "frames_apart": int(is_apart.sum()),
+        "false_frames": int((reported & is_apart).sum()),
+        "reported_m": float(gaps[reported].max(initial=0.0)),
+        "nearest_m": float(gaps[is_apart].min(initial=np.inf)) if is_apart.any() else 0.0,
         "place_error_m": judged["place"].mean(),
         "direction_error_deg": judged["angle"].mean(),
         "depth_error_m": judged["depth"].mean(),
         "velocity_error_m_s": judged["velocity"].mean(),
         "response_error_m": float(np.sqrt(judged["response"].mean())),
-        "response_m": float(np.sqrt(np.mean(np.square(wanted)))),
+        "response_m": float(np.sqrt(np.mean(np.square(true_depths)))),
     }
 
 
@@ -266,24 +266,24 @@ TESTS, LOOPS = 200_000, 5
 def nanoseconds(a: Tree, b: Tree) -> float:
     """Return the processor time [ns] of a test of two volumes, in the fastest of LOOPS loops."""
     pairs = searched_pairs(a, b)
-    many = max(1, TESTS // len(pairs))
+    repeats = max(1, TESTS // len(pairs))
     _overlaps(a, b, pairs)  # compiles
-    return 1e6 * min(timed(_overlaps, a, b, pairs, many)[0] for _ in range(LOOPS)) / (many * len(pairs))
+    return 1e6 * min(timed(_overlaps, a, b, pairs, repeats)[0] for _ in range(LOOPS)) / (repeats * len(pairs))
 
 
 def searched_pairs(a: Tree, b: Tree) -> np.ndarray:
     """Return the pairs of nodes (k, 2) that a query tests: both roots, and all children of two that overlap."""
-    tested = front = [(0, 0)]
-    while front:
-        overlapping = [pair for pair in front if _overlaps(a, b, np.array([pair], dtype=np.int64))]
-        front = []
+    tested = to_test = [(0, 0)]
+    while to_test:
+        overlapping = [pair for pair in to_test if _overlaps(a, b, np.array([pair], dtype=np.int64))]
+        to_test = []
         for node_a, node_b in overlapping:
             child_a, child_b = int(a.nodes[node_a, CHILD]), int(b.nodes[node_b, CHILD])
             if child_a >= 0 or child_b >= 0:
                 below_a = (child_a, child_a + 1) if child_a >= 0 else (node_a,)
                 below_b = (child_b, child_b + 1) if child_b >= 0 else (node_b,)
-                front += product(below_a, below_b)
-        tested = tested + front
+                to_test += product(below_a, below_b)
+        tested = tested + to_test
     return np.array(tested, dtype=np.int64)
 
 
@@ -296,9 +296,9 @@ def _overlaps(a: Tree, b: Tree, pairs: np.ndarray, times: int = 1) -> int:
 @numba.njit(cache=True)
 def _count(kind_a, kind_b, spheres_a, spheres_b, boxes_a, boxes_b, pairs, times):
     """Count the overlaps as ``_overlaps``; kinds are numbers, as an array of kinds takes 15 ns more a test."""
-    overlapping, many = 0, len(pairs)
-    for k in range(times * many):
-        i = k % many
+    overlapping, pair_count = 0, len(pairs)
+    for k in range(times * pair_count):
+        i = k % pair_count
         if volumes_overlap(kind_a, kind_b, spheres_a, spheres_b, boxes_a, boxes_b, pairs[i, 0], pairs[i, 1]):
             overlapping += 1
     return overlapping
@@ -336,12 +336,12 @@ def measure_apart(
             for gap, points in _place(bodies, sorted(gaps_m), np.random.default_rng([seed, number])):
                 placed[gap].append(points)
         triangles = [cells for _, cells in bodies]
-        for (structure, deep, rival), make in contenders(depths, with_rivals=True).items():
-            one = make(triangles, [at for at, _ in bodies])
-            costs = [(gap, *_cost(one, placed[gap])) for gap in sorted(gaps_m, reverse=True)]
-            test = nanoseconds(*one.trees) if structure in PURE and not rival else np.nan  # at the least gap
+        for (structure, layers, rival), make in contenders(depths, with_rivals=True).items():
+            structure_run = make(triangles, [at for at, _ in bodies])
+            costs = [(gap, *_cost(structure_run, placed[gap])) for gap in sorted(gaps_m, reverse=True)]
+            test = nanoseconds(*structure_run.trees) if structure in PURE and not rival else np.nan  # at the least gap
             count = sum(map(len, triangles))
-            rows += [(name, structure, deep, rival, count, *cost, test) for cost in reversed(costs)]
+            rows += [(name, structure, layers, rival, count, *cost, test) for cost in reversed(costs)]
         report(name)
     return COLLISION_APART.frame(rows)
 
@@ -352,40 +352,40 @@ def _place(bodies: tuple, gaps_m: list[float], random: np.random.Generator) -> I
     The second body moves towards the first by its distance less the gap. That never passes the gap, as a distance
     shrinks by no more than the motion (conservative advancement, Mirtich 1996).
     """
-    here, there = (turned(points, random) for points, _ in bodies)
-    trees = [Tree(at, cells, "sphere") for at, (_, cells) in zip((here, there), bodies, strict=True)]
+    first, second = (turned(points, random) for points, _ in bodies)
+    trees = [Tree(at, cells, "sphere") for at, (_, cells) in zip((first, second), bodies, strict=True)]
     direction = random.normal(size=3)
     direction /= np.linalg.norm(direction)
     # apart by the largest gap along the direction
-    moved = there + ((here @ direction).max() - (there @ direction).min() + gaps_m[-1]) * direction
+    shifted = second + ((first @ direction).max() - (second @ direction).min() + gaps_m[-1]) * direction
     for gap in reversed(gaps_m):
-        while (excess := distance([here, moved], trees) - gap) > GAP_TOLERANCE * gap:
-            moved = moved - excess * direction
-        yield gap, [here, moved]
+        while (excess := distance([first, shifted], trees) - gap) > GAP_TOLERANCE * gap:
+            shifted = shifted - excess * direction
+        yield gap, [first, shifted]
 
 
-def _cost(one: Any, placed: list[list[np.ndarray]]) -> tuple[float, ...]:
-    """Measure refit and query of a structure ``one`` over placements of two bodies, as COLLISION_APART has it.
+def _cost(structure: Any, placed: list[list[np.ndarray]]) -> tuple[float, ...]:
+    """Measure refit and query of a ``structure`` over placements of two bodies, in the order of COLLISION_APART.
 
     placed : the points (n, 3) [m] of both bodies, for each placement. Times are medians [ms]. The bodies are apart, so
         that each pair of triangles that is found is one too many; tests are counted of RefittedTrees, else NaN
     """
-    costs, tests, roots, extra = [], [], 0, 0
+    costs, tests, root_overlaps, extra = [], [], 0, 0
     for points in placed:
-        update, _ = timed(one.update, points)
-        queries = [timed(one.query) for _ in range(REPEATS)]
+        update, _ = timed(structure.update, points)
+        queries = [timed(structure.query) for _ in range(REPEATS)]
         query = float(np.median([time for time, _ in queries]))
         costs.append((update, query, update + query))
         _, pairs = queries[0]
         extra += len(pairs)
-        if isinstance(one, RefittedTrees):
-            tests.append(one.counts)
-            roots += len(overlapping_trees(one.trees))
-    update, query, whole = np.median(costs, axis=0)
-    nodes, triangles = np.mean(tests, axis=0) if tests else (np.nan, np.nan)
-    overlapping = roots / len(placed) if tests else np.nan
-    refit = update if one.refits else np.nan
-    return refit, query, whole, nodes, triangles, overlapping, extra, len(placed), 1
+        if isinstance(structure, RefittedTrees):
+            tests.append(structure.counts)
+            root_overlaps += len(overlapping_trees(structure.trees))
+    update, query, frame = np.median(costs, axis=0)
+    node_tests, triangle_tests = np.mean(tests, axis=0) if tests else (np.nan, np.nan)
+    overlapping = root_overlaps / len(placed) if tests else np.nan
+    refit = update if structure.refits else np.nan
+    return refit, query, frame, node_tests, triangle_tests, overlapping, extra, len(placed), 1
 
 
 def measure_collision_precision(

@@ -29,24 +29,24 @@ def imaging(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 def _compositing(table: pd.DataFrame) -> Iterator[Claim]:
     """Judge whether both orders of compositing give one picture, and whether ending rays early is faster."""
-    section, whole = "2, volume rendering", table[(table["order"] == FRONT) & (table["enough"] == 1)]
+    section, uncut_rays = "2, volume rendering", table[(table["order"] == FRONT) & (table["enough"] == 1)]
     claim = "compositing back to front and front to back give one picture"
-    ours = f"colours within {whole['difference'].max():.1g}"
-    yield Claim(3, section, claim, _SCAN, "the same", ours, verdict(whole["difference"].max() <= _SAME))
+    ours = f"colours within {uncut_rays['difference'].max():.1g}"
+    yield Claim(3, section, claim, _SCAN, "the same", ours, verdict(uncut_rays["difference"].max() <= _SAME))
     claim = "front to back with rays that end early is faster"
     for looks in (TRANSLUCENT, SOLID):
-        back, early = back_and_early(table, looks)
-        share, time = early["samples"] / back["samples"], early["median_s"] / back["median_s"]
+        back_first, ends_early = back_and_early(table, looks)
+        share, time = ends_early["samples"] / back_first["samples"], ends_early["median_s"] / back_first["median_s"]
         ours = f"{100 * share:.0f} % of the samples, {100 * time:.0f} % of the time, "
-        ours += f"colours within {100 * early['difference']:.2g} %"
-        premise = f"{_SCAN}, {looks} tissues, rays end at opacity {early['enough']:g}"
+        ours += f"colours within {100 * ends_early['difference']:.2g} %"
+        premise = f"{_SCAN}, {looks} tissues, rays end at opacity {ends_early['enough']:g}"
         yield Claim(3, section, claim, premise, "faster", ours, verdict(share <= _FASTER and time < 1))
 
 
 def _masks(table: pd.DataFrame) -> Claim:
-    between = table[table["method"] == BETWEEN]
-    n = min(between["every"], key=lambda every: (abs(every - _SUPPOSED), every))
-    rows = between[between["every"] == n]
+    interpolated = table[table["method"] == BETWEEN]
+    n = min(interpolated["every"], key=lambda every: (abs(every - _SUPPOSED), every))
+    rows = interpolated[interpolated["every"] == n]
     ours = f"Dice ≥ {rows['dice'].min():.3f}, volume within {100 * rows['volume_deviation'].abs().max():.2g} %"
     premise = f"{', '.join(rows['body'])}, every {n}th slice, no number in the paper"
     claim = "an organ that is drawn on every n-th slice can be interpolated between"
@@ -93,8 +93,8 @@ def node_masses(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     bodies = dict(list(table.groupby("body", sort=False)))
     low, high = table["elements"].min(), table["elements"].max()
     names = ", ".join(spaced(name) for name in bodies)
-    made = f" ({MADE_UP})" if set(bodies) == {SYNTHETIC} else ""
-    meshes = f"{names}{made}: meshes of {low} to {high} elements, with the volume of the voxels"
+    note = f" ({MADE_UP})" if set(bodies) == {SYNTHETIC} else ""
+    meshes = f"{names}{note}: meshes of {low} to {high} elements, with the volume of the voxels"
     premise = f"{meshes}; densities as they are at the rim"
     raw = {name: rows["raw_deviation"].to_numpy() + 1.0 for name, rows in bodies.items()}
     yield _claim("1, equation 4", "the total mass rises slightly with the number of elements", premise, "it rises",
@@ -102,12 +102,12 @@ def node_masses(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     yield _claim("2, table 1", "the total masses of meshes differ by at most", premise, "3.5 %",
                  raw, lambda mass: np.ptp(mass) / mass[-1], lambda spread: spread <= SPREAD)  # fmt: skip
     density = {name: rows["mean_density_kg_m3"].to_numpy() for name, rows in bodies.items()}
-    own = f"{meshes}; densities of the organ only"
-    yield _claim("2, table 1", "the mean density hardly changes with the mesh", own, "hardly",
+    organ = f"{meshes}; densities of the organ only"
+    yield _claim("2, table 1", "the mean density hardly changes with the mesh", organ, "hardly",
                  density, lambda mean: np.ptp(mean) / mean[-1], lambda spread: spread <= GOOD)  # fmt: skip
     fine = {name: rows.loc[rows["elements"] >= ELEMENTS, "deviation_from_voxels"] for name, rows in bodies.items()}
     if all(len(rows) for rows in fine.values()):
-        yield _claim("2, table 1", f"masses are good from {ELEMENTS} elements on", own, f"{ELEMENTS} elements",
+        yield _claim("2, table 1", f"masses are good from {ELEMENTS} elements on", organ, f"{ELEMENTS} elements",
                      fine, lambda off: np.abs(off).max(), lambda most: most <= GOOD)  # fmt: skip
 
 

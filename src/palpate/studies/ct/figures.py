@@ -52,8 +52,8 @@ def values(image: Image, mask: np.ndarray) -> np.ndarray:
     from scipy import ndimage
 
     blur = 0.5 * max(image.spacing_m) / np.array(image.spacing_m[::-1])
-    share = ndimage.gaussian_filter(mask.astype(np.float32), blur)
-    return np.rint(share * _ORGAN_HU + (1 - share) * np.minimum(_numbers(image), CLASSES[-1][0])).astype(np.int16)
+    organ = ndimage.gaussian_filter(mask.astype(np.float32), blur)
+    return np.rint(organ * _ORGAN_HU + (1 - organ) * np.minimum(_numbers(image), CLASSES[-1][0])).astype(np.int16)
 
 
 def _numbers(image: Image) -> np.ndarray:
@@ -66,8 +66,8 @@ def _numbers(image: Image) -> np.ndarray:
     tissue = SimpleITK.GetArrayFromImage(SimpleITK.OtsuThreshold(SimpleITK.GetImageFromArray(grey), 0, 1)) > 0
     if not tissue.any():
         return np.full_like(grey, _GAP_HU)
-    low, high = np.percentile(grey[tissue], [0, 99])
-    return np.where(tissue, np.interp(grey, [low, max(high, low + 1e-6)], [_DARK_HU, _BRIGHT_HU]), _GAP_HU)
+    dark, bright = np.percentile(grey[tissue], [0, 99])
+    return np.where(tissue, np.interp(grey, [dark, max(bright, dark + 1e-6)], [_DARK_HU, _BRIGHT_HU]), _GAP_HU)
 
 
 _WINDOW = (-160, 240)  # [HU], the usual window for the abdomen
@@ -85,13 +85,13 @@ def draw_ct_slices(image: Image, mask: np.ndarray, name: str) -> Figure:
     Radiological convention: the patient's right is on the left, the front is at the top of the axial slice.
     """
     size = 1e3 * np.array(image.hu.shape) * image.spacing_m[::-1]
-    across = [size[a] for _, _, a, _ in _SLICES]
+    widths = [size[a] for _, _, a, _ in _SLICES]
     tallest = max(size[u] for _, _, _, u in _SLICES)
-    figure, (axes,) = style.panels(1, 3, (_INCHES, _INCHES * tallest / sum(across) + 0.4), width_ratios=across)
-    for axis, (plane, cut, right, up) in zip(axes, _SLICES, strict=True):
-        at = _richest(mask, cut)
-        axis.set_title(f"{plane}, {1e3 * image.to_world(np.eye(3)[cut] * at)[2 - cut]:.0f} mm")
-        _slice(axis, image, mask, (cut, at), (right, up))
+    figure, (axes,) = style.panels(1, 3, (_INCHES, _INCHES * tallest / sum(widths) + 0.4), width_ratios=widths)
+    for axis, (plane, cut_axis, right, up) in zip(axes, _SLICES, strict=True):
+        index = _richest(mask, cut_axis)
+        axis.set_title(f"{plane}, {1e3 * image.to_world(np.eye(3)[cut_axis] * index)[2 - cut_axis]:.0f} mm")
+        _slice(axis, image, mask, (cut_axis, index), (right, up))
     figure.suptitle(name, x=0.01, ha="left", fontsize=9, fontweight="bold")
     return figure
 
@@ -105,9 +105,9 @@ def _slice(axis, image, mask, cut: tuple[int, int], shown: tuple[int, int]) -> N
     """Draw one slice with axes in mm; ``cut`` is its normal axis and index, ``shown`` the axes to the right and up."""
     right, up = shown
     grey, inside = np.take(image.hu, cut[1], axis=cut[0]), np.take(mask, cut[1], axis=cut[0])
-    low = 1e3 * (image.to_world(np.full(3, -0.5)))
-    high = 1e3 * image.to_world(np.array(image.hu.shape) - 0.5)
-    extent = (low[2 - right], high[2 - right], low[2 - up], high[2 - up])
+    first_corner = 1e3 * (image.to_world(np.full(3, -0.5)))
+    last_corner = 1e3 * image.to_world(np.array(image.hu.shape) - 0.5)
+    extent = (first_corner[2 - right], last_corner[2 - right], first_corner[2 - up], last_corner[2 - up])
     ct = image.modality == "ct"
     darkest, brightest = _WINDOW if ct else (float(image.hu.min()), float(np.percentile(image.hu, 99)))
     axis.imshow(grey, cmap="gray", vmin=darkest, vmax=brightest, extent=extent, origin="lower", aspect="equal")
@@ -205,15 +205,15 @@ def draw_ct_imaging(shown: Pictures, mask_interpolation: pd.DataFrame) -> Figure
     figure, axes = style.panels(2, 4, (_INCHES, _INCHES / 4 * (ray_cast + 0.75) + 0.9), height_ratios=(ray_cast, 0.75))
     for axis, (caption, picture) in zip(axes[0], shown.cast.items(), strict=False):
         _picture(axis, caption).imshow(np.clip(picture, 0, 1), interpolation="none")
-    taken = _picture(axes[0, 3], "samples taken of each ray")
-    bar = taken.imshow(shown.taken, cmap="YlGnBu", vmin=0, vmax=1, interpolation="none")
-    figure.colorbar(bar, ax=taken, orientation="horizontal", shrink=0.7, pad=0.02, label="share of the samples")
+    samples_axis = _picture(axes[0, 3], "samples taken of each ray")
+    bar = samples_axis.imshow(shown.taken, cmap="YlGnBu", vmin=0, vmax=1, interpolation="none")
+    figure.colorbar(bar, ax=samples_axis, orientation="horizontal", shrink=0.7, pad=0.02, label="share of the samples")
     for axis, (image, segmented), caption in zip(axes[1], shown.mris, ("MRI as it is", "MRI, evened"), strict=False):
         _mri(_picture(axis, caption), image, segmented, shown.liver)
-    gap = axes[1, 2].get_subplotspec()
+    lower_right = axes[1, 2].get_subplotspec()
     for axis in axes[1, 2:]:
         axis.remove()
-    _masks(figure.add_subplot(gap.get_gridspec()[1, 2:]), mask_interpolation)
+    _masks(figure.add_subplot(lower_right.get_gridspec()[1, 2:]), mask_interpolation)
     return figure
 
 
@@ -226,12 +226,12 @@ def _picture(axis: Axes, caption: str) -> Axes:
 
 def _mri(axis: Axes, image: Image, segmented: np.ndarray, liver: np.ndarray) -> None:
     """Draw the axial slice in the middle of the true liver, with the outlines of what is found and of the truth."""
-    at = _richest(liver, 0)
+    index = _richest(liver, 0)
     steps = image.spacing_m[1] / image.spacing_m[0]
-    axis.imshow(image.hu[at], cmap="gray", vmin=0, vmax=np.percentile(image.hu, 99), aspect=steps)
+    axis.imshow(image.hu[index], cmap="gray", vmin=0, vmax=np.percentile(image.hu, 99), aspect=steps)
     for mask, colour, line in ((liver, _TRUE, "--"), (segmented, _FOUND, "-")):
-        if mask[at].any():
-            axis.contour(mask[at].astype(float), [0.5], colors=colour, linewidths=1.1, linestyles=line)
+        if mask[index].any():
+            axis.contour(mask[index].astype(float), [0.5], colors=colour, linewidths=1.1, linestyles=line)
     axis.plot([], [], color=_TRUE, ls="--", label="truth")
     axis.plot([], [], color=_FOUND, label="found")
     # on black of its own: the body is bright
@@ -241,6 +241,7 @@ def _mri(axis: Axes, image: Image, segmented: np.ndarray, liver: np.ndarray) -> 
 
 
 def _masks(axis: Axes, table: pd.DataFrame) -> None:
+    """Draw the Dice coefficients of mask_interpolation.csv over n, by body; dotted : the nearest drawn slice."""
     for i, body in enumerate(tables.bodies(table)):
         for method, line in ((BETWEEN, "-"), (None, ":")):
             rows = tables.where(table, body=body)
@@ -274,8 +275,8 @@ def draw_node_mass(node_mass) -> Figure:
     left.annotate(f"±{_PAPERS:g} %: paper 2's meshes", (elements.min(), _PAPERS), (0, -10), **note)
     if elements.max() > _ENOUGH:
         left.fill_between([_ENOUGH, elements.max()], -_BOUND, _BOUND, color="#dcdcdc", lw=0, zorder=0.5)
-        said = f"±{_BOUND:g} % from {_ENOUGH} elements"
-        left.annotate(said, (elements.max(), _BOUND), (0, 3), ha="right", **note)
+        bound_text = f"±{_BOUND:g} % from {_ENOUGH} elements"
+        left.annotate(bound_text, (elements.max(), _BOUND), (0, 3), ha="right", **note)
     left.plot([], [], color=style.INK, label="densities of the organ only")
     left.plot([], [], color=style.INK, ls="--", alpha=0.7, label="densities of all voxels (paper 2)")
     left.set(title="deviation of the total mass from the voxels", ylabel="deviation [%]")

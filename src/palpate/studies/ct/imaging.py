@@ -40,8 +40,8 @@ def mask_interpolation(name: str, image: Image, mask: np.ndarray, every: Sequenc
     rows = []
     for n in every:
         for method in (NEAREST, BETWEEN):
-            tried = [_compare(method, image, mask, only_every(mask, n, first)) for first in (0, n // 2)]
-            compared = [one for one in tried if one is not None]
+            scores_of_starts = [_compare(method, image, mask, only_every(mask, n, first)) for first in (0, n // 2)]
+            compared = [scores for scores in scores_of_starts if scores is not None]
             if compared:
                 rows.append((name, n, method, *min(compared)))
     return MASK_INTERPOLATION.frame(rows)
@@ -68,10 +68,10 @@ def _compare(method: str, image: Image, mask: np.ndarray, drawn: np.ndarray) -> 
     if method == BETWEEN:
         filled = fill_between(drawn, image, "z", Path(image.source))
     else:
-        half = (slices[1] - slices[0]) // 2
+        half_gap = (slices[1] - slices[0]) // 2
         numbers = np.arange(len(mask))
         nearest = slices[np.abs(numbers[:, None] - slices).argmin(axis=1)]
-        filled = np.where((np.abs(numbers - nearest) <= half)[:, None, None], drawn[nearest], False)
+        filled = np.where((np.abs(numbers - nearest) <= half_gap)[:, None, None], drawn[nearest], False)
     return dice(filled, mask), float(filled.sum() / mask.sum() - 1)
 
 
@@ -101,13 +101,13 @@ def surface_normals(image: Image) -> pd.DataFrame:
         grey = gaussian_filter(image.hu.astype(np.float32), steps)
         points, triangles, slopes = isosurface(grey, level, image.origin_m, image.spacing_m, normals=True)
         for source, places, normals in _sources(points, triangles, slopes):
-            side, exact = liver_side(places)
-            near = np.abs(side - 1) < SAME_ORGAN_DISTANCE
-            cosines = np.abs(np.einsum("ij,ij->i", normals[near], exact[near]))
+            scale, exact = liver_side(places)
+            of_liver = np.abs(scale - 1) < SAME_ORGAN_DISTANCE
+            cosines = np.abs(np.einsum("ij,ij->i", normals[of_liver], exact[of_liver]))
             angles = np.degrees(np.arccos(np.clip(cosines, 0, 1)))
-            far = np.linalg.norm(places[near] - _onto(places[near]), axis=1)
+            distances = np.linalg.norm(places[of_liver] - _onto(places[of_liver]), axis=1)
             median, p95 = np.percentile(angles, [50, 95])
-            rows.append((blur, source, int(near.sum()), median, p95, float(np.sqrt((far**2).mean()))))
+            rows.append((blur, source, int(of_liver.sum()), median, p95, float(np.sqrt((distances**2).mean()))))
     return SURFACE_NORMALS.frame(rows)
 
 
@@ -118,19 +118,19 @@ def _sources(
     yield GRADIENT, points, slopes
     areas = area_normals(points, triangles)
     sizes = np.linalg.norm(areas, axis=1)
-    whole = sizes > 0
-    used, corners = np.unique(triangles[whole], return_inverse=True)
-    yield CORNERS, points[used], vertex_normals(points[used], corners.reshape(-1, 3))
-    yield TRIANGLES, points[triangles[whole]].mean(axis=1), areas[whole] / sizes[whole, None]
+    has_area = sizes > 0
+    used_points, corners = np.unique(triangles[has_area], return_inverse=True)
+    yield CORNERS, points[used_points], vertex_normals(points[used_points], corners.reshape(-1, 3))
+    yield TRIANGLES, points[triangles[has_area]].mean(axis=1), areas[has_area] / sizes[has_area, None]
 
 
 def _onto(points: np.ndarray) -> np.ndarray:
     """Project points (n, 3) [m] near the exact liver onto its surface along its normals, by Newton's method."""
     projected = points.copy()
     for _ in range(4):
-        side, normals = liver_side(projected)
-        ahead = liver_side(projected + 1e-6 * normals)[0]
-        projected -= ((side - 1) / (ahead - side) * 1e-6)[:, None] * normals
+        scale, normals = liver_side(projected)
+        scale_ahead = liver_side(projected + 1e-6 * normals)[0]
+        projected -= ((scale - 1) / (scale_ahead - scale) * 1e-6)[:, None] * normals
     return projected
 
 
@@ -141,8 +141,8 @@ def liver_side(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     _, centre, axes, turn = synthetic_abdomen.SHAPES["liver"]
     x, y, z = (points - np.array(centre)).T
-    along, up = np.cos(turn) * x + np.sin(turn) * z, np.cos(turn) * z - np.sin(turn) * x
-    a, b, c = along / axes[0] ** 2, y / axes[1] ** 2, up / axes[2] ** 2
+    long_axis, short_axis = np.cos(turn) * x + np.sin(turn) * z, np.cos(turn) * z - np.sin(turn) * x
+    a, b, c = long_axis / axes[0] ** 2, y / axes[1] ** 2, short_axis / axes[2] ** 2
     normals = np.column_stack([np.cos(turn) * a - np.sin(turn) * c, b, np.sin(turn) * a + np.cos(turn) * c])
     return synthetic_abdomen.ellipsoid_radius(x, y, z, axes, turn), normals / np.linalg.norm(
         normals, axis=1, keepdims=True
@@ -164,9 +164,9 @@ def segmented_scans(ct: Image, liver: np.ndarray) -> tuple[pd.DataFrame, list[tu
     ct, liver : the synthetic abdomen and the mask of its liver (nz, ny, nx)
     Where nothing is segmented, dice is 0.
     """
-    raw = synthetic_abdomen.mri_abdomen(spacing_m=ct.spacing_m.tolist())[0]
+    uneven = synthetic_abdomen.mri_abdomen(spacing_m=ct.spacing_m.tolist())[0]
     rows, shown = [], []
-    for scan, image in (("CT", ct), ("MRI", raw), ("MRI, evened", even_brightness(raw))):
+    for scan, image in (("CT", ct), ("MRI", uneven), ("MRI, evened", even_brightness(uneven))):
         limits = (30, 120) if image.modality == "ct" else synthetic_abdomen.LIVER_SIGNALS
         try:
             segmented = segment(image, limits)
@@ -207,9 +207,9 @@ def tissue_classes(image: Image) -> pd.DataFrame:
     for method, classify in methods.items():
         fractions = classify(image.hu.astype(np.float32))
         for k, tissue in enumerate(ray_casting.TISSUES):
-            within = truth.argmax(axis=0) == k
+            of_tissue = truth.argmax(axis=0) == k
             error = float(np.sqrt(((fractions - truth)[k] ** 2).mean()))
-            rows.append((method, tissue.name, float((fractions.argmax(axis=0) != k)[within].mean()), error))
+            rows.append((method, tissue.name, float((fractions.argmax(axis=0) != k)[of_tissue].mean()), error))
     return TISSUE_CLASSES.frame(rows)
 
 
@@ -273,14 +273,14 @@ def measure(
 def _pictures(image: Image, rays: ray_casting.Rays) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Cast the figure's pictures by caption, and return the part of the samples that early ended rays take."""
     field, transfer = ray_casting.field_of(image), ray_casting.likely(image)
-    sharp = ray_casting.transfer_of(ray_casting.GREY, ray_casting.by_threshold(ray_casting.GREY))
-    back = ray_casting.cast(field, transfer, rays, back_to_front=True)
+    by_threshold = ray_casting.transfer_of(ray_casting.GREY, ray_casting.by_threshold(ray_casting.GREY))
+    back_first = ray_casting.cast(field, transfer, rays, back_to_front=True)
     front_first, samples = ray_casting.cast(field, transfer, rays, enough=OPAQUE)
     shape = rays.height, rays.width
     shown = {
-        "classes by threshold": ray_casting.cast(field, sharp, rays)[0],
-        "by probability, back to front": back[0],
+        "classes by threshold": ray_casting.cast(field, by_threshold, rays)[0],
+        "by probability, back to front": back_first[0],
         f"front to back, ends at {OPAQUE:g}": front_first,
     }
     pictures = {caption: ray_casting.on_white(seen).reshape(*shape, 3) for caption, seen in shown.items()}
-    return pictures, (samples / np.maximum(back[1], 1)).reshape(shape)
+    return pictures, (samples / np.maximum(back_first[1], 1)).reshape(shape)

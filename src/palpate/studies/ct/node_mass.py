@@ -42,11 +42,11 @@ def measure(
     """
     voxels = voxel_mass(image, mask)
     rows = []
-    for wanted in progress(surface_nodes):
-        mesh = _mesh(image, mask, wanted)
+    for nodes_wanted in progress(surface_nodes):
+        mesh = _mesh(image, mask, nodes_wanted)
         masses = node_masses(mesh, organ_densities(mesh.nodes, image, mask))
-        raw = node_masses(mesh, raw_densities(mesh.nodes, image, mask))
-        mass, deviations = masses.sum(), (masses.sum() / voxels - 1, raw.sum() / voxels - 1)
+        raw_masses = node_masses(mesh, raw_densities(mesh.nodes, image, mask))
+        mass, deviations = masses.sum(), (masses.sum() / voxels - 1, raw_masses.sum() / voxels - 1)
         row = name, len(mesh.tetrahedra), len(mesh.nodes), mass, mass / mesh.volumes.sum(), *deviations
         rows.append((*row, len(mesh.surface), voxels, masses.min(), masses.max()))
     return NODE_MASS.frame(rows)
@@ -54,9 +54,9 @@ def measure(
 
 def _mesh(image: Image, mask: np.ndarray, wanted: int) -> TetMesh:
     """Make a mesh of about ``wanted`` surface nodes, or of a few more if its surface intersects itself."""
-    for more in _MORE:
+    for factor in _MORE:
         try:
-            return tetrahedralize(*surface(mask, image, round(more * wanted)), source=image.source)
+            return tetrahedralize(*surface(mask, image, round(factor * wanted)), source=image.source)
         except InputError as error:
             failure = error
     raise failure

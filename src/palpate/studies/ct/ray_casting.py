@@ -64,14 +64,14 @@ def fit_mixture(grey: np.ndarray, starts: Sequence[float]) -> Mixture:
     deviations = np.full(len(means), float(np.diff(means).min() / 4))
     shares, mixed = np.full(len(means), 1 / (len(means) + 1)), 1 / (len(means) + 1)
     for _ in range(_ROUNDS):
-        away = (values - means[:, None]) / deviations[:, None]
-        densities = (shares / deviations)[:, None] * np.exp(-(away**2) / 2) / np.sqrt(2 * np.pi)
-        belongs = densities / (densities.sum(axis=0) + mixed / span) * weights
-        amounts = np.maximum(belongs.sum(axis=1), 1e-12)
-        moved = belongs @ values / amounts
-        squares = (belongs * (values - moved[:, None]) ** 2).sum(axis=1) / amounts
-        settled = np.abs(moved - means).max() <= _SETTLED * span
-        means, deviations = moved, np.maximum(np.sqrt(squares), width)
+        standardised = (values - means[:, None]) / deviations[:, None]
+        densities = (shares / deviations)[:, None] * np.exp(-(standardised**2) / 2) / np.sqrt(2 * np.pi)
+        memberships = densities / (densities.sum(axis=0) + mixed / span) * weights
+        amounts = np.maximum(memberships.sum(axis=1), 1e-12)
+        new_means = memberships @ values / amounts
+        squares = (memberships * (values - new_means[:, None]) ** 2).sum(axis=1) / amounts
+        settled = np.abs(new_means - means).max() <= _SETTLED * span
+        means, deviations = new_means, np.maximum(np.sqrt(squares), width)
         shares, mixed = amounts, max(1 - float(amounts.sum()), 0.0)
         if settled:
             break
@@ -85,15 +85,15 @@ def probabilities(mixture: Mixture, values: np.ndarray) -> np.ndarray:
     Only the two classes whose means are beside a value count, and only the last class beyond all means. Trap: far from
     all means the widest class would win, so that a voxel that air and tissue share would be bone.
     """
-    columns = (slice(None), *[None] * np.ndim(values))
-    means, deviations = mixture.means[columns], mixture.deviations[columns]
-    logs = np.log(np.maximum(mixture.shares, 1e-12))[columns] - ((values - means) / deviations) ** 2 / 2
-    logs = logs - np.log(deviations)
+    broadcast = (slice(None), *[None] * np.ndim(values))
+    means, deviations = mixture.means[broadcast], mixture.deviations[broadcast]
+    log_odds = np.log(np.maximum(mixture.shares, 1e-12))[broadcast] - ((values - means) / deviations) ** 2 / 2
+    log_odds = log_odds - np.log(deviations)
     below = np.clip(np.searchsorted(mixture.means, values) - 1, 0, len(mixture.means) - 2)
-    number = np.arange(len(mixture.means))[columns]
+    number = np.arange(len(mixture.means))[broadcast]
     beside = (number == below) & (values < mixture.means[-1]) | (number == below + 1) & (values > mixture.means[0])
-    logs = np.where(beside, logs, -np.inf)
-    odds = np.exp(logs - logs.max(axis=0))
+    log_odds = np.where(beside, log_odds, -np.inf)
+    odds = np.exp(log_odds - log_odds.max(axis=0))
     return odds / odds.sum(axis=0)
 
 
@@ -115,7 +115,7 @@ def by_percentage(values: np.ndarray) -> np.ndarray:
     Drebin, Carpenter, Hanrahan, "Volume rendering", SIGGRAPH 1988, without noise: linear between the usual values.
     """
     usual = [tissue.hu for tissue in TISSUES]
-    return np.stack([np.interp(values, usual, one) for one in np.eye(len(usual))])
+    return np.stack([np.interp(values, usual, one_class) for one_class in np.eye(len(usual))])
 
 
 def transfer_of(values: np.ndarray, shares: np.ndarray) -> Transfer:
@@ -177,33 +177,33 @@ def parallel_rays(image: Image, axes: np.ndarray, pixels: int, step: float) -> R
 
     axes : (3, 3), rows right, up and toward the viewer; step : between samples, in the smallest side of a voxel
     """
-    seen = corners(image) @ axes.T
-    low, high = seen.min(axis=0), seen.max(axis=0)
-    pixel = float(high[0] - low[0]) / pixels
-    height = max(round(float(high[1] - low[1]) / pixel), 1)
-    across = low[0] + pixel * (np.arange(pixels) + 0.5)
-    upward = high[1] - pixel * (np.arange(height) + 0.5)
-    places = np.stack(np.broadcast_arrays(across, upward[:, None], high[2]), axis=-1).reshape(-1, 3)
+    in_view = corners(image) @ axes.T
+    lowest, highest = in_view.min(axis=0), in_view.max(axis=0)
+    pixel = float(highest[0] - lowest[0]) / pixels
+    height = max(round(float(highest[1] - lowest[1]) / pixel), 1)
+    right_m = lowest[0] + pixel * (np.arange(pixels) + 0.5)
+    up_m = highest[1] - pixel * (np.arange(height) + 0.5)
+    places = np.stack(np.broadcast_arrays(right_m, up_m[:, None], highest[2]), axis=-1).reshape(-1, 3)
     step_m = step * float(image.spacing_m.min())
-    move = (-step_m * axes[2] / image.spacing_m)[::-1]
-    starts, counts = _within(image.to_index(places @ axes), move, np.array(image.hu.shape) - 1)
-    return Rays(starts, move, counts, step_m, -axes[2], height, pixels)
+    step_in_voxels = (-step_m * axes[2] / image.spacing_m)[::-1]
+    starts, counts = _within(image.to_index(places @ axes), step_in_voxels, np.array(image.hu.shape) - 1)
+    return Rays(starts, step_in_voxels, counts, step_m, -axes[2], height, pixels)
 
 
-def _within(starts: np.ndarray, step: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _within(starts: np.ndarray, step: np.ndarray, largest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the first sample (n, 3) of each ray inside the grid, and how many there are (n,), 0 for a ray beside it.
 
-    starts : (n, 3) in voxels, on a plane of samples that all rays share; step : (3,); last : (3,) largest indices
+    starts : (n, 3) in voxels, on a plane of samples that all rays share; step : (3,); largest : (3,) last indices
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        one, other = -starts / step, (last - starts) / step
-    still = step == 0
-    inside = ((starts >= 0) & (starts <= last)) | ~still
-    enter = np.where(still, -np.inf, np.minimum(one, other)).max(axis=1)
-    leave = np.where(still, np.inf, np.maximum(one, other)).min(axis=1)
-    first = np.ceil(enter - 1e-9)
-    counts = np.where(inside.all(axis=1), np.maximum(np.floor(leave + 1e-9) - first + 1, 0), 0).astype(np.int64)
-    return starts + np.where(counts > 0, first, 0.0)[:, None] * step, counts
+        at_first_face, at_last_face = -starts / step, (largest - starts) / step
+    parallel = step == 0
+    inside = ((starts >= 0) & (starts <= largest)) | ~parallel
+    enter = np.where(parallel, -np.inf, np.minimum(at_first_face, at_last_face)).max(axis=1)
+    leave = np.where(parallel, np.inf, np.maximum(at_first_face, at_last_face)).min(axis=1)
+    first_sample = np.ceil(enter - 1e-9)
+    counts = np.where(inside.all(axis=1), np.maximum(np.floor(leave + 1e-9) - first_sample + 1, 0), 0).astype(np.int64)
+    return starts + np.where(counts > 0, first_sample, 0.0)[:, None] * step, counts
 
 
 def cast(
@@ -235,9 +235,9 @@ def _cast(voxels, table, scale, starts, step, counts, viewer, back_to_front, eno
     for ray in range(len(starts)):
         total = colours[ray]
         for number in range(counts[ray]):
-            at = counts[ray] - 1 - number if back_to_front else number
+            k = counts[ray] - 1 - number if back_to_front else number
             samples[ray] += 1
-            z, y, x = starts[ray, 0] + at * step[0], starts[ray, 1] + at * step[1], starts[ray, 2] + at * step[2]
+            z, y, x = starts[ray, 0] + k * step[0], starts[ray, 1] + k * step[1], starts[ray, 2] + k * step[2]
             _look_up(_interpolate(voxels, z, y, x, 0), table, scale, colour)
             opacity = colour[3]
             if opacity == 0:
@@ -248,10 +248,10 @@ def _cast(voxels, table, scale, starts, step, counts, viewer, back_to_front, eno
                     total[c] = light * colour[c] * opacity + (1 - opacity) * total[c]
                 total[3] = opacity + (1 - opacity) * total[3]
             else:
-                left = 1 - total[3]
+                transparency = 1 - total[3]
                 for c in range(3):
-                    total[c] += left * opacity * light * colour[c]
-                total[3] += left * opacity
+                    total[c] += transparency * opacity * light * colour[c]
+                total[3] += transparency * opacity
                 if total[3] >= enough and enough < 1:
                     break
     return colours, samples
@@ -263,11 +263,11 @@ def _interpolate(voxels, z, y, x, c):
     nz, ny, nx, _ = voxels.shape
     k, j, i = min(max(int(z), 0), nz - 2), min(max(int(y), 0), ny - 2), min(max(int(x), 0), nx - 2)
     w, v, u = z - k, y - j, x - i
-    near = (1 - v) * ((1 - u) * voxels[k, j, i, c] + u * voxels[k, j, i + 1, c])
-    near += v * ((1 - u) * voxels[k, j + 1, i, c] + u * voxels[k, j + 1, i + 1, c])
-    far = (1 - v) * ((1 - u) * voxels[k + 1, j, i, c] + u * voxels[k + 1, j, i + 1, c])
-    far += v * ((1 - u) * voxels[k + 1, j + 1, i, c] + u * voxels[k + 1, j + 1, i + 1, c])
-    return (1 - w) * near + w * far
+    lower = (1 - v) * ((1 - u) * voxels[k, j, i, c] + u * voxels[k, j, i + 1, c])
+    lower += v * ((1 - u) * voxels[k, j + 1, i, c] + u * voxels[k, j + 1, i + 1, c])
+    upper = (1 - v) * ((1 - u) * voxels[k + 1, j, i, c] + u * voxels[k + 1, j, i + 1, c])
+    upper += v * ((1 - u) * voxels[k + 1, j + 1, i, c] + u * voxels[k + 1, j + 1, i + 1, c])
+    return (1 - w) * lower + w * upper
 
 
 @numba.njit(cache=True)
@@ -282,7 +282,7 @@ def _look_up(grey, table, scale, colour):
 
 @numba.njit(cache=True)
 def _facing(voxels, z, y, x, viewer):
-    """Return the magnitude of the cosine between gradient and viewing direction; 1 where there is no gradient."""
+    """Return the magnitude of the cosine between grey-value gradient and view; 1 where there is no gradient."""
     along, square = 0.0, 0.0
     for c in range(3):
         slope = _interpolate(voxels, z, y, x, c + 1)
@@ -316,20 +316,20 @@ def compositing(voxels: np.ndarray, rays: Rays, transfer: Transfer) -> pd.DataFr
         calls = [
             partial(cast, voxels, shown, rays, back_to_front=order == BACK, enough=enough) for order, enough in ORDERS
         ]
-        taken = [call() for call in calls]
-        exact = on_white(taken[0][0])
+        pictures = [call() for call in calls]
+        exact = on_white(pictures[0][0])
         timed = time_calls(calls, 5).seconds  # each takes some tenths of a second
-        for (order, enough), (colours, samples), seconds in zip(ORDERS, taken, timed, strict=True):
-            apart = float(abs(on_white(colours) - exact).max())
-            rows.append((looks, order, enough, float(samples.mean()), float(np.median(seconds)), apart))
+        for (order, enough), (colours, samples), seconds in zip(ORDERS, pictures, timed, strict=True):
+            difference = float(abs(on_white(colours) - exact).max())
+            rows.append((looks, order, enough, float(samples.mean()), float(np.median(seconds)), difference))
     return COMPOSITING.frame(rows)
 
 
 def back_and_early(compositing: pd.DataFrame, looks: str) -> tuple[pd.Series, pd.Series]:
     """Return the rows of compositing.csv back to front, and of rays that end at 99 % opacity, or the nearest to it."""
     rows = compositing[compositing["looks"] == looks]
-    early = rows[(rows["order"] == FRONT) & (rows["enough"] < 1)].sort_values("enough")
-    return rows[rows["order"] == BACK].iloc[0], early.iloc[0]
+    early_rows = rows[(rows["order"] == FRONT) & (rows["enough"] < 1)].sort_values("enough")
+    return rows[rows["order"] == BACK].iloc[0], early_rows.iloc[0]
 
 
 def on_white(colours: np.ndarray) -> np.ndarray:

@@ -71,7 +71,7 @@ class TouchPlace:
         a quadratic function of what its unit direction has across
     deepest_m : that was prepared; stretched : areas that touch over those at rest; error, force_error : of TouchAnswer
     tilted_error, tilted_force_error : the same of pushes that are tilted by TILTED degrees
-    rest : (r, r); volumes, mu, lam : (m,); slopes : (9 m, r)
+    rest : (r, r), stiffness of all that is not in the cells; volumes, mu, lam : (m,); slopes : (9 m, r), of their F
     points : (3 p,) [m], moves : (3 p, r); areas, penalty : (p,)
     pushed : (k, 3), of past pushes along the axes, over the deepest; starts : (k, r), by which a search begins
     surface : (3 n, r)
@@ -116,9 +116,9 @@ class TouchPlace:
 class Contact(NamedTuple):
     """A reduced model of one place, in r coordinates with m cells and b vectors of the surface.
 
-    place, normal, bearing : (3,); reach : energy norm; loads : (r, 3); rest : (r, r); volumes, mu, lam : (m,)
-    slopes : (9 m, r); coefficients : (b, r); here : (3, b), the mean of the vectors over its own disc
-    noise : rounding of the energy [J]
+    place, normal, bearing : (3,); reach : energy norm; loads : (r, 3); volumes, mu, lam : (m,)
+    rest : (r, r), stiffness of all that is not in the cells; slopes : (9 m, r), of the cells' F; coefficients : (b, r)
+    here : (3, b), the mean of the vectors over its own disc; noise : rounding of the energy [J]
     """
 
     place: np.ndarray
@@ -252,20 +252,20 @@ class PortableModel:
         sound = isinstance(presses, Sequence) and all(isinstance(press, Mapping) for press in presses)
         _must(sound, "presses are a list of dictionaries")
         _must(len(presses) <= MOST_PRESSES, f"more than {MOST_PRESSES} presses are asked for")
-        both = any(press.get("moved") is not None and press.get("force") is not None for press in presses)
-        _must(not both, "a press has a force or is moved, and not both")
+        overdetermined = any(press.get("moved") is not None and press.get("force") is not None for press in presses)
+        _must(not overdetermined, "a press has a force or is moved, and not both")
         places = [self._place(press) for press in presses]
-        unknown = np.array([press.get("moved") is not None for press in presses], dtype=bool)
-        given = [_vector(press, "moved" if moves else "force") for press, moves in zip(presses, unknown, strict=True)]
+        displaced = np.array([press.get("moved") is not None for press in presses], dtype=bool)
+        given = [_vector(press, "moved" if moves else "force") for press, moves in zip(presses, displaced, strict=True)]
         force, rests = _begun(places, start)
-        force = np.where(unknown[:, None], force, np.array(given).reshape(-1, 3))
+        force = np.where(displaced[:, None], force, np.array(given).reshape(-1, 3))
         result = _Found(force, rests, 0.0, 0.0, True)
-        if unknown.any():
-            result = _Search(self._compliance, self._held, places, np.array(given), unknown).forces(force, rests)
+        if displaced.any():
+            result = _Search(self._compliance, self._held, places, np.array(given), displaced).forces(force, rests)
         force = result.force
         linear, bent, rests = self._parts_of(places, force, result.rests)
-        more = np.sum([each.more for each in bent], axis=0) if bent else np.zeros_like(linear)
-        stored = (self._basis @ (linear + more).astype(np.float32)).reshape(-1, 3)
+        nonlinear = np.sum([each.more for each in bent], axis=0) if bent else np.zeros_like(linear)
+        stored = (self._basis @ (linear + nonlinear).astype(np.float32)).reshape(-1, 3)
         moved = np.einsum("nk,nkd->nd", self._by, stored[self._from])
         if not (np.isfinite(moved).all() and np.isfinite(force).all()):
             nothing = np.zeros((len(self.nodes), 3)), np.zeros_like(force)
@@ -277,8 +277,8 @@ class PortableModel:
             doubt = doubt or self._doubt(place, each, newtons)
         if doubt and start is not None:
             return self.respond(presses)
-        own = iter(rests)
-        rest = [[(near.contact, next(own)) for near in place.near] for place in places]
+        in_order = iter(rests)
+        rest = [[(near.contact, next(in_order)) for near in place.near] for place in places]
         return PortableAnswer(moved.astype(float), force, error, doubt, rest)
 
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")
@@ -288,38 +288,38 @@ class PortableModel:
         depth_m : from first touch on [m]; direction : of its way, or straight in
         ValueError with one sentence for a touch that is none.
         """
-        whole = isinstance(place, int | np.integer) and 0 <= place < len(self.touches)
-        _must(whole, f"the touch is at place {place}, which is not there")
+        prepared_there = isinstance(place, int | np.integer) and 0 <= place < len(self.touches)
+        _must(prepared_there, f"the touch is at place {place}, which is not there")
         sound = isinstance(depth_m, int | float | np.number) and math.isfinite(depth_m) and depth_m >= 0.0
         _must(sound, "a touch needs a finite depth of 0 or more")
-        one = self.touches[place]
-        heading = -one.axes[2] if direction is None else _vector({"direction": direction}, "direction")
+        prepared = self.touches[place]
+        heading = -prepared.axes[2] if direction is None else _vector({"direction": direction}, "direction")
         length = float(np.linalg.norm(heading))
         _must(0.0 < length < math.inf, "the direction of a touch has no length")
         heading = heading / length
-        local = one.axes @ heading
-        x, y = local[:2]
+        in_axes = prepared.axes @ heading
+        x, y = in_axes[:2]
         # the tip goes to first touch, a quadratic of the direction, and then the depth
-        along = one.first @ np.array([1.0, x, y, x * x, x * y, y * y]) + depth_m
-        tip = self.nodes[one.node] + along * heading
+        along = prepared.first @ np.array([1.0, x, y, x * x, x * y, y * y]) + depth_m
+        tip = self.nodes[prepared.node] + along * heading
         # the search begins at what prepared pushes of like depth and direction came to
-        begun = touch_kernel(one.pushed, local * (depth_m / one.deepest_m)) @ one.starts
-        q, force, area, left = settle_touch(one, tip, begun)
-        moved, along_n = (one.surface @ q).reshape(-1, 3), float(force @ heading)
+        start = touch_kernel(prepared.pushed, in_axes * (depth_m / prepared.deepest_m)) @ prepared.starts
+        q, force, area, residual = settle_touch(prepared, tip, start)
+        moved, along_n = (prepared.surface @ q).reshape(-1, 3), float(force @ heading)
         if not (np.isfinite(moved.astype(np.float32)).all() and math.isfinite(along_n)):
             nothing, why = np.zeros_like(moved), "the numbers of this answer are beyond what can be stored"
             return TouchAnswer(nothing, np.zeros(3), 0.0, 0.0, 1.0, 1.0, why, tip)
         doubt = ""
-        if not left <= TOUCH_RESIDUAL:
-            doubt = f"the model found no rest: {100.0 * left:.1f} % of the load are left"
-        elif not depth_m <= ROUNDING * one.deepest_m:
-            doubt = f"this is deeper than the {1e3 * one.deepest_m:.1f} mm that were prepared"
-        elif not -local[2] * ROUNDING >= math.cos(math.radians(STEEPEST)):
+        if not residual <= TOUCH_RESIDUAL:
+            doubt = f"the model found no rest: {100.0 * residual:.1f} % of the load are left"
+        elif not depth_m <= ROUNDING * prepared.deepest_m:
+            doubt = f"this is deeper than the {1e3 * prepared.deepest_m:.1f} mm that were prepared"
+        elif not -in_axes[2] * ROUNDING >= math.cos(math.radians(STEEPEST)):
             doubt = f"the direction is more than {STEEPEST:.0f} degrees off the normal"
         share = min(math.hypot(x, y) / math.sin(math.radians(TILTED)), 1.0)
-        error = one.error + share * max(one.tilted_error - one.error, 0.0)
-        force_error = one.force_error + share * max(one.tilted_force_error - one.force_error, 0.0)
-        return TouchAnswer(moved, force, along_n, one.stretched * area, error, force_error, doubt, tip)
+        error = prepared.error + share * max(prepared.tilted_error - prepared.error, 0.0)
+        force_error = prepared.force_error + share * max(prepared.tilted_force_error - prepared.force_error, 0.0)
+        return TouchAnswer(moved, force, along_n, prepared.stretched * area, error, force_error, doubt, tip)
 
     def _error(self, bent: list[_Bent], missed: float, peak: float) -> float:
         """Return the bound of an answer's error, as RMSE over peak."""
@@ -361,10 +361,10 @@ class PortableModel:
         return Contact(place, normal, bearing, reach, loads, rest, *cells, *shape, noise)
 
     def _place(self, press: Mapping[str, Any]) -> _Place:
-        """Find the disc of a press and the contacts near it, with their weights; ValueError if it is on no triangle."""
-        named, weights = press.get("triangle"), _vector(press, "weights")
-        _must(isinstance(named, int | np.integer), "a press needs the whole number of a triangle")
-        triangle = int(named or 0)
+        """Find a press's disc and the three nearest contacts, weighted down to 0 at the fourth; ValueError if none."""
+        number, weights = press.get("triangle"), _vector(press, "weights")
+        _must(isinstance(number, int | np.integer), "a press needs the whole number of a triangle")
+        triangle = int(number or 0)
         _must(0 <= triangle < len(self.triangles), f"the press is on triangle {triangle}, which is not there")
         inside = weights.min() >= -1e-6 and abs(weights.sum() - 1.0) < 1e-4
         _must(inside, "the weights of a press are not of a point in its triangle")
@@ -374,9 +374,9 @@ class PortableModel:
         disc = self.mean_over_disc(point, normal)
         apart = self.apart(point, normal)
         order = np.argsort(apart, kind="stable")[:4]
-        edge = max(float(apart[order[3]]), 1e-9) if len(order) > 3 else math.inf
-        away = [max(float(apart[i]), 1e-9) for i in order[:3]]
-        weight = [max(0.0, 1.0 - one / edge) ** 2 / one**2 for one in away]
+        fourth_m = max(float(apart[order[3]]), 1e-9) if len(order) > 3 else math.inf
+        distances = [max(float(apart[i]), 1e-9) for i in order[:3]]
+        weight = [max(0.0, 1.0 - one / fourth_m) ** 2 / one**2 for one in distances]
         total = sum(weight)
         if not total > 0.0:
             weight, total = [1.0, 0.0, 0.0][: len(weight)], 1.0
@@ -389,36 +389,36 @@ class PortableModel:
         return _Place(disc, [each._replace(weight=each.weight / total) for each in near], float(apart[order[0]]))
 
     def mean_over_disc(self, point: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        """Return the mean (3, b) of the vectors over the disc around a point, weighted by its pressure."""
+        """Return the mean (3, b) of the basis vectors over the disc at a point (3,), weighted by its pressure."""
         near = np.flatnonzero(((self._middles - point) ** 2).sum(axis=1) < (self.radius_m + self._wide) ** 2)
         corners = self.triangles[near]
         points = np.einsum("pa,tai->tpi", self._shapes, self.nodes[corners])
-        part = 1.0 - ((points - point) ** 2).sum(axis=2) / self.radius_m**2
+        pressure = 1.0 - ((points - point) ** 2).sum(axis=2) / self.radius_m**2
         facing = np.clip((self._facing[near] @ normal) / 0.1, 0.0, 1.0) * self._areas[near]
-        shares = np.einsum("t,tp,pa->ta", facing, np.maximum(part, 0.0), self._shapes)
-        total = float(shares.sum())
-        if not total > 0.0:
+        corner_shares = np.einsum("t,tp,pa->ta", facing, np.maximum(pressure, 0.0), self._shapes)
+        sum_of_shares = float(corner_shares.sum())
+        if not sum_of_shares > 0.0:
             corners = np.argmin(((self.nodes - point) ** 2).sum(axis=1), keepdims=True)
-            shares, total = np.ones(1), 1.0
-        parts = (shares / total).ravel()[:, None] * self._by[corners.ravel()]
-        weights = np.bincount(self._from[corners.ravel()].ravel(), parts.ravel())
+            corner_shares, sum_of_shares = np.ones(1), 1.0
+        node_shares = (corner_shares / sum_of_shares).ravel()[:, None] * self._by[corners.ravel()]
+        weights = np.bincount(self._from[corners.ravel()].ravel(), node_shares.ravel())
         used = np.flatnonzero(weights)
         return np.tensordot(weights[used], self._basis.reshape(-1, 3, self._basis.shape[1])[used], 1)
 
     def _parts_of(
         self, places: list[_Place], force: np.ndarray, rests: list[Rest]
     ) -> tuple[np.ndarray, list[_Bent], list[Rest]]:
-        """Return the linear part (b,) of the answer, what each press has beyond it, and the contacts' rests."""
-        loaded = np.zeros(self._compliance.shape[0])
+        """Return the linear answer (b,) to presses of ``force`` (k, 3) [N], what each has beyond it, and new rests."""
+        disc_loads = np.zeros(self._compliance.shape[0])
         for place, newtons in zip(places, force, strict=True):
-            loaded += newtons @ place.disc
+            disc_loads += newtons @ place.disc
         rests = settle(*_loaded(places, force), rests, RESIDUAL_TOLERANCE)
-        rest = iter(rests)
+        rests_in_order = iter(rests)
         bent = [
-            _bent(place, newtons, [next(rest) for _ in place.near])
+            _bent(place, newtons, [next(rests_in_order) for _ in place.near])
             for place, newtons in zip(places, force, strict=True)
         ]
-        return self._compliance @ loaded, bent, rests
+        return self._compliance @ disc_loads, bent, rests
 
     def _doubt(self, place: _Place, bent: _Bent, newtons: np.ndarray) -> str:
         """Return why the answer to a press is not to be believed, or an empty text."""
@@ -437,32 +437,32 @@ class PortableModel:
 
 
 def _bent(place: _Place, newtons: np.ndarray, rests: list[Rest]) -> _Bent:
-    """Return what the answer to a press has beyond its linear part, from the ``rests`` of the contacts near."""
+    """Return what a press of ``newtons`` (3,) causes beyond its linear answer, by the ``rests`` of contacts near it."""
     loads = [each.loads @ newtons for each in place.near]
     contacts, weights = [each.contact for each in place.near], np.array([each.weight for each in place.near])
-    parts = np.array(
-        [one.coefficients @ (rest.q - load) for one, rest, load in zip(contacts, rests, loads, strict=True)]
+    differences = np.array(
+        [contact.coefficients @ (rest.q - load) for contact, rest, load in zip(contacts, rests, loads, strict=True)]
     )
-    more = weights @ parts
-    spread = math.sqrt(float(weights @ ((parts - more) ** 2).sum(axis=1)))
-    far = max(float(np.linalg.norm(rest.q)) / one.reach for one, rest in zip(contacts, rests, strict=True))
-    left = max(_norm(load - rest.pull) / max(_norm(load), 1e-300) for rest, load in zip(rests, loads, strict=True))
-    return _Bent(more, spread, min(rest.least for rest in rests), far, left)
+    nonlinear = weights @ differences
+    spread = math.sqrt(float(weights @ ((differences - nonlinear) ** 2).sum(axis=1)))
+    largest = max(float(np.linalg.norm(rest.q)) / contact.reach for contact, rest in zip(contacts, rests, strict=True))
+    residual = max(_norm(load - rest.pull) / max(_norm(load), 1e-300) for rest, load in zip(rests, loads, strict=True))
+    return _Bent(nonlinear, spread, min(rest.least for rest in rests), largest, residual)
 
 
 def _begun(places: list[_Place], start: PortableAnswer | None) -> tuple[np.ndarray, list[Rest]]:
-    """Return the forces (k, 3) and rests from which a search starts.
+    """Return the forces (k, 3) [N] of presses and the rests of contacts near them, from which a search starts.
 
-    They are those of the earlier answer ``start`` for contacts that it has, too, if it is not doubted; else zero.
+    They are those of an earlier answer ``start`` where it has the same contact and no doubt; else all are zero.
     """
     force, rests = np.zeros((len(places), 3)), []
-    earlier = start.rest if start is not None and not start.doubt else []
+    earlier_rests = start.rest if start is not None and not start.doubt else []
     for i, place in enumerate(places):
-        left = earlier[i] if i < len(earlier) else []
+        of_press = earlier_rests[i] if i < len(earlier_rests) else []
         for near in place.near:
-            known = [rest for one, rest in left if one is near.contact]
-            rests.append(known[0] if known else undeformed(near.contact))
-            if known and start is not None:
+            matching = [rest for contact, rest in of_press if contact is near.contact]
+            rests.append(matching[0] if matching else undeformed(near.contact))
+            if matching and start is not None:
                 force[i] = start.forces[i]
     return force, rests
 
@@ -476,21 +476,21 @@ def _loaded(places: list[_Place], force: np.ndarray) -> tuple[list[Contact], lis
 class _Search:
     """Finds the forces under which discs move as far as they are pushed, by Newton's method.
 
-    It works on discs alone: linear (f, 3 k) [m/N] are the responses of the f pushed components to all forces, seen
-    (f, r) what a contact's coordinates add to them, and ways (f, j) the forces that move discs independently.
+    Of k presses, f components of disc displacements are prescribed. ``_linear`` (f, 3 k) [m/N] is their linear response
+    to all forces, ``_seen`` (f, r) what the coordinates of each contact add, ``_ways`` (f, j) independent forces.
     """
 
     def __init__(
-        self, compliance: np.ndarray, held: float, places: list[_Place], given: np.ndarray, unknown: np.ndarray
+        self, compliance: np.ndarray, held: float, places: list[_Place], prescribed: np.ndarray, displaced: np.ndarray
     ):
-        self._places, self._free = places, np.repeat(unknown, 3)
+        self._places, self._free = places, np.repeat(displaced, 3)
         discs = np.concatenate([place.disc for place in places])
-        mine = discs[self._free]
-        self._linear = mine @ compliance @ discs.T
-        self._seen = [near.weight * (mine @ near.contact.coefficients) for place in places for near in place.near]
-        self._wanted = given.ravel()[self._free]
+        pushed = discs[self._free]
+        self._linear = pushed @ compliance @ discs.T
+        self._seen = [near.weight * (pushed @ near.contact.coefficients) for place in places for near in place.near]
+        self._wanted = prescribed.ravel()[self._free]
         self._ways = _independent(self._linear[:, self._free], held)
-        by_others = self._linear[:, ~self._free] @ given.ravel()[~self._free]
+        by_others = self._linear[:, ~self._free] @ prescribed.ravel()[~self._free]
         self._way = max(_norm(self._wanted), _norm(by_others), 1e-300)  # a held disc has a way to go, too
         self._scale = max(_norm(self._wanted @ self._ways), _norm(by_others @ self._ways), 1e-300)
 
@@ -502,49 +502,49 @@ class _Search:
             if size <= FORCE_SEARCH_TOLERANCE * self._scale and tolerance <= RESIDUAL_TOLERANCE:
                 break
             tolerance = max(RESIDUAL_TOLERANCE, FIRST_TOLERANCE * min(1.0, size / self._scale))
-            tried = force + step
-            reached = settle(*_loaded(self._places, tried), rests, tolerance)
-            now, ahead, new_size = self._missed(tried, reached)
+            new_force = force + step
+            new_rests = settle(*_loaded(self._places, new_force), rests, tolerance)
+            new_missed, new_step, new_size = self._missed(new_force, new_rests)
             if not (new_size < 1.5 * size or new_size <= FORCE_SEARCH_TOLERANCE * self._scale):
-                rests = [old._replace(inverse=new.inverse) for old, new in zip(rests, reached, strict=True)]
+                rests = [old._replace(inverse=new.inverse) for old, new in zip(rests, new_rests, strict=True)]
                 step = 0.5 * step
                 continue
-            force, rests, missed, size, step = tried, reached, now, new_size, ahead
-        most = _norm(missed)
-        return _Found(force, rests, most / self._way, most, size <= 1e-3 * self._scale and most < math.inf)
+            force, rests, missed, size, step = new_force, new_rests, new_missed, new_size, new_step
+        missed_m = _norm(missed)
+        return _Found(force, rests, missed_m / self._way, missed_m, size <= 1e-3 * self._scale and missed_m < math.inf)
 
     def _missed(self, force: np.ndarray, rests: list[Rest]) -> tuple[np.ndarray, np.ndarray, float]:
-        """Return what discs miss (f,) [m], Newton's step (k, 3) [N], and the size of what is missed and of residuals.
+        """Return what the f prescribed displacements lack (f,) [m], Newton's step (k, 3) [N], and the error's size.
 
-        The step takes into account where contacts will rest, by their own inverse stiffness.
+        Step and size include how far contacts will still move to their rests, foreseen by their inverse stiffness.
         """
         missed, slope = self._wanted - self._linear @ force.ravel(), self._linear.copy()
-        seen, rest, foreseen = iter(self._seen), iter(rests), np.zeros(len(missed))
+        rows_in_order, rests_in_order, foreseen = iter(self._seen), iter(rests), np.zeros(len(missed))
         for i, place in enumerate(self._places):
             for near in place.near:
-                rows, one, load = next(seen), next(rest), near.loads @ force[i]
-                missed -= rows @ (one.q - load)
-                foreseen += rows @ one.bent_by(load - one.pull)
-                slope[:, 3 * i : 3 * i + 3] += rows @ (one.bent_by(near.loads) - near.loads)
+                rows, rest, load = next(rows_in_order), next(rests_in_order), near.loads @ force[i]
+                missed -= rows @ (rest.q - load)
+                foreseen += rows @ rest.bent_by(load - rest.pull)
+                slope[:, 3 * i : 3 * i + 3] += rows @ (rest.bent_by(near.loads) - near.loads)
         step = np.zeros(force.size)
-        along = self._ways.T @ slope[:, self._free] @ self._ways
-        step[self._free] = self._ways @ _solved(along, (missed - foreseen) @ self._ways)
+        reduced_slope = self._ways.T @ slope[:, self._free] @ self._ways
+        step[self._free] = self._ways @ _solved(reduced_slope, (missed - foreseen) @ self._ways)
         return missed, step.reshape(-1, 3), _norm(missed @ self._ways) + _norm(foreseen @ self._ways)
 
 
 def _independent(linear: np.ndarray, held: float) -> np.ndarray:
     """Return j combinations (f, j) of forces that move discs independently; linear : (f, f), three forces a disc.
 
-    Discs count over their mean response; one whose mean is at most ``held`` [m/N] counts as held. Two discs at nearly
-    one place can only be moved alike.
+    Responses are scaled by the mean of each disc; one whose mean is at most ``held`` [m/N] counts as held. Small
+    eigenvalues are left out, as two discs at nearly one place can only be moved alike.
     """
     mean = np.repeat(np.diagonal(linear).reshape(-1, 3).mean(axis=1), 3)
-    by = np.where(mean > held, mean, np.inf) ** -0.5
-    scaled = by[:, None] * linear * by
+    scale = np.where(mean > held, mean, np.inf) ** -0.5
+    scaled = scale[:, None] * linear * scale
     if not np.isfinite(scaled).all():
         return np.zeros((len(linear), 0))
     values, vectors = np.linalg.eigh(scaled)
-    return by[:, None] * vectors[:, values > LEAST_EIGENVALUE]
+    return scale[:, None] * vectors[:, values > LEAST_EIGENVALUE]
 
 
 def _solved(matrix: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -572,7 +572,7 @@ def settle(
 
     Each contact has a descent of its own; the energies of all contacts' cells are computed at once.
     """
-    descents = [_descent(*each, enough) for each in zip(contacts, loads, rests, strict=True)]
+    descents = [_descent(*problem, enough) for problem in zip(contacts, loads, rests, strict=True)]
     reached, energies = list(rests), dict.fromkeys(range(len(descents)))
     while energies:
         points = {}
@@ -586,24 +586,24 @@ def settle(
 
 
 def _descent(contact: Contact, load: np.ndarray, rest: Rest, enough: float) -> Generator[np.ndarray, Any, Rest]:
-    """Minimise the energy of a contact's cells less the work of ``load``, by BFGS from the inverse of ``rest``.
+    """Minimise a contact's energy less the work of ``load`` (r,) [N] by BFGS, from the state ``rest`` and its inverse.
 
-    A generator: it yields coordinates (r,), is sent the energy, gradient and least det F there, and returns the rest.
+    A generator: it yields trial coordinates (r,), is sent energy, gradient and least det F there, and returns the end.
     """
     size = _norm(load)
     for _ in range(ITERATIONS):
-        left = load - rest.pull
-        if _norm(left) <= enough * size:
+        residual = load - rest.pull
+        if _norm(residual) <= enough * size:
             break
-        ahead, energy = rest.bent_by(left), rest.energy - float(load @ rest.q)
-        slope, length = float(left @ ahead), 1.0
+        direction, energy = rest.bent_by(residual), rest.energy - float(load @ rest.q)
+        slope, length = float(residual @ direction), 1.0
         while slope > 0.0 and length > 1e-4:
-            q = rest.q + length * ahead
-            inside, pull, least = yield q
-            reached = Rest(q, inside, pull, least, rest.inverse)
-            lower = reached.energy - float(load @ reached.q)
-            if lower <= energy - 1e-4 * length * slope + 1e-12 * abs(energy) + contact.noise:
-                rest = reached._replace(inverse=_bfgs_inverse(rest.inverse, q - rest.q, pull - rest.pull))
+            q = rest.q + length * direction
+            cell_energy, pull, least = yield q
+            end = Rest(q, cell_energy, pull, least, rest.inverse)
+            new_energy = end.energy - float(load @ end.q)
+            if new_energy <= energy - 1e-4 * length * slope + 1e-12 * abs(energy) + contact.noise:
+                rest = end._replace(inverse=_bfgs_inverse(rest.inverse, q - rest.q, pull - rest.pull))
                 break
             length *= 0.5
         else:
@@ -614,38 +614,40 @@ def _descent(contact: Contact, load: np.ndarray, rest: Rest, enough: float) -> G
 
 
 def _bfgs_inverse(inverse: np.ndarray | None, step: np.ndarray, change: np.ndarray) -> np.ndarray | None:
-    """Update the inverse stiffness (r, r) by BFGS after a ``step`` (r,) has changed the gradient by ``change`` (r,)."""
+    """Return the inverse stiffness (r, r), updated by BFGS for a ``step`` (r,) and the gradient's ``change`` (r,)."""
     curvature = float(step @ change)
     if not curvature > 0.0:
         return inverse
-    known = np.eye(len(step)) if inverse is None else inverse
-    along = (known @ change) / curvature
-    both = np.outer(along, step)
-    return known + (1.0 + float(change @ along)) / curvature * np.outer(step, step) - both - both.T
+    old = np.eye(len(step)) if inverse is None else inverse
+    scaled_change = (old @ change) / curvature
+    mixed = np.outer(scaled_change, step)
+    return old + (1.0 + float(change @ scaled_change)) / curvature * np.outer(step, step) - mixed - mixed.T
 
 
 def _energies(contacts: Sequence[Contact], points: Sequence[np.ndarray]) -> list[tuple[float, np.ndarray, float]]:
-    """Return energy [J], gradient (r,) and smallest det F of each contact's cells at ``points`` [(r,)]."""
+    """Return (energy [J], gradient (r,), least det F) of each contact at its q (r,): of its cells and ½ qᵀ rest q."""
     if not contacts:
         return []
-    f = np.hstack([(one.slopes @ q).reshape(9, -1) for one, q in zip(contacts, points, strict=True)])
-    volumes, mu, lam = (np.concatenate(each) for each in zip(*(one[6:9] for one in contacts), strict=True))
+    f = np.hstack([(contact.slopes @ q).reshape(9, -1) for contact, q in zip(contacts, points, strict=True)])
+    volumes, mu, lam = (np.concatenate(each) for each in zip(*(contact[6:9] for contact in contacts), strict=True))
     f[::4] += 1.0
     energies, stress, det, _, _ = _corotational(f, mu, lam)
-    pulls, terms, at = volumes * stress, [], 0
-    for one, q in zip(contacts, points, strict=True):
-        cells, rest = slice(at, at + len(one.volumes)), one.rest @ q
-        at = cells.stop
-        energy = float(volumes[cells] @ energies[cells]) + 0.5 * float(q @ rest)
-        terms.append((energy, pulls[:, cells].ravel() @ one.slopes + rest, float(det[cells].min(initial=math.inf))))
-    return terms
+    pulls, results, first_cell = volumes * stress, [], 0
+    for contact, q in zip(contacts, points, strict=True):
+        cells, linear_force = slice(first_cell, first_cell + len(contact.volumes)), contact.rest @ q
+        first_cell = cells.stop
+        energy = float(volumes[cells] @ energies[cells]) + 0.5 * float(q @ linear_force)
+        results.append(
+            (energy, pulls[:, cells].ravel() @ contact.slopes + linear_force, float(det[cells].min(initial=math.inf)))
+        )
+    return results
 
 
 def _corotational(f: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return energy (k,) and stress (9, k) [Pa] of cells with F (9, k), row by row, det F, s (k,), and R (9, k).
 
-    Ψ = μ ‖F − R‖² + λ/2 (tr RᵀF − 3)², where s = tr RᵀF is the largest root of (s² − I)² = 4 (II + 2 J s), I, II and J²
-    being the invariants of FᵀF; and R = ∂s/∂F.
+    Ψ = μ ‖F − R‖² + λ/2 (s − 3)², where s = tr RᵀF is the largest root of (s² − ‖F‖²)² = 4 (‖cof F‖² + 2 s det F), by
+    Newton's method, and R = ∂s/∂F.
     """
     a, b, c, d, e, g, h, i, j = f
     cof = np.array([
@@ -654,21 +656,21 @@ def _corotational(f: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> tuple[np.nd
         b * g - c * e, c * d - a * g, a * e - b * d,
     ])  # fmt: skip
     det = a * cof[0] + b * cof[1] + c * cof[2]
-    first, second = np.einsum("ik,ik->k", f, f), np.einsum("ik,ik->k", cof, cof)
-    s = np.sqrt(3.0 * first)
+    norm_f_2, norm_cof_2 = np.einsum("ik,ik->k", f, f), np.einsum("ik,ik->k", cof, cof)
+    s = np.sqrt(3.0 * norm_f_2)
     for _ in range(30):
-        apart = s * s - first
-        change = (apart * apart - 4.0 * second - 8.0 * det * s) / np.maximum(4.0 * s * apart - 8.0 * det, 1e-12)
+        apart = s * s - norm_f_2
+        change = (apart * apart - 4.0 * norm_cof_2 - 8.0 * det * s) / np.maximum(4.0 * s * apart - 8.0 * det, 1e-12)
         s = s - change
         if not np.abs(change).max(initial=0.0) > 1e-13 * np.abs(s).max(initial=0.0):
             break
-    apart = s * s - first
+    apart = s * s - norm_f_2
     rows = f.reshape(3, 3, -1)
     products = np.einsum("iak,ijk->ajk", rows, rows)
     cubed = np.einsum("iak,ajk->ijk", rows, products).reshape(9, -1)
     bottom = np.maximum(s * apart - 2.0 * det, 1e-12)
-    rotation = (apart * f + 2.0 * (first * f - cubed) + 2.0 * s * cof) / bottom
-    energies = mu * (first - 2.0 * s + 3.0) + 0.5 * lam * (s - 3.0) ** 2
+    rotation = (apart * f + 2.0 * (norm_f_2 * f - cubed) + 2.0 * s * cof) / bottom
+    energies = mu * (norm_f_2 - 2.0 * s + 3.0) + 0.5 * lam * (s - 3.0) ** 2
     stress = 2.0 * mu * (f - rotation) + lam * (s - 3.0) * rotation
     return energies, stress, det, s, rotation
 
@@ -683,98 +685,98 @@ def settle_touch(one: TouchPlace, tip: np.ndarray, q: np.ndarray) -> tuple[np.nd
     """Minimise the energy of a place's cells and of contact with the instrument at ``tip`` (3,) from ``q`` (r,) on.
 
     Returns q, the force (3,) [N], the area at rest that touches [m²], and the residual over the force of contact. By
-    Newton's method; where its matrix is not positive definite, by what of it always is.
+    Newton's method; where its matrix gives no descent, by the part of it that is always positive definite.
     """
-    now, scale = _Touched(one, tip, q), 0.0
+    state, scale = _Touched(one, tip, q), 0.0
     for turn in range(TOUCH_ITERATIONS + 1):
-        scale = _norm(now.pull) or scale
-        size = _norm(now.gradient)
-        left = size / scale if size > 0.0 and scale > 0.0 else size
-        if left <= TOUCH_TOLERANCE or turn == TOUCH_ITERATIONS:
+        scale = _norm(state.pull) or scale
+        size = _norm(state.gradient)
+        residual = size / scale if size > 0.0 and scale > 0.0 else size
+        if residual <= TOUCH_TOLERANCE or turn == TOUCH_ITERATIONS:
             break
-        firm, soft = now.stiffness()
-        step = _solved(firm + soft, -now.gradient)
-        if not float(now.gradient @ step) < 0.0:
-            step = _solved(firm, -now.gradient)
-        slope, length, accepted = float(now.gradient @ step), 1.0, None
+        firm, soft = state.stiffness()
+        step = _solved(firm + soft, -state.gradient)
+        if not float(state.gradient @ step) < 0.0:
+            step = _solved(firm, -state.gradient)
+        slope, length, accepted = float(state.gradient @ step), 1.0, None
         while slope < 0.0 and length > 1e-4:
-            tried = _Touched(one, tip, now.q + length * step)
-            if tried.energy <= now.energy + 1e-4 * length * slope + 1e-12 * abs(now.energy) + one.noise:
-                accepted = tried
+            trial = _Touched(one, tip, state.q + length * step)
+            if trial.energy <= state.energy + 1e-4 * length * slope + 1e-12 * abs(state.energy) + one.noise:
+                accepted = trial
                 break
             length *= 0.5
         if accepted is None:
             break
-        now = accepted
-    return now.q, now.pushes.sum(axis=0), float(one.areas @ (now.gaps < 0.0)), left
+        state = accepted
+    return state.q, state.pushes.sum(axis=0), float(one.areas @ (state.gaps < 0.0)), residual
 
 
 class _Touched:
-    """A place at ``q`` (r,) with the instrument at ``tip`` (3,): energy [J], gradient and contact's pull (r,).
+    """A place at ``q`` (r,) with the instrument at ``tip`` (3,): energy [J], its gradient (r,), and contact forces.
 
-    gaps : (p,) [m] of the points; pushes : (p, 3) [N], of the instrument on them
+    gaps : (p,) [m] of the points; pushes : (p, 3) [N], of the instrument on them; pull : (r,), the pushes' work per q
     """
 
-    def __init__(self, one: TouchPlace, tip: np.ndarray, q: np.ndarray):
-        self._one, self.q = one, q
-        self._f = (one.slopes @ q).reshape(9, -1)
+    def __init__(self, place: TouchPlace, tip: np.ndarray, q: np.ndarray):
+        self._one, self.q = place, q
+        self._f = (place.slopes @ q).reshape(9, -1)
         self._f[::4] += 1.0
-        energies, stress, _, self._s, self._rotation = _corotational(self._f, one.mu, one.lam)
-        self.gaps, self._normals, self._around = _punch(one, (one.points + one.moves @ q).reshape(-1, 3) - tip)
-        pressures = one.penalty * np.maximum(-self.gaps, 0.0)
-        self._push, own = one.areas * pressures, one.rest @ q
-        self.energy = float(one.volumes @ energies + 0.5 * (q @ own) + 0.5 * (self._push @ np.maximum(-self.gaps, 0.0)))
+        psi, stress, _, self._s, self._rotation = _corotational(self._f, place.mu, place.lam)
+        self.gaps, self._normals, self._around = _punch(place, (place.points + place.moves @ q).reshape(-1, 3) - tip)
+        pressures = place.penalty * np.maximum(-self.gaps, 0.0)
+        self._push, linear = place.areas * pressures, place.rest @ q
+        self.energy = float(place.volumes @ psi + 0.5 * (q @ linear) + 0.5 * (self._push @ np.maximum(-self.gaps, 0.0)))
         self.pushes = self._push[:, None] * self._normals
-        self.pull = self.pushes.ravel() @ one.moves
-        self.gradient = (one.volumes * stress).ravel() @ one.slopes + own - self.pull
+        self.pull = self.pushes.ravel() @ place.moves
+        self.gradient = (place.volumes * stress).ravel() @ place.slopes + linear - self.pull
 
     def stiffness(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the positive definite part of the Hessian (r, r), and the rest, of rotations and of curved contact.
+        """Return the positive definite part of the Hessian (r, r), and the other, of rotations and of curved contact.
 
-        R turns by G⁻¹ a, where a is the axis of δF Rᵀ − R δFᵀ and G = s I − F Rᵀ.
+        Under δF the rotation R turns by G⁻¹ a: a, in ``turns``, is the axis of δF Rᵀ − R δFᵀ, and G = s I − F Rᵀ.
         """
-        one, r = self._one, len(self.q)
-        slopes, rotation = one.slopes.reshape(3, 3, -1, r), self._rotation.reshape(3, 3, -1)
-        bent = np.einsum("ikmr,jkm->ijmr", slopes, rotation)
-        trace = bent[0, 0] + bent[1, 1] + bent[2, 2]
-        turns = np.stack([bent[2, 1] - bent[1, 2], bent[0, 2] - bent[2, 0], bent[1, 0] - bent[0, 1]], axis=1)
+        place, r = self._one, len(self.q)
+        slopes, rotation = place.slopes.reshape(3, 3, -1, r), self._rotation.reshape(3, 3, -1)
+        df_r = np.einsum("ikmr,jkm->ijmr", slopes, rotation)
+        trace = df_r[0, 0] + df_r[1, 1] + df_r[2, 2]
+        turns = np.stack([df_r[2, 1] - df_r[1, 2], df_r[0, 2] - df_r[2, 0], df_r[1, 0] - df_r[0, 1]], axis=1)
         stretch = np.einsum("ikm,jkm->mij", self._f.reshape(3, 3, -1), rotation)
         g = self._s[:, None, None] * np.eye(3) - 0.5 * (stretch + stretch.transpose(0, 2, 1))
-        sure = np.linalg.det(g) > 1e-6
-        g[~sure] = np.eye(3)
-        weight = np.where(sure, one.volumes * (one.lam * (self._s - 3.0) - 2.0 * one.mu), 0.0)
-        firm = one.firm + trace.T @ ((one.lam * one.volumes)[:, None] * trace)
+        regular = np.linalg.det(g) > 1e-6
+        g[~regular] = np.eye(3)
+        weight = np.where(regular, place.volumes * (place.lam * (self._s - 3.0) - 2.0 * place.mu), 0.0)
+        firm = place.firm + trace.T @ ((place.lam * place.volumes)[:, None] * trace)
         turned = weight[:, None, None] * np.linalg.solve(g, turns)
         soft = turns.reshape(-1, r).T @ turned.reshape(-1, r)
-        on = np.flatnonzero(self.gaps < 0.0)
-        moves = one.moves.reshape(-1, 3, r)[on]
-        along = np.einsum("pi,pir->pr", self._normals[on], moves)
-        firm += along.T @ ((one.areas * one.penalty)[on, None] * along)
-        for tangents, curves in self._around:
-            across = np.einsum("pi,pir->pr", tangents[on], moves)
-            soft -= across.T @ ((self._push * curves)[on, None] * across)
+        touching = np.flatnonzero(self.gaps < 0.0)
+        moves = place.moves.reshape(-1, 3, r)[touching]
+        along = np.einsum("pi,pir->pr", self._normals[touching], moves)
+        firm += along.T @ ((place.areas * place.penalty)[touching, None] * along)
+        for tangents, curvatures in self._around:
+            across = np.einsum("pi,pir->pr", tangents[touching], moves)
+            soft -= across.T @ ((self._push * curvatures)[touching, None] * across)
         return firm, soft
 
 
-def _punch(one: TouchPlace, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
-    """Return gaps (p,) [m], normals (p, 3), and two tangents with curvatures, of points at ``at`` (p, 3) from the tip.
+def _punch(place: TouchPlace, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
+    """Return gaps (p,) [m], normals (p, 3), and two (tangents, curvatures) at ``points`` (p, 3) [m], seen from the tip.
 
     Inside the instrument, the nearer of end and side counts; the upper half of a ball counts as a cylinder.
     """
-    x, y, z = one.axes @ at.T
-    edge, rho = one.edge_m, np.sqrt(x * x + y * y)
+    x, y, z = place.axes @ points.T
+    edge, rho = place.edge_m, np.sqrt(x * x + y * y)
     safe = np.maximum(rho, 1e-300)
-    out, below = rho - (one.radius_m - edge), edge - z
-    edged = (out > 0.0) & (below > 0.0)
-    away = np.where(edged, np.sqrt(out * out + below * below), np.maximum(out, below))
-    far = np.where(edged, np.maximum(away, 1e-300), 1.0)
-    side = np.where(edged, out / far, out > below)
-    down = np.where(edged, below / far, out <= below)
+    beyond, below = rho - (place.radius_m - edge), edge - z
+    on_edge = (beyond > 0.0) & (below > 0.0)
+    distance = np.where(on_edge, np.sqrt(beyond * beyond + below * below), np.maximum(beyond, below))
+    nonzero = np.where(on_edge, np.maximum(distance, 1e-300), 1.0)
+    outward = np.where(on_edge, beyond / nonzero, beyond > below)
+    downward = np.where(on_edge, below / nonzero, beyond <= below)
     radial, turned = np.array([x / safe, y / safe]), np.array([-y / safe, x / safe])
-    normals = (side * radial).T @ one.axes[:2] - down[:, None] * one.axes[2]
-    along = (down * radial).T @ one.axes[:2] + side[:, None] * one.axes[2]
-    around = [(turned.T @ one.axes[:2], side / safe), (along, np.where(edged, 1.0 / far, 0.0))]
-    return away - edge, normals, around
+    normals = (outward * radial).T @ place.axes[:2] - downward[:, None] * place.axes[2]
+    along = (downward * radial).T @ place.axes[:2] + outward[:, None] * place.axes[2]
+    around = [(turned.T @ place.axes[:2], outward / safe), (along, np.where(on_edge, 1.0 / nonzero, 0.0))]
+    return distance - edge, normals, around
 
 
 def _touch_place(reader: "_Reader", n: int) -> TouchPlace:
@@ -783,13 +785,13 @@ def _touch_place(reader: "_Reader", n: int) -> TouchPlace:
     sound = node < n and kind < len(KINDS) and 0 < modes <= MOST_MODES and cells <= MOST_CELLS
     _must(sound and points <= MOST_POINTS and pushes <= MOST_PUSHES, "a place to touch has sizes that are none")
     radius, edge, deepest, *factors = map(float, reader.floats(8))
-    lengths = 0.0 < edge <= radius or (edge == 0.0 and radius > 0.0)
-    _must(lengths and deepest > 0.0 and min(factors) >= 0.0, "a place to touch has lengths or errors that are none")
+    positive = 0.0 < edge <= radius or (edge == 0.0 and radius > 0.0)
+    _must(positive and deepest > 0.0 and min(factors) >= 0.0, "a place to touch has lengths or errors that are none")
     axes, first = reader.floats(9).reshape(3, 3).astype(float), reader.floats(6).astype(float)
     rest = reader.floats(modes**2).reshape(modes, modes).astype(float)
     moduli = reader.floats(3 * cells).reshape(3, cells).astype(float)
     slopes = reader.columns(9 * cells, modes)
-    at, moves = reader.floats(3 * points).astype(float), reader.columns(3 * points, modes)
+    at_rest, moves = reader.floats(3 * points).astype(float), reader.columns(3 * points, modes)
     areas, penalty = reader.floats(2 * points).reshape(2, points).astype(float)
     _must(
         bool((penalty > 0.0).all() and (areas >= 0.0).all()), "a place to touch has areas or stiffnesses that are none"
@@ -797,7 +799,7 @@ def _touch_place(reader: "_Reader", n: int) -> TouchPlace:
     pushed = reader.floats(3 * pushes).reshape(pushes, 3).astype(float)
     starts = reader.floats(pushes * modes).reshape(pushes, modes).astype(float)
     surface, sizes = reader.columns(3 * n, modes), (deepest, *factors)
-    of_points = at, moves, areas, penalty, pushed, starts, surface
+    of_points = at_rest, moves, areas, penalty, pushed, starts, surface
     arrays: list[Any] = [axes, first, *sizes, rest, *moduli, slopes, *of_points]
     return TouchPlace(node, KINDS[kind], radius, edge, *arrays)
 
@@ -812,10 +814,10 @@ class _Reader:
     def __init__(self, data: bytes):
         _must(len(data) >= HEAD and data[:8] == MAGIC, "this is no portable model of palpate")
         version, total, checksum, words, *counts = struct.unpack_from("<10I", data, 8)
-        known = 1 <= version <= VERSION
-        _must(known, f"this is a portable model of version {version}, and versions 1 to {VERSION} are read here")
-        whole = total == len(data)
-        _must(whole, f"the file has {len(data)} bytes instead of {total}; it was cut off, or more was added")
+        readable = 1 <= version <= VERSION
+        _must(readable, f"this is a portable model of version {version}, and versions 1 to {VERSION} are read here")
+        complete = total == len(data)
+        _must(complete, f"the file has {len(data)} bytes instead of {total}; it was cut off, or more was added")
         _must(checksum == zlib.crc32(data[20:]), "the checksum is wrong; the file is damaged")
         n, t, stored, vectors, contacts, parts = self.counts = counts
         sound = 0 < stored <= n <= total and 0 < t <= total and 0 < contacts <= total
@@ -834,8 +836,8 @@ class _Reader:
             raise ValueError("its header is not JSON") from None
         _must(isinstance(self.info, dict), "its header is not JSON")
         for name in WORDS + NUMBERS:
-            kind, said = (str, "a text") if name in WORDS else (int | float, "a number")
-            _must(isinstance(self.info.get(name), kind), f"its header lacks {name}, which is {said}")
+            kind, kind_words = (str, "a text") if name in WORDS else (int | float, "a number")
+            _must(isinstance(self.info.get(name), kind), f"its header lacks {name}, which is {kind_words}")
 
     def take(self, kind: str, count: int) -> np.ndarray:
         """Return ``count`` numbers; what follows begins at a multiple of four bytes."""

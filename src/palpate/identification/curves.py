@@ -149,9 +149,9 @@ def _free(ranges: Ranges) -> list[str]:
 def _values(ranges: Ranges, place: tuple[float, ...]) -> tuple[float, ...]:
     """Return ν, thinness and stiffening at a ``place`` of the grid, whose coordinates of free ones are in −1 … 1."""
     values = {name: getattr(ranges, name)[0] for name in FREE}
-    for name, at in zip(_free(ranges), place, strict=True):
+    for name, coordinate in zip(_free(ranges), place, strict=True):
         low, high = map(AXES[name][0], getattr(ranges, name))
-        values[name] = float(AXES[name][1](low + 0.5 * (at + 1.0) * (high - low)))
+        values[name] = float(AXES[name][1](low + 0.5 * (coordinate + 1.0) * (high - low)))
     return tuple(values.values())
 
 
@@ -187,13 +187,13 @@ def _sparse_grid(dimensions: int, most: int, most_of_sum: int) -> tuple[np.ndarr
     return np.array(places).reshape(shape), np.array(degrees, dtype=int).reshape(shape)
 
 
-def _simulated(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray | str:
+def _simulated(job: tuple[str, float, float, float, float, bool]) -> np.ndarray | str:
     """Simulate the press of a ball; return the log of its force over Hertz's (ALONG,), or a sentence why there is none.
 
-    asked : law, largest depth, ν, thinness, stiffening, and whether the ball sticks
+    job : law, largest depth, ν, thinness, stiffening, and whether the ball sticks
     The forces are at Chebyshev points of the root of depth.
     """
-    law, deepest, poisson, thinness, stiffening, sticks = asked
+    law, deepest, poisson, thinness, stiffening, sticks = job
     thickness = 1.0 / thinness if thinness else np.inf
     where = f"ν {poisson:.3g}, thickness {thickness:.3g} radii, stiffening {stiffening:.3g}"
     try:
@@ -235,7 +235,7 @@ def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
     Raises NotConverged where a curve has no equilibrium.
     """
     free = _free(ranges)
-    ends = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # which of them stick
+    ends = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # whether each sticks
     curves: dict[tuple[tuple[float, ...], bool], np.ndarray] = {}
 
     with ProcessPoolExecutor(os.cpu_count()) as pool:  # which starts a process as it is needed
@@ -260,21 +260,21 @@ def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
         degrees, values, error = _interpolated(lambda places: compute(places, ends[0]), between, MOST_CURVES)
         coefficients = {tuple(map(int, each)): [row] for each, row in zip(degrees, values, strict=True)}
         if len(ends) == 2:
-            nothing = np.zeros(ALONG)
+            zeros = np.zeros(ALONG)
             degrees, values, error_of_change = _interpolated(change_by_sticking, between, MOST_STICKING)
             changes = {tuple(map(int, each)): row for each, row in zip(degrees, values, strict=True)}
             for each in coefficients | changes:
-                of_ends = coefficients.setdefault(each, [nothing])
-                of_ends.append(of_ends[0] + changes.get(each, nothing))
+                of_both = coefficients.setdefault(each, [zeros])
+                of_both.append(of_both[0] + changes.get(each, zeros))
             error = float(np.hypot(error, error_of_change))
         by_end = np.array(list(coefficients.values())).transpose(1, 0, 2)
         degrees = np.array(list(coefficients), dtype=int).reshape(len(coefficients), len(free))
         least_error = error
         if STIFFENING in free:
             between[:, free.index(STIFFENING)] = -1.0
-            off = [_basis(between, degrees) @ by_end[k] - compute(between, end) for k, end in enumerate(ends)]
-            least_error = float(np.abs(np.expm1(off)).max())
-    # from values at Chebyshev points of the root of depth to coefficients
+            errors = [_basis(between, degrees) @ by_end[k] - compute(between, end) for k, end in enumerate(ends)]
+            least_error = float(np.abs(np.expm1(errors)).max())
+    # matrix from values at Chebyshev points of the root of depth to coefficients
     to_curve = np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(ALONG), ALONG - 1)).T
     return Curves(error, least_error, degrees, by_end @ to_curve)
 
@@ -289,13 +289,13 @@ def _interpolated(
     relative error of force.
     """
     free = between.shape[1]
-    wanted, error, least = curves(between) if free else None, 0.0, np.inf
+    simulated, error, least_error = curves(between) if free else None, 0.0, np.inf
     for places, degrees in (grid for grid in (_sparse_grid(free, *each) for each in GRIDS) if len(grid[0]) <= most):
         coefficients = np.linalg.solve(_basis(places, degrees), curves(places))
-        if wanted is not None:
-            error = float(np.abs(np.expm1(_basis(between, degrees) @ coefficients - wanted)).max())
-        if error < least:
-            least, best = error, (degrees, coefficients, error)
+        if simulated is not None:
+            error = float(np.abs(np.expm1(_basis(between, degrees) @ coefficients - simulated)).max())
+        if error < least_error:
+            least_error, best = error, (degrees, coefficients, error)
         if error <= MOST_ERROR:
             break
     return best

@@ -98,8 +98,8 @@ def make_case(
     fine = press(body, len(body.levels) - 1, loads, TOLERANCE, progress, order=2)
     samples = assemble(body, loads, fine, press(body, 0, loads, TOLERANCE), "")
     tests = round(TEST * contacts)
-    known, held_out = split(samples.contact, contacts - tests, tests, "contacts", seed)
-    case = Case(body, "press", radius_m, samples.take(known), compliance, FitOptions(seed=seed), TOLERANCE)
+    learnt, held_out = split(samples.contact, contacts - tests, tests, "contacts", seed)
+    case = Case(body, "press", radius_m, samples.take(learnt), compliance, FitOptions(seed=seed), TOLERANCE)
     judged = samples.take(held_out)
     patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in judged.contact])
     not_estimated = np.full((tests, len(TruthErrors._fields)), np.nan)  # the truth's own errors
@@ -165,8 +165,8 @@ def compare(compared_case: ComparedCase, models: Iterable[Any], repeats: int = 2
             measured.append(measure(compared_case.case, made.name, [made], compared_case.judge, repeats, budget_s))
         except Exception as error:  # one model's fault is no other's
             kind = type(error).__name__
-            why = said(error) if isinstance(error, InputError) else f"{type(made).__name__}: {kind}: {said(error)}"
-            measured.append(failed(compared_case.case, made, compared_case.judge, why))
+            reason = said(error) if isinstance(error, InputError) else f"{type(made).__name__}: {kind}: {said(error)}"
+            measured.append(failed(compared_case.case, made, compared_case.judge, reason))
     answers, table = zip(*measured, bounds(compared_case.case, compared_case.judge), strict=True)
     rows = pd.concat(table, ignore_index=True)
     rows = rows[rows["model"] != "truth"].assign(break_even_queries=np.nan)

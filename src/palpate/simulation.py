@@ -51,11 +51,11 @@ def simulate(
     pairs = list(listed) if isinstance(listed, Iterable) and not isinstance(listed, Block) else [listed]
     for i, pair in enumerate(pairs):
         if not isinstance(pair, tuple | list) or len(pair) != 2 or np.shape(pair[1]) != (3,):
-            right = "a pair of a body and its shift (3,) [m], such as (box, (0, 0, 0.3))"
-            raise InputError(f"others[{i}] is a {type(pair).__name__} and not {right}.")
+            wanted = "a pair of a body and its shift (3,) [m], such as (box, (0, 0, 0.3))"
+            raise InputError(f"others[{i}] is a {type(pair).__name__} and not {wanted}.")
     bodies = [as_body(each) for each in (body, *(other for other, _ in pairs))]
     blocks: dict[str, Any] = {}
-    own: dict[str, Maker] = {}
+    own_effects: dict[str, Maker] = {}
     for effect in effects:
         kind = type(effect).__name__
         name = _snake(kind)
@@ -65,7 +65,7 @@ def simulate(
         elif not isinstance(effect, Block):
             if isinstance(effect, type) or not callable(getattr(effect, "make", None)):
                 raise InputError(f"{effect!r} is no effect; give Gravity() or another one, or an object with make.")
-            own[_free(name, [*EFFECTS, *RESERVED, *scene.get("own", {}), *own])] = effect
+            own_effects[_free(name, [*EFFECTS, *RESERVED, *scene.get("own", {}), *own_effects])] = effect
         elif name not in Scene.model_fields:
             raise InputError(f"{kind} is no effect; give Gravity, Load, Contact or another one.")
         elif name in blocks:
@@ -83,7 +83,7 @@ def simulate(
     scene_check.check_loads(described.place, described)
     particles = particles_in(described, bodies)
     scene_check.check_together(described.place, described, traits(particles))
-    return run(described, particles, own=own).motion
+    return run(described, particles, own=own_effects).motion
 
 
 def _free(name: str, taken: Sequence[str]) -> str:

@@ -43,15 +43,15 @@ def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: P
     InputError for a scene that the settings do not have, and results that lack it.
     """
     settings = complete(read_settings(config), config)
-    known = scenes(settings)
-    if scene not in known:
-        if not known:
+    by_name = scenes(settings)
+    if scene not in by_name:
+        if not by_name:
             raise InputError(f"{config} presses no body; add tradeoff, as palpate init writes it.")
-        raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
+        raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(by_name), 'choose from')}")
     if seed is not None and seed == settings.seed:
         raise InputError(f"--seed {seed} is that of {config}, whose presses are public; give another number.")
-    where = config.parent / "results" if results is None else results
-    body, questions = known[scene](settings, config, where, seed)
+    run_folder = config.parent / "results" if results is None else results
+    body, questions = by_name[scene](settings, config, run_folder, seed)
     if seed is not None:
         with_law(body, questions.info["law"])  # whose truth whoever scores has to find
     pages = {"README.md": readme(questions, body.material.law), **pictures(body)}
@@ -74,12 +74,12 @@ def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
             by_name |= {f"{body}_{regime}": partial(_presses, body, regime) for body in pressed_bodies(settings)}
     if settings.touch is not None:
         for tool in settings.touch.instruments:
-            called = instrument_name(tool)
-            by_name |= {f"{name}_{called}": partial(_touches, name, tool) for name in pressed_bodies(settings, "touch")}
+            label = instrument_name(tool)
+            by_name |= {f"{name}_{label}": partial(_touches, name, tool) for name in pressed_bodies(settings, "touch")}
     if settings.dynamic is not None:
-        for name, own in (settings.dynamic.scenes or {}).items():
-            if own.truth is not None and own.truth.elements == "quadratic":
-                by_name[name] = partial(_motions, name, own)
+        for name, motion in (settings.dynamic.scenes or {}).items():
+            if motion.truth is not None and motion.truth.elements == "quadratic":
+                by_name[name] = partial(_motions, name, motion)
     return by_name
 
 
@@ -121,11 +121,11 @@ def _touches(name: str, tool: ToolSettings, settings: Any, config: Path, results
     return body, touches.questions_of(body, table["sample"].to_numpy(), touches_of(instrument, table))
 
 
-def _motions(name: str, own: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+def _motions(name: str, motion: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
     """Return the motion of a run as a question, or one drawn by ``seed``."""
     entry = settings.scenes[name].but(name=name)
-    asked = own.duration_s or followed(entry), own.frames or settings.dynamic.frames, own.level
-    found_by = {"levels": own.truth.levels, "steps_per_frame": own.truth.steps_per_frame}
+    asked = motion.duration_s or followed(entry), motion.frames or settings.dynamic.frames, motion.level
+    found_by = {"levels": motion.truth.levels, "steps_per_frame": motion.truth.steps_per_frame}
     if seed is not None:
         scene = MovingScene.of(entry, _body(settings, entry.body, config), *asked)
         return scene.body, motions.questions_of([motions.drawn(scene, seed)], found_by)

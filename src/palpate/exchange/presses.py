@@ -88,9 +88,9 @@ def wanted(questions: Questions) -> dict[str, Wanted]:
 def asked_in(results: Path, questions: Questions) -> tuple[Path, bool]:
     """Return the file of a run's presses, and whether those of the questions are among them."""
     info, loads = questions.info, questions.arrays["loads"]
-    place = results / "data" / info["body"] / info["regime"] / "loads.csv"
-    known = read_table(place, ["sample", *ASKED]).set_index("sample").reindex(loads["sample"])
-    return place, np.allclose(known[ASKED], np.column_stack([loads["node"], loads["force_n"]]), rtol=1e-6)
+    file = results / "data" / info["body"] / info["regime"] / "loads.csv"
+    run_presses = read_table(file, ["sample", *ASKED]).set_index("sample").reindex(loads["sample"])
+    return file, np.allclose(run_presses[ASKED], np.column_stack([loads["node"], loads["force_n"]]), rtol=1e-6)
 
 
 def beside(rows: pd.DataFrame, questions: Questions) -> pd.DataFrame:

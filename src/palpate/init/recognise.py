@@ -129,44 +129,44 @@ def recognise(
             raise InputError(f"{mask}: regions need two labels at least; leave --regions out, or name more.")
     data = _ct(image, mask, labels if regions else list(label), threshold_hu, regions, mri)
     assert isinstance(data.entry, Ct)
-    said, lay = described(data.entry)
-    if not lay:
+    lines, side = described(data.entry)
+    if not side:
         data.assumed.append("the patient lay on the back, as the header does not say how; else give --hold")
-    return replace(data, found=said, lies=lay if lay != "back" else "")
+    return replace(data, found=lines, lies=side if side != "back" else "")
 
 
 def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> list[int | str]:
     """Return the labels of the mask among the files that are asked for, or all, the largest first."""
     if len(paths) < 2:
         raise InputError(f"{paths[0]}: bodies or regions by label need a mask; give the mask after the CT.")
-    there = read_labels(paths[1])
-    if missing := [str(one) for one in label if one not in there]:
-        known = ", ".join(map(str, there))
+    in_mask = read_labels(paths[1])
+    if missing := [str(each) for each in label if each not in in_mask]:
+        known = ", ".join(map(str, in_mask))
         raise InputError(f"{paths[1]}: the mask has no label {', '.join(missing)}; it has {known}.")
-    return [one for one in there if not label or one in label]
+    return [each for each in in_mask if not label or each in label]
 
 
 def _mesh(path: Path, scale_m: float | None) -> Data:
     with warnings.catch_warnings(action="ignore"):  # the frame is said below
         points, triangles, tetrahedra = load_shape(path)
     size = float(np.ptp(points, axis=0).max())
-    scale, how = _scale(path, size, scale_m)
+    scale, source = _scale(path, size, scale_m)
     entry = File(path=str(path), scale_m=scale, **MATERIAL)
-    inside = f"{len(points)} nodes" if tetrahedra is None else f"{len(tetrahedra)} tetrahedra, {len(points)} nodes"
+    counts = f"{len(points)} nodes" if tetrahedra is None else f"{len(tetrahedra)} tetrahedra, {len(points)} nodes"
     length, kind = in_words(scale * size), "surface" if tetrahedra is None else "tetrahedra"
     comments = {
         "kind": "a mesh in a file",
         "path": f"seen from this folder; {kind}, {len(triangles)} triangles on the surface",
-        "scale_m": f"length of the file's unit [m], {how}; the longest side is {length}",
+        "scale_m": f"length of the file's unit [m], {source}; the longest side is {length}",
     }
     if tetrahedra is None and len(points) > KEPT_NODES:
         entry = entry.but(surface_nodes=140, snap=False)
-    lines = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {inside}", *taken(entry, how)]
+    lines = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {counts}", *taken(entry, source)]
     data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, lines, [])
     if scale_m is not None:
         return data
     assumed = (
-        f"a unit of the file is {scale:g} m ({how}), so that its longest side of {size:.4g} is {length}; "
+        f"a unit of the file is {scale:g} m ({source}), so that its longest side of {size:.4g} is {length}; "
         f"--scale {2 * scale:g} makes it twice as long"
     )
     return replace(data, assumed=[assumed], warned=_doubts(path, size, scale))

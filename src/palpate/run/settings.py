@@ -180,17 +180,17 @@ def _null(given: Any, made: Any, place: str = "") -> str:
     A key without a value asks for defaults as well as for nothing, which are not the same.
     """
     if isinstance(given, list):
-        inside = [(f"{place}[{i}]", *both) for i, both in enumerate(zip(given, made, strict=True))]
+        parts = [(f"{place}[{i}]", *both) for i, both in enumerate(zip(given, made, strict=True))]
     elif not isinstance(given, dict):
         return ""
     elif isinstance(made, BaseModel):
         for name in given:
             if given[name] is None and type(made).model_fields[name].validate_default is False:
                 return f"{place}.{name}".removeprefix(".")
-        inside = [(f"{place}.{name}", given[name], getattr(made, name)) for name in given]
+        parts = [(f"{place}.{name}", given[name], getattr(made, name)) for name in given]
     else:
-        inside = [(f"{place}.{name}", given[name], made[name]) for name in given]
-    nulls = (_null(inner, kept, at.removeprefix(".")) for at, inner, kept in inside)
+        parts = [(f"{place}.{name}", given[name], made[name]) for name in given]
+    nulls = (_null(inner, made_inner, inner_place.removeprefix(".")) for inner_place, inner, made_inner in parts)
     return next(filter(None, nulls), "")
 
 

@@ -120,7 +120,7 @@ class Judge:
         return {}
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
-        """Return a phrase on a slip of the adapter, such as another unit, in the questions ``there`` (m,); or ""."""
+        """Return a phrase on a slip of the adapter, such as another unit, in questions number ``there`` (m,); or ""."""
         places, asked = self.loads[self.place][there] if self.place else None, self.asked
         mistake = slip(moved[there], self.known[there], asked["points_m"], asked["triangles"], places)
         return f"displacement_m {mistake}" if mistake else ""
@@ -206,7 +206,7 @@ def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMe
 def _odd(
     place: str, setting: Setting, moved: np.ndarray, known: np.ndarray, mesh: OwnMesh | None, rows: np.ndarray
 ) -> list[str]:
-    """Return a sentence for each oddity of the answers to the questions ``rows`` (m,).
+    """Return a sentence for each oddity of the answers to questions number ``rows`` (m,).
 
     moved, known : (m, …, p, 3) [m], answers and truth at the asked points
     InputError for nodes of the engine's own ``mesh`` that are in another order.

@@ -21,23 +21,23 @@ from palpate.identification.axisymmetric_elements import NODES, AxisymmetricElem
 from palpate.identification.slab_section import Section, slab_section
 
 RATIO, ANGLES = 1.18, 8
-"""Of the radii of rings, and quadrilaterals along a ring; finer ones change the force by less than 0.15 %, and that of
+"""Ratio of radii of rings, quadrilaterals along a ring; finer ones change the force by less than 0.15 %, and that of
 a ball that sticks by 0.4 %."""
 FINE_RADII = 1.3
 """Radius of what is meshed finely, over the ball's."""
 START, CORE = 0.15, 2.5
 """Radius of the first contact over the ball's, below which Hertz holds, and over the innermost ring."""
 TOLERANCE, OVERLAP = 1e-11, 1e-7
-"""Of the energy that Newton's method would still gain, over that of the press, and of the radius."""
+"""Energy that Newton's method would still gain over that of the press, and gap of touching nodes, that end it."""
 ITERATIONS, HALVINGS = 14, 5
 """Most steps of Newton's method, and of halving one that squeezes an element flat."""
 FARTHEST, STEP = 0.8, 0.15
-"""Depth to the next node's state, over that so far, above which it is not looked for: near the ball's equator none
-comes to touch. The step of depth that is taken instead."""
+"""Increase of depth to the next node's state, over the depth, above which it is not looked for: near the ball's equator
+no node comes to touch. And the first step of depth that is taken instead, over the depth."""
 SHORTEST = 1e-3
 """Least step where the next node's state is not reached at once, over the largest depth."""
 DOUBT = 1e-3
-"""Overlap of nodes that should not touch, over the radius, at which a state is none."""
+"""Overlap of nodes that should not touch, over the radius, at which a state is refused."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,10 +327,10 @@ class BallOnSlab:
             return solve_banded((below, below), diagonals, right, check_finite=False)
 
     def _begin_sticking(self, touching: np.ndarray, next_node: int, depth: float) -> None:
-        """Find the first state with sticking; less deep states are smaller copies of it, up to the ball's scale.
+        """Find the first state with sticking; less deep states are smaller copies of it.
 
-        So each node, of radius r at rest, had moved outward by C r² when it touched. The secant rule finds the C
-        (``factors``) for which ``next_node``, which just touches, has moved by C r², too.
+        So each node, at radius r at rest, had moved outward by C r² when it touched. The secant rule finds the C
+        (last of ``factors``) for which ``next_node``, which just touches at ``depth``, has moved by C r², too.
         """
         at_rest, factors, misses = self.section.nodes, [0.0], []
         for _ in range(12):

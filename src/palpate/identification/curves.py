@@ -235,7 +235,7 @@ def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
     Raises NotConverged where a curve has no equilibrium.
     """
     free = _free(ranges)
-    ends = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # whether each sticks
+    ends = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # whether it sticks
     curves: dict[tuple[tuple[float, ...], bool], np.ndarray] = {}
 
     with ProcessPoolExecutor(os.cpu_count()) as pool:  # which starts a process as it is needed

@@ -17,13 +17,13 @@ from palpate.identification.force_table import natural
 from palpate.identification.progress import UNFOLLOWED, Progress
 
 LEVEL = 0.9
-"""Of all intervals."""
+"""Probability of all intervals."""
 MOSTLY = 0.8
 """Share of a range that fits, at and above which a parameter is said to be unknown."""
 GRID, REFINED = 9, 3
 """Values of a profile over a range, and searches for each crossing of the threshold."""
 STEP, MOST_STEPS = 0.5, 14
-"""Of a profile that has no range: the first step as a share of the half width expected, and most steps to a side."""
+"""Where a profile has no range: the first step over the expected half width, and most steps to a side."""
 
 
 class Interval(NamedTuple):
@@ -138,25 +138,25 @@ class Profiler:
 
     def _over_range(self, name: str, in_unit: Callable[[float], float]) -> tuple[Interval, Profile]:
         """Return interval and profile of an unknown over its range; in_unit : from −1 … 1 of that to its own unit."""
-        best, rise = self.best[name], self._holding(name)
-        fits: Found = {best: (self.best, 0.0)}
+        optimum, rise = self.best[name], self._holding(name)
+        fits: Found = {optimum: (self.best, 0.0)}
         for grid in (np.linspace(-1, 1, GRID), np.linspace(1, -1, GRID)):
             start, side = self.best, np.sign(grid[-1])
-            for value in grid[(grid - best) * side > 0]:
+            for value in grid[(grid - optimum) * side > 0]:
                 fits[float(value)] = start, height = rise(float(value), start)
                 if height > 3.0 * self.rise:
                     break
         for side in (-1.0, 1.0):
-            self._refine(rise, fits, best, side)
-        interval, profile = self._interval(fits, best, (-1.0, 1.0))
+            self._refine(rise, fits, optimum, side)
+        interval, profile = self._interval(fits, optimum, (-1.0, 1.0))
         values = np.array([in_unit(float(value)) for value in profile.values])
         return interval.through(in_unit), profile._replace(values=values)
 
-    def _stepped(self, rise: Rise, best: float, half_width: float) -> tuple[Interval, Profile]:
+    def _stepped(self, rise: Rise, optimum: float, half_width: float) -> tuple[Interval, Profile]:
         """Return interval and profile of an unknown without a range, by steps of about ``half_width`` to both sides."""
-        fits: Found = {best: (self.best, 0.0)}
+        fits: Found = {optimum: (self.best, 0.0)}
         for side in (-1.0, 1.0):
-            start, value, step, last_height = self.best, best, STEP * half_width, 0.0
+            start, value, step, last_height = self.best, optimum, STEP * half_width, 0.0
             for _ in range(MOST_STEPS):
                 value += side * step
                 fits[value] = start, height = rise(value, start)
@@ -165,16 +165,16 @@ class Profiler:
                 if height - last_height < 0.3 * self.rise:
                     step *= 1.7
                 last_height = height
-            self._refine(rise, fits, best, side)
-        return self._interval(fits, best, (-np.inf, np.inf))
+            self._refine(rise, fits, optimum, side)
+        return self._interval(fits, optimum, (-np.inf, np.inf))
 
-    def _refine(self, rise: Rise, fits: Found, best: float, side: float) -> None:
-        """Add fits to ``fits`` near the crossing of the threshold on one side of the best, by the secant rule.
+    def _refine(self, rise: Rise, fits: Found, optimum: float, side: float) -> None:
+        """Add fits to ``fits`` near the crossing of the threshold on one side of ``optimum``, by the secant rule.
 
         The root of the height above the least −2 log likelihood is nearly a straight line there.
         """
         for _ in range(REFINED):
-            values = sorted((v for v in fits if (v - best) * side >= 0), key=lambda v: abs(v - best))
+            values = sorted((v for v in fits if (v - optimum) * side >= 0), key=lambda v: abs(v - optimum))
             outside = [k for k, v in enumerate(values) if fits[v][1] > self.rise]
             if not outside:
                 return
@@ -182,20 +182,20 @@ class Profiler:
             inner_root, wanted, outer_root = np.sqrt([fits[inner][1], self.rise, fits[outer][1]])
             part = np.clip((wanted - inner_root) / (outer_root - inner_root), 0.1, 0.9)
             gap = abs(outer - inner)
-            if outer_root - inner_root < 0.1 or gap * min(part, 1 - part) < 5e-3 * abs(outer - best):
+            if outer_root - inner_root < 0.1 or gap * min(part, 1 - part) < 5e-3 * abs(outer - optimum):
                 return
             value = float(inner + part * (outer - inner))
             fits[value] = rise(value, fits[inner][0])
 
-    def _interval(self, fits: Found, best: float, ends: tuple[float, float]) -> tuple[Interval, Profile]:
-        """Return the interval around ``best`` where −2 log likelihood is below the threshold, and all of the profile.
+    def _interval(self, fits: Found, optimum: float, ends: tuple[float, float]) -> tuple[Interval, Profile]:
+        """Return the interval around ``optimum`` where −2 log likelihood is below the threshold, and the whole profile.
 
         ends : of the unknown's range; where the threshold is not crossed, the interval is open at the outermost value
         """
         values = np.array(sorted(fits))
         minus2 = np.array([fits[v][1] for v in values])
         young = np.array([self.model.values(fits[v][0])["young_pa"] for v in values])
-        roots, index = np.sqrt(minus2), int(np.flatnonzero(values == best)[0])
+        roots, index = np.sqrt(minus2), int(np.flatnonzero(values == optimum)[0])
         limits, is_open = [], []
         for side in (-1, 1):
             inner = index  # number of the outermost value before −2 log likelihood exceeds the threshold
@@ -208,7 +208,7 @@ class Profiler:
                 part = (np.sqrt(self.rise) - roots[inner]) / (roots[inner + side] - roots[inner])
                 limits.append(float(values[inner] + part * (values[inner + side] - values[inner])))
         share = (limits[1] - limits[0]) / (ends[1] - ends[0])
-        return Interval(limits[0], best, limits[1], is_open[0], is_open[1], share), Profile(values, minus2, young)
+        return Interval(limits[0], optimum, limits[1], is_open[0], is_open[1], share), Profile(values, minus2, young)
 
 
 def bootstrap(

@@ -16,7 +16,7 @@ GAUSS_NEWTON_STEPS, STEP_TOLERANCE = 40, 1e-9
 """Most steps to the modes of a place's effects, and the step in their deviations that ends them. Trap: the determinant
 changes in proportion to what is left, and derivatives are taken by differences."""
 LARGEST_STEP = 2.0
-"""Of an effect, in its standard deviations."""
+"""Largest step of an effect, in its standard deviations."""
 
 
 class Layout(NamedTuple):
@@ -145,7 +145,7 @@ def _all_places(
         hessian = np.zeros((size, size))  # upper half
         least, log_det = np.inf, 0.0
         for turn in range(2 * GAUSS_NEWTON_STEPS):
-            total = 0.0
+            total = 0.0  # −2 log density of the forces and the effects
             hessian[:] = 0.0
             for k in range(size):
                 total += u[k] * u[k]

@@ -37,7 +37,7 @@ ALONG, STIFFER = 1.0, 0.021
 """Least number of elements along the radius of the deepest contact, and the relative error of force where one element
 is as long as the contact's radius, which falls with the square of its length."""
 RATES = (2.0, 3.0)
-"""Of convergence at the rim of what is held, where displacements grow with the root of the distance."""
+"""Least and greatest rate of convergence at the rim of what is held: there displacements grow as roots of distances."""
 TOGETHER, FEWEST = 4, 3
 """Places that are solved for at once; fewest depths that make a curve, where elements have no answer beyond."""
 SHARES = (0.3, 0.45, 0.6, 0.8, 1.0)
@@ -284,12 +284,11 @@ def far_compliance(body: Body, level: int, patches: Sequence[Patch]) -> np.ndarr
 
 
 def _far_compliances(body: Body, touches: Sequence[Touch], ratios: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return by how much far compliances exceed those of coarse elements, (k,), and these by Poisson's ratio, (k, m).
+    """Return what far compliances of coarse elements miss at the rim of what is held, (k,), and these, (k, m) [m/N].
 
-    ratios : (m,) Poisson's ratios
-    The first is the limit of ever finer elements at the rim of what is held, less the answer of the coarsest. Both are
-    in m/N for E = 1 Pa, on one mesh for all k touches: under patches as wide as its elements, which is enough for
-    differences.
+    ratios : (m,) Poisson's ratios of the second result
+    What they miss is the limit of ever finer elements at the rim, less the answer of the coarsest. Both results are for
+    E = 1 Pa, on one mesh for all k touches: under patches as wide as its elements, which is enough for differences.
     """
     meshes = TouchedMeshes(body)
     patches = [_patch(body, touch, meshes.edge_m(touch, 1)) for touch in touches]

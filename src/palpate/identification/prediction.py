@@ -126,7 +126,7 @@ def _refit(model: MixedModel, start: Mapping[str, float], used: np.ndarray, scal
 
 
 def _rows(data: Data, by: str, name: str, used: np.ndarray, force: np.ndarray) -> list[tuple]:
-    """Return the rows of predictions of one model: errors of each press that has points to predict.
+    """Return the rows of predictions of one model: relative errors of each press that has points to predict.
 
     used : (n,) which points were fitted; force : (n,) [N] predicted, NaN where it is not known
     """
@@ -186,7 +186,7 @@ def _fit_each_press(data: Data, used: np.ndarray, exponent: float | None) -> np.
     """Fit k (d + s)ⁿ to the points ``used`` (n,) of each press alone; return the forces (n,) [N] of all points.
 
     exponent : n, or None where it is fitted, too
-    Three unknowns need three points; with two points the shift s is 0.
+    ``unknowns`` are k, s over the largest depth, and n. Three need three points; with two points s is 0.
     """
     layout = data.layout
     forces = np.full(len(used), np.nan)
@@ -201,10 +201,10 @@ def _fit_each_press(data: Data, used: np.ndarray, exponent: float | None) -> np.
 
         shifts = 0.25 if seen.sum() > 2 else 1e-9  # over the largest depth, as the offsets of all fits
         low, high = [0.0, -0.4 * shifts, EXPONENTS[0]], [np.inf, shifts, EXPONENTS[1]]
-        count = 3 if exponent is None else 2
+        n_free = 3 if exponent is None else 2
         unknowns = least_squares(
             lambda p, curve=curve, seen=seen, force=force, strongest=strongest: (curve(p) - force)[seen] / strongest,
-            [2.0 * strongest, 0.0, 1.5][:count], bounds=(low[:count], high[:count]),
+            [2.0 * strongest, 0.0, 1.5][:n_free], bounds=(low[:n_free], high[:n_free]),
         ).x  # fmt: skip
         forces[start:end] = curve(unknowns)
     return forces

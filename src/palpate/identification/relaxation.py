@@ -163,7 +163,7 @@ EVALUATIONS, TOLERANCE = 40, 1e-5
 def weight_of(kernel: Kernel, holds: Sequence[Hold]) -> float:
     """Return the weight of samples at the held depth: scatter of the loading over that of the hold, 1 at most.
 
-    Forces at the held depth differ from those of one kernel by more than noise where tissue differs.
+    It is below 1 where tissue differs, as forces at the held depth then differ from one kernel's by more than noise.
     """
     loading = [hold.residuals(kernel, 0.0)[: hold.held + 1] for hold in holds]
     held = np.concatenate([hold.residuals(kernel, 1.0)[hold.held + 1 :] for hold in holds])

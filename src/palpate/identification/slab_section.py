@@ -9,7 +9,7 @@ FAR_RADII = 2000.0
 WIDE = 10.0
 """Radius of a slab over its thickness, where it is held: what a press does there falls exponentially."""
 WIDEST = 0.05
-"""Largest width of a ring near the place, over the radius of what is near."""
+"""Largest width of a ring in the finely meshed part, over the radius of that part."""
 STEEP = 1.8
 """Largest growth of a ring over the one before it, far from the contact."""
 

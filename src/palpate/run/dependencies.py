@@ -41,7 +41,7 @@ def digest(call: str, *lazily: str) -> str:
 def closure(paths: Iterable[Path]) -> set[Path]:
     """Return ``paths`` and every module of palpate that they import anywhere, directly or not, wrappers apart.
 
-    What prepares a model imports its class as the type of an argument: a rule names the class, and no other counts.
+    Modules of models import models/kinds.py as types only, which does not count: a rule names the class that it runs.
     """
     files: set[Path] = set()
     waiting = set(paths)

@@ -162,8 +162,8 @@ def _groups(holds: Sequence[Hold], kinds: Sequence[str]) -> list[Group]:
             continue
         groups_of_kind = dict.fromkeys(names) if len(set(names)) > 1 else ()
         for name in (each for each in groups_of_kind if each or kind != DEPTH):
-            seen = [hold for other, hold in zip(names, holds, strict=True) if other != name]
-            unseen = [hold for other, hold in zip(names, holds, strict=True) if other == name]
+            seen = [hold for group_name, hold in zip(names, holds, strict=True) if group_name != name]
+            unseen = [hold for group_name, hold in zip(names, holds, strict=True) if group_name == name]
             groups.append(Group(kind, name, seen, unseen))
     return groups
 

@@ -89,8 +89,8 @@ def stamp(file: Path) -> tuple[str, str] | None:
 
     if any(path.stat().st_mtime > STARTED_S for path in closure([file])):
         return None
-    own = "" if file.is_relative_to(PACKAGE) else hashlib.sha256(file.read_bytes()).hexdigest()
-    return own, kernels(file)
+    outside = "" if file.is_relative_to(PACKAGE) else hashlib.sha256(file.read_bytes()).hexdigest()
+    return outside, kernels(file)
 
 
 def save(self: Any, key: tuple, data: Any) -> None:

@@ -87,15 +87,15 @@ def read_answers(path: Path, questions: Questions, numbers: Mapping[str, Wanted]
     names, converged = file.names("settings"), file.marks("converged", None)
     if len(converged) != len(names):
         raise file.wrong("converged", f"has {len(converged)} values for {len(names)} settings", "give one for each")
-    known = {*TEXTS, *LISTS} | {
+    allowed = {*TEXTS, *LISTS} | {
         f"setting_{i}/{name}" for i in range(len(names)) for name in (*NEEDED, *OPTIONAL, *numbers)
     }
-    if extra := sorted(set(file.arrays) - known):
+    if extra := sorted(set(file.arrays) - allowed):
         number = extra[0].partition("/")[0].removeprefix("setting_")
         if number.isdecimal() and int(number) >= len(names):
             what = f"has {len(names)} names, and there is {extra[0]}"
             raise file.wrong("settings", what, "give a name for each setting, numbers from 0 on")
-        raise file.wrong(extra[0], "is no name of an answer", suggest(extra[0], sorted(known), "take").rstrip("."))
+        raise file.wrong(extra[0], "is no name of an answer", suggest(extra[0], sorted(allowed), "take").rstrip("."))
     settings = tuple(_setting(file, i, name, bool(converged[i]), questions, numbers) for i, name in enumerate(names))
     warned = []
     if len(names) < LEAST_SETTINGS:

@@ -102,12 +102,12 @@ def write(questions: Questions, folder: Path, pages: Mapping[str, bytes]) -> Non
         raise InputError(f"{folder} has {min(foreign)}, which is not of these questions; give a new folder with --out.")
     (folder / HEAD).unlink(missing_ok=True)
     for name, content in contents.items():
-        with write_whole(folder / name) as part:
-            part.write_bytes(content)
+        with write_whole(folder / name) as temporary:
+            temporary.write_bytes(content)
     sums = {name: hashlib.sha256(contents[name]).hexdigest() for name in sorted(contents)}
     head = {"format": FORMAT, "version": VERSION, "digest": questions.digest, **questions.info, "files": sums}
-    with write_whole(folder / HEAD) as part:
-        part.write_text(json.dumps(head, indent=1, ensure_ascii=True, allow_nan=False) + "\n", encoding="utf-8")
+    with write_whole(folder / HEAD) as temporary:
+        temporary.write_text(json.dumps(head, indent=1, ensure_ascii=True, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def read(folder: Path) -> Questions:

@@ -230,10 +230,10 @@ def _own_law_truth(
     """
     if law == of_body:
         return None, ""
-    known, others = bool(law_named(law)), ", ".join((*NAMED, *FURTHER))
-    if own_law is not None and not known:
-        raise InputError(f"{path}: law is {law}, which palpate does not have; name {others}, or leave --own-law out.")
+    is_known, laws = bool(law_named(law)), ", ".join((*NAMED, *FURTHER))
+    if own_law is not None and not is_known:
+        raise InputError(f"{path}: law is {law}, which palpate does not have; name {laws}, or leave --own-law out.")
     if own_law is not None and (truth := own_law(law)) is not None:
         return truth, ""
-    remedy = "ask for it with --own-law" if known else f"palpate has no law of that name, but {others}"
+    remedy = "ask for it with --own-law" if is_known else f"palpate has no law of that name, but {laws}"
     return None, f"the law is {law} and that of the body {of_body}: errors have both in them ({remedy})."

@@ -45,8 +45,8 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
     from palpate.report.style import save
 
     figure = draw_score(table, floor)
-    with write_whole(place / "score.csv") as part:
-        table.to_csv(part, index=False)
+    with write_whole(place / "score.csv") as temporary:
+        table.to_csv(temporary, index=False)
     save(figure, place / "score")
     title = f"{scored.answers.engine} {scored.answers.version} on {scored.answers.hardware}, {questions.info['scene']}"
     own_error = "is not known" if np.isnan(floor["rmse_of_peak"]) else f"{percent(floor['rmse_of_peak'])} of the peak"
@@ -63,10 +63,10 @@ def _beside(results: Path, questions: Questions) -> pd.DataFrame:
     rows = table[(table["scene"] == scene) & ~table["model"].isin(BOUNDS)]
     if not len(rows):
         raise InputError(f"{results} has no models of {scene}; leave --results out, or make that scene.")
-    place, same = module.asked_in(results, questions)
-    if not same:
-        asked = KINDS[questions.kind]
-        raise InputError(f"{place} has other {asked} than these questions; leave --results out, or ask anew.")
+    place, is_same = module.asked_in(results, questions)
+    if not is_same:
+        kind = KINDS[questions.kind]
+        raise InputError(f"{place} has other {kind} than these questions; leave --results out, or ask anew.")
     return module.beside(rows, questions)
 
 
@@ -84,8 +84,8 @@ def truth_beside(questions: Questions, folder: Path, law: str) -> Arrays:
     with threadpool_limits(limits=1), warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of questions without a truth, which the score notes
         arrays = dict(module_of(questions).find_truth(questions, law, steps(tell, "truth, solution")))
-    with write_whole(path) as part:
-        part.write_bytes(packed(arrays | {"digest": np.array(questions.digest)}))
+    with write_whole(path) as temporary:
+        temporary.write_bytes(packed(arrays | {"digest": np.array(questions.digest)}))
     return arrays
 
 

@@ -40,10 +40,10 @@ def questions_of(body: Body, samples: np.ndarray, touches: Sequence[Touch]) -> Q
         pose = touch.pose(body)
         load = {"name": f"touch {int(number)}", "tip_m": pose.tip.tolist(), "axes": pose.axes.tolist()}
         loads.append(load | {"direction": touch.direction.tolist(), "depth_m": touch.depth_m})
-    more = {"sample": np.asarray(samples, dtype=np.int64), "node": np.array([touch.node for touch in touches])}
-    more["in_dent"] = np.array([patch_of(body, touch) for touch in touches])
+    arrays = {"sample": np.asarray(samples, dtype=np.int64), "node": np.array([touch.node for touch in touches])}
+    arrays["in_dent"] = np.array([patch_of(body, touch) for touch in touches])
     scene = f"{body.name}_{instrument_name(instrument)}"
-    return questions_on(body, {"kind": "touch", "scene": scene, "instrument": asdict(instrument)}, loads, more)
+    return questions_on(body, {"kind": "touch", "scene": scene, "instrument": asdict(instrument)}, loads, arrays)
 
 
 def touches_in(questions: Questions, body: Body) -> list[Touch]:

@@ -128,15 +128,15 @@ class CurveFamily(Curves):
                 f"a depth is {depth.max():.3g} radii of the ball, and the curves end at {self.ranges.deepest:.3g}; "
                 "make them for the deepest press."
             )
-        given = {"poisson": poisson, "thinness": thinness, "stiffening": stiffening, "sticking": sticking}
-        for name, value in given.items():
+        values = {"poisson": poisson, "thinness": thinness, "stiffening": stiffening, "sticking": sticking}
+        for name, value in values.items():
             low, high = getattr(self.ranges, name)
             near = 1e-9 * max(1.0, abs(high))
             if not low - near <= value <= high + near:
                 raise InputError(f"{name} is {value:.4g}, and the curves are for {low:.4g} to {high:.4g}.")
-        place = np.array([[_place(self.ranges, name, given[name]) for name in _free(self.ranges)]])
-        ends = (_basis(place, self.degrees) @ self.coefficients)[:, 0]
-        curve = ends[0] if len(ends) == 1 else (1.0 - sticking) * ends[0] + sticking * ends[1]
+        place = np.array([[_place(self.ranges, name, values[name]) for name in _free(self.ranges)]])
+        curves = (_basis(place, self.degrees) @ self.coefficients)[:, 0]
+        curve = curves[0] if len(curves) == 1 else (1.0 - sticking) * curves[0] + sticking * curves[1]
         root = np.sqrt(np.maximum(depth, 0.0))
         over_hertz = np.exp(chebyshev.chebval(2.0 * root / np.sqrt(self.ranges.deepest) - 1.0, curve))
         return over_hertz * hertz(poisson) * root**3
@@ -235,7 +235,7 @@ def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
     Raises NotConverged where a curve has no equilibrium.
     """
     free = _free(ranges)
-    ends = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # whether it sticks
+    flags = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # whether it sticks
     curves: dict[tuple[tuple[float, ...], bool], np.ndarray] = {}
 
     with ProcessPoolExecutor(os.cpu_count()) as pool:  # which starts a process as it is needed
@@ -243,8 +243,8 @@ def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
         def compute(places: np.ndarray, sticks: bool) -> np.ndarray:
             """Return curves (m, ALONG) at ``places`` (m, d) of the grid, of which each is simulated once."""
             new = [place for place in map(tuple, places) if (place, sticks) not in curves]
-            asked: list = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
-            answers = map(_simulated, asked) if len(asked) < 3 else pool.map(_simulated, asked)
+            jobs: list = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
+            answers = map(_simulated, jobs) if len(jobs) < 3 else pool.map(_simulated, jobs)
             for place, answer in zip(progress.follow(f"{law}: curves", new), answers, strict=True):
                 if isinstance(answer, str):
                     raise NotConverged(f"{answer}; leave out the deepest points, or narrow the ranges", [float("nan")])
@@ -255,11 +255,11 @@ def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
             return compute(places, True) - compute(places, False)
 
         # first the steepest law on the thinnest slab, which fails before all others
-        compute(np.ones((1, len(free))), ends[-1])
+        compute(np.ones((1, len(free))), flags[-1])
         between = np.random.default_rng(SEED).uniform(-1.0, 1.0, (CHECKS, len(free)))
-        degrees, values, error = _interpolated(lambda places: compute(places, ends[0]), between, MOST_CURVES)
+        degrees, values, error = _interpolated(lambda places: compute(places, flags[0]), between, MOST_CURVES)
         coefficients = {tuple(map(int, each)): [row] for each, row in zip(degrees, values, strict=True)}
-        if len(ends) == 2:
+        if len(flags) == 2:
             zeros = np.zeros(ALONG)
             degrees, values, error_of_change = _interpolated(change_by_sticking, between, MOST_STICKING)
             changes = {tuple(map(int, each)): row for each, row in zip(degrees, values, strict=True)}
@@ -272,7 +272,7 @@ def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
         least_error = error
         if STIFFENING in free:
             between[:, free.index(STIFFENING)] = -1.0
-            errors = [_basis(between, degrees) @ by_end[k] - compute(between, end) for k, end in enumerate(ends)]
+            errors = [_basis(between, degrees) @ by_end[k] - compute(between, flag) for k, flag in enumerate(flags)]
             least_error = float(np.abs(np.expm1(errors)).max())
     # matrix from values at Chebyshev points of the root of depth to coefficients
     to_curve = np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(ALONG), ALONG - 1)).T

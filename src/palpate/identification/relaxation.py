@@ -253,9 +253,9 @@ def noise_of(error: np.ndarray, time_s: np.ndarray) -> Noise:
         return len(error) * (np.log(2.0 * np.pi * variance) + 1.0) + log_variances, variance
 
     bounds = np.log([0.1 * steps.min(), 10.0 * (time_s[-1] - time_s[0])])
-    best = minimize_scalar(lambda log_memory: likelihood(log_memory)[0], bounds=bounds, method="bounded").x
-    minus2, variance = likelihood(best)
-    return Noise(float(np.sqrt(variance)), float(np.exp(best)), minus2)
+    best_log = minimize_scalar(lambda log_memory: likelihood(log_memory)[0], bounds=bounds, method="bounded").x
+    minus2, variance = likelihood(best_log)
+    return Noise(float(np.sqrt(variance)), float(np.exp(best_log)), minus2)
 
 
 def information(hold: Hold, kernel: Branches) -> float:
@@ -321,8 +321,8 @@ def draw_branches(holds: Sequence[Hold], kernel: Branches, draws: int, rng: np.r
     for drawn, candidates in kinds.items():
         if len(candidates) >= LEAST_GROUPS:
             picks = (rng.integers(len(candidates), size=len(candidates)) for _ in range(draws))
-            chosen = ([member for i in pick for member in candidates[i]] for pick in picks)
-            return Draws(tuple(fit_branches(each, branch_count, kernel.series, weight) for each in chosen), drawn)
+            drawn_holds = ([member for i in pick for member in candidates[i]] for pick in picks)
+            return Draws(tuple(fit_branches(each, branch_count, kernel.series, weight) for each in drawn_holds), drawn)
     simulators = [_simulator(hold, kernel) for hold in holds]
     simulated = ([simulate(rng) for simulate in simulators] for _ in range(draws))
     return Draws(tuple(fit_branches(each, branch_count, kernel.series, weight) for each in simulated), "errors")

@@ -159,8 +159,8 @@ def _exported(identified: Identified, request: Asked, relaxation: Relaxation | N
     presses = [identified.records.presses[k] for k in model.data.order]
     if body.bed is not None:
         file = folder / f"{body.name}_palpate.yaml"
-        with write_whole(file) as part:
-            part.write_text(snippet(numbers, body.bed.stiffness_n_m3 / body.material.young_pa), encoding="utf-8")
+        with write_whole(file) as temporary:
+            temporary.write_text(snippet(numbers, body.bed.stiffness_n_m3 / body.material.young_pa), encoding="utf-8")
         return [f"Engines have no bed, on which the organ lies here: only settings of palpate are written, to {file}."]
     level, forward = engine_level(body), model.table.forward
     try:
@@ -183,13 +183,13 @@ def write_results(
     judged = pd.concat(summary(rows).assign(part=name) for name, rows in predictions.groupby("part", sort=False))
     tables = {"identified": identified, "predictions": predictions[["part", *COLUMNS]]}
     for name, table in (tables | {"prediction_summary": judged}).items():
-        with write_whole(folder / f"{name}.csv") as part:
-            table.to_csv(part, index=False)
+        with write_whole(folder / f"{name}.csv") as temporary:
+            table.to_csv(temporary, index=False)
     for name, fit in parts:
         words = re.sub(r"[^\w-]+", "_", name)
         file = "identified.png" if len(parts) == 1 else f"identified_{words}.png"
-        with write_whole(folder / file) as part:
-            draw_identified(fit).savefig(part)
+        with write_whole(folder / file) as temporary:
+            draw_identified(fit).savefig(temporary)
 
 
 def _slab(records: PressRecords, request: Asked) -> Iterator[str]:

@@ -188,14 +188,14 @@ def _scale(path: Path, size: float, scale_m: float | None) -> tuple[float, str]:
 
 def _doubts(path: Path, size: float, scale: float) -> list[str]:
     """Return a line if the file's unit may well be another than the assumed one."""
-    others = [
-        f"the {name}, which makes it {in_words(other * size)} long (--scale {other:g})"
-        for name, other in organ_sized(size, UNITS | RARE_UNITS).items()
-        if other != scale
+    phrases = [
+        f"the {name}, which makes it {in_words(unit_m * size)} long (--scale {unit_m:g})"
+        for name, unit_m in organ_sized(size, UNITS | RARE_UNITS).items()
+        if unit_m != scale
     ]
-    if not others and guess_scale(size):
+    if not phrases and guess_scale(size):
         return []
-    unit = f"its unit may be {', or '.join([*others, 'one of its own'])}"
+    unit = f"its unit may be {', or '.join([*phrases, 'one of its own'])}"
     return [f"{path}: {unit}; compare the length with the organ's, and give --scale"]
 
 
@@ -203,24 +203,24 @@ def _ct(
     image: Path, mask: Path | None, label: list[int | str], threshold: Sequence[float] | None, regions: bool, mri: bool
 ) -> Data:
     """Describe the organ of an image; with ``regions`` all labels but the first, the largest, are regions of it."""
-    given: dict[str, Any] = {"modality": "mri"} if mri else {}
+    options: dict[str, Any] = {"modality": "mri"} if mri else {}
     assumed = []
     if mask is not None:
-        given["mask"] = str(mask)
+        options["mask"] = str(mask)
         if label:
-            given["label"] = label[0] if len(label) == 1 else label
+            options["label"] = label[0] if len(label) == 1 else label
     elif threshold:
-        given["threshold" if mri else "threshold_hu"] = list(threshold)
+        options["threshold" if mri else "threshold_hu"] = list(threshold)
     else:
-        given["threshold_hu"] = [30, 120]
+        options["threshold_hu"] = [30, 120]
         assumed.append("the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold")
     if regions:
-        named = {body_name(one if isinstance(one, str) else f"label {one}"): one for one in label[1:]}
-        given["regions"] = {name: Region(label=one, young_pa=MATERIAL["young_pa"]) for name, one in named.items()}
-    first = label[0] if label else ""
-    name = label_names(mask).get(first) if mask is not None and isinstance(first, int) else first
+        named = {body_name(each if isinstance(each, str) else f"label {each}"): each for each in label[1:]}
+        options["regions"] = {name: Region(label=each, young_pa=MATERIAL["young_pa"]) for name, each in named.items()}
+    main = label[0] if label else ""
+    name = label_names(mask).get(main) if mask is not None and isinstance(main, int) else main
     source = re.sub(r"(\.nii)?\.\w+$", "", str(name or (mask or image).name))
-    entry = Ct(image=str(image), surface_nodes=140, snap=False, **given, **MATERIAL)
+    entry = Ct(image=str(image), surface_nodes=140, snap=False, **options, **MATERIAL)
     return Data(body_name(source), entry, {"kind": "an organ in a CT"}, [], assumed)
 
 

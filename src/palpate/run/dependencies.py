@@ -94,14 +94,14 @@ def needed(tree: ast.Module, name: str) -> ast.Module:
 
     LookupError if the module has none of that name.
     """
-    kept: list[ast.stmt] = []
+    statements: list[ast.stmt] = []
     wanted = {name}
-    while new := [line for line in tree.body if line not in kept and _bound(line) & wanted]:
-        kept += new
+    while new := [line for line in tree.body if line not in statements and _bound(line) & wanted]:
+        statements += new
         wanted |= {node.id for line in new for node in ast.walk(line) if isinstance(node, ast.Name)}
-    if not kept:
+    if not statements:
         raise LookupError(f"a rule calls {name}, which its module does not have")
-    return ast.Module([line for line in tree.body if line in kept], [])
+    return ast.Module([line for line in tree.body if line in statements], [])
 
 
 def _bound(line: ast.stmt) -> set[str]:

@@ -35,10 +35,10 @@ def job(log: str | Path, warned: str | None = None) -> Iterator[Callable[[str], 
             print(line, file=file)
 
         try:
-            with _warnings_to(say) as kept:
+            with _warnings_to(say) as messages:
                 yield say
             if warned is not None:
-                save_warnings(kept, warned)
+                save_warnings(messages, warned)
         except (InputError, NotConverged) as error:
             print(f"error: {error}", file=file)
             raise SystemExit(1) from None

@@ -121,9 +121,9 @@ def complete(given: dict, file: Path, needs_study: bool = True) -> Any:
     needs_study : whether bodies alone are refused
     """
     given = {name: {} if value is None and name != "studies" else value for name, value in given.items()}
-    asked = asked_for(given)
+    studies = asked_for(given)
     try:
-        config: Any = _model(*asked).model_validate(given)
+        config: Any = _model(*studies).model_validate(given)
     except ValidationError as error:
         raise InputError(f"{file}: {explain(error.errors(), given, json_schema())}") from None
     if place := _null(given, config):
@@ -134,13 +134,13 @@ def complete(given: dict, file: Path, needs_study: bool = True) -> Any:
         from palpate.models.model_registry import check_own
 
         check_own(file, config.own_models)
-    if needs_study and not asked:
+    if needs_study and not studies:
         raise InputError(f"{file}: nothing is asked for; add the block of a study: {', '.join(STUDIES)}.")
-    if lacking := [name for name in config.studies or [] if name not in asked]:
+    if lacking := [name for name in config.studies or [] if name not in studies]:
         raise InputError(
             f"{file}: studies names {lacking[0]}, which has no block; add {lacking[0]}:, or remove the name."
         )
-    for study in asked:
+    for study in studies:
         if check := getattr(_module(study), "check", None):
             check(config, file)
     return config

@@ -34,21 +34,21 @@ def scene(mesh: EngineMesh, mesh_file: str, touch: Touch) -> str:
     elements, material = LinearElements(body.levels[level], body.tissue(level)), body.material
     contact, step_s = _contact(elements, material.density_kg_m3)
     mass = material.density_kg_m3 * elements.volumes.sum()
-    at = " ".join(f"{each:.9g}" for each in pose.tip)
+    tip = " ".join(f"{each:.9g}" for each in pose.tip)
     # of a ball the axes do not matter, but that of its middle does
     x, y, z = touch.instrument.radius_m * pose.axes[2]
     geom = f'type="sphere" size="{touch.instrument.radius_m - THICKNESS_M}" pos="{x:.9g} {y:.9g} {z:.9g}"'
-    said = mesh.comment.replace("--", "-") + (
+    comment = mesh.comment.replace("--", "-") + (
         f" The step of {step_s:.3g} s is for presses at rest, where a damping of a step settles contact: for motion"
         f" take steps of milliseconds and damping={mesh.numbers.damping_s:.4g}, and contact that goes with them."
     )
     return f"""<mujoco>
-  <!-- {said} -->
+  <!-- {comment} -->
   <option timestep="{step_s}" gravity="0 0 0" integrator="discrete" solver="CG" iterations="{ITERATIONS}"
     tolerance="{TOLERANCE}"><flag refsafe="disable"/></option>
   <size memory="{STORE}"/>
   <worldbody>
-    <body name="ball" mocap="true" pos="{at}"><geom {geom} {contact}/></body>
+    <body name="ball" mocap="true" pos="{tip}"><geom {geom} {contact}/></body>
     <flexcomp name="body" type="gmsh" file="{mesh_file}" dim="3" dof="full" radius="{THICKNESS_M}" mass="{mass}">
       <edge equality="false"/>
       <elasticity young="{material.young_pa}" poisson="{material.poisson}" damping="{step_s}"/>

@@ -76,9 +76,9 @@ def pressed(body: Body, level: int, law: str, poisson: float, touches: Sequence[
         try:
             ratios[i] = mesh_force(elastic, level, touch, touch.poses[body]) / organ_n[i]
         except NotConverged as failure:
-            last = failure
+            last_failure = failure
     if not np.isfinite(ratios).any():
-        raise NotConverged(f"no press has an answer on the mesh for engines: {last}", last.history)
+        raise NotConverged(f"no press has an answer on the mesh for engines: {last_failure}", last_failure.history)
     return Stiffer(law, poisson, np.array([touch.depth_m for touch in touches]), ratios)
 
 

@@ -164,9 +164,9 @@ def _suspicions(name: str, experiment: ExperimentSettings, table: pd.DataFrame, 
                 f"{place}: before the release the markers are {1e3 * misfit:.2g} mm (RMS) from their places at rest; "
                 "see markers and held_s."
             )
-        if (most := float(rows["predicted"].abs().max())) > LARGE * size_m:
+        if (deepest := float(rows["predicted"].abs().max())) > LARGE * size_m:
             yield (
-                f"{place}: its markers are predicted to sink by {1e3 * most:.3g} mm, and the body is "
+                f"{place}: its markers are predicted to sink by {1e3 * deepest:.3g} mm, and the body is "
                 f"{1e3 * size_m:.3g} mm long; see weight_n and force_n (in N) and young_pa."
             )
 

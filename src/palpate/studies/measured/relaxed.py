@@ -244,20 +244,20 @@ def _modulus(kernel: Branches, draws: Draws, span: float) -> Iterator[tuple]:
     def relative(branches: Branches) -> np.ndarray:
         return branches.modulus(times) / branches.modulus(np.array(EARLY_S))
 
-    ends = draws.interval(relative)
-    for time, value, low, high in zip(times, relative(kernel), *ends, strict=True):
+    interval = draws.interval(relative)
+    for time, value, low, high in zip(times, relative(kernel), *interval, strict=True):
         yield "", "", time, np.nan, value, low, high
 
 
 def _curves(
-    holds: Sequence[Hold], chosen: int, whole: Branches, left_out: Sequence[tuple[Group, Mapping[int, Branches]]]
+    holds: Sequence[Hold], chosen: int, of_all: Branches, left_out: Sequence[tuple[Group, Mapping[int, Branches]]]
 ) -> Iterator[tuple]:
     """Yield the rows of RELAXATION_CURVES of each held press, predicted by branches of the other specimens."""
     without_specimen = {
         hold.press.name: fits[chosen] for group, fits in left_out if group.kind == SPECIMEN for hold in group.unseen
     }
     for hold in holds:
-        kernel = without_specimen.get(hold.press.name, whole)
+        kernel = without_specimen.get(hold.press.name, of_all)
         predicted = hold.fit(kernel)[hold.held + 1 :]
         times = hold.held_s
         shown_times = np.geomspace(times[0], times[-1], SHOWN)
@@ -278,6 +278,6 @@ def _trends(presses: pd.DataFrame, rng: np.random.Generator) -> Iterator[tuple]:
         picks = rng.integers(len(x), size=(DRAWN_TRENDS, len(x)))
         slopes = [span * np.polyfit(x[pick], y[pick], 1)[0] for pick in picks if np.ptp(x[pick]) > 0.0]
         correlation = pearsonr(x, y)
-        ends = np.quantile(slopes, [0.05, 0.95])
-        values = span * np.polyfit(x, y, 1)[0], *ends, correlation.statistic, correlation.pvalue
+        interval = np.quantile(slopes, [0.05, 0.95])
+        values = span * np.polyfit(x, y, 1)[0], *interval, correlation.statistic, correlation.pvalue
         yield quantity, len(x), *map(float, values)

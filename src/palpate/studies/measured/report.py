@@ -90,16 +90,16 @@ def _pressed(report: Report) -> Iterator[dict[str, Any]]:
 
 def _part(rows: pd.DataFrame) -> dict[str, Any]:
     """Return the law of a part, and its quantities with intervals."""
-    best = rows[rows["reported"].eq(True)]
-    values = best.set_index("quantity")
+    reported = rows[rows["reported"].eq(True)]
+    values = reported.set_index("quantity")
     ranged = values[values["low"].notna() & ~values.index.isin(["exponent_excess"])]
-    others = rows[rows["quantity"].eq("exponent_excess")]
+    excesses = rows[rows["quantity"].eq("exponent_excess")]
     return {
         "name": rows["part"].iloc[0],
-        "law": spaced(str(best["law"].iloc[0])),
+        "law": spaced(str(reported["law"].iloc[0])),
         "young": values.loc["young_pa", ["low", "best", "high"]].tolist(),
         "unknown": [spaced(str(name)) for name, row in ranged.iterrows() if not row["known"]],
-        "excess": [(spaced(str(row.law)), row.low, row.high) for row in others.itertuples()],
+        "excess": [(spaced(str(row.law)), row.low, row.high) for row in excesses.itertuples()],
         "scatter": float(values.loc["place_scatter", "best"]),
     }
 
@@ -127,14 +127,14 @@ def _relaxing(report: Report) -> Iterator[dict[str, Any]]:
         )
         chosen = rows[rows["chosen"].eq(True)]
         model = f"{len(chosen)} branch{'es' if len(chosen) > 1 else ''}"
-        own = errors[errors["left_out"].eq(NOTHING)].assign(model=errors["model"].str.removeprefix(f"{OWN}: "))
+        own_fits = errors[errors["left_out"].eq(NOTHING)].assign(model=errors["model"].str.removeprefix(f"{OWN}: "))
         kinds = [kind for kind in dict.fromkeys(errors["left_out"]) if kind != NOTHING]
         yield {
             "key": entry,
             "name": spaced(entry),
             "presses": presses,
             "branches": chosen,
-            "own": own.groupby("model", sort=False)["error"].median(),
+            "own": own_fits.groupby("model", sort=False)["error"].median(),
             "predicted": [_judged(errors, kind, model) for kind in kinds],
             "trends": trends.assign(over=trends["over"].map(TRENDS)),
         }

@@ -81,9 +81,9 @@ def draw_palpation_limits(palpation_limits) -> Figure:
     left.legend(title="depth of the ball's top", loc="upper left", ncols=2)
     left.set_ylim(0.0, 140 * palpation_limits["stiffer"].max())
     contrasts = least_contrasts(palpation_limits)
-    known = {cover: contrast for cover, contrast in contrasts.items() if np.isfinite(contrast)}
-    right.plot([1e3 * cover for cover in known], list(known.values()), color=style.INK, marker="o", ms=4)
-    for cover in set(contrasts) - set(known):
+    felt = {cover: contrast for cover, contrast in contrasts.items() if np.isfinite(contrast)}
+    right.plot([1e3 * cover for cover in felt], list(felt.values()), color=style.INK, marker="o", ms=4)
+    for cover in set(contrasts) - set(felt):
         right.axvline(1e3 * cover, color=FELT, ls="--", lw=1)
         right.annotate("never felt", (1e3 * cover, 0.95), (-3, 0), ("data", "axes fraction"), "offset points",
                        ha="right", va="top", rotation=90, color=FELT)  # fmt: skip

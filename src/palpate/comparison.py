@@ -43,8 +43,7 @@ TOLERANCE = 1e-6
 class ComparedCase:
     """A body under presses: ``case`` is what models may see, ``judge`` has what they are asked and the right answers.
 
-    These are quadratic elements' on the body's finest level, whose own error is not known here; the study ``tradeoff``
-    finds it.
+    These are quadratic elements' on the body's finest level, whose own error the study ``tradeoff`` finds, not this.
     """
 
     case: Case

@@ -41,8 +41,7 @@ def simulate(
     others : further bodies, each with its shift (3,) [m] from where it is defined
     scene : other fields of ``Scene``: integrator ("backward_euler"), level (0), held (True), frames (60), substeps ...
 
-    Raises InputError for effects that do not suit each other, the body or the integrator, and NotConverged for a step
-    that is not found.
+    Raises InputError for effects that do not suit each other, body or integrator, NotConverged for a step not found.
     """
     given: Any = effects
     if isinstance(given, Block | str) or not isinstance(given, Iterable):

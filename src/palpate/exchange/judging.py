@@ -31,8 +31,7 @@ class OwnMesh:
     """Interpolation between the surface of an engine's own mesh and the asked points.
 
     nodes, triangles : of the engine's mesh; points, between : the asked points, and the triangles between them
-    Attributes: far_m, the largest distance of an asked point from the mesh; used, its nodes that triangles have;
-    triangles, between these.
+    Attributes: far_m, largest distance of asked points from the mesh; used, its nodes in triangles; triangles of these.
     """
 
     def __init__(self, nodes: np.ndarray, triangles: np.ndarray, points: np.ndarray, between: np.ndarray):

@@ -97,8 +97,7 @@ def least_volume(x, quads, slopes, hoop):
 def _singular_values(f, u, v):
     """Return the singular values s₁ ≥ |s₂| of F = U diag(s₁, s₂) Vᵀ (2, 2), and write the rotations into ``u``, ``v``.
 
-    F is the sum of a rotation times a number and a reflection times a number, whose angles are those of U and V added
-    and subtracted.
+    F is a multiple of a rotation plus one of a reflection: their angles are the difference and the sum of U's and V's.
     """
     cosine, sine = 0.5 * (f[0, 0] + f[1, 1]), 0.5 * (f[1, 0] - f[0, 1])
     mirrored_cosine, mirrored_sine = 0.5 * (f[0, 0] - f[1, 1]), 0.5 * (f[1, 0] + f[0, 1])

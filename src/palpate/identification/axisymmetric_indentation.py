@@ -193,8 +193,7 @@ class BallOnSlab:
     def _advance(self, touching: np.ndarray, next_node: int, deepest: float) -> bool:
         """Press on to the state at which the node ``next_node`` just touches; return whether it was reached.
 
-        Where Newton's method does not reach that state at once, the depth is increased in steps, which are halved
-        where they fail, at most to ``deepest``.
+        Where Newton's method does not reach it at once, depth rises in steps, halved where they fail, to ``deepest``.
         """
         depth_step = 0.0
         while True:

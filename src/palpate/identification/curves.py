@@ -214,8 +214,7 @@ def family_of(law: str, ranges: Ranges, folder: Path | None = None, progress: Pr
     """Return the curves of ``law`` for ``ranges``: read from ``folder``, or computed and stored there.
 
     law : of which ``exponential`` alone has a stiffening; folder : None stores nothing
-    Raises InputError for the stiffening of another law, NotConverged where the law has no equilibrium at the largest
-    depth.
+    Raises InputError for the stiffening of another law, NotConverged for one without equilibrium at the largest depth.
     """
     if law != EXPONENTIAL and ranges.stiffening != (0.0, 0.0):
         raise InputError(f"law {law} has no stiffening; give 0, or take the law {EXPONENTIAL}.")
@@ -285,8 +284,7 @@ def _interpolated(
     """Interpolate ``curves`` on ever finer grids of at most ``most`` places, until the error is at most MOST_ERROR.
 
     curves : returns those (m, ALONG) at places (m, d); between : (k, d) places where the error is measured
-    Returns of the best grid the degrees (n, d) of the polynomials, their coefficients (n, ALONG), and the greatest
-    relative error of force.
+    Returns the best grid's degrees (n, d) of polynomials, coefficients (n, ALONG), and greatest relative error of force.
     """
     free = between.shape[1]
     simulated, error, least_error = curves(between) if free else None, 0.0, np.inf

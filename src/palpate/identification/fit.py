@@ -144,8 +144,7 @@ class MixedModel:
     ``Spread``. The excess is common to all presses; the forward model's own error is its standard deviation.
 
     free_excess : whether the excess is free of that, so that the presses show which exponent of depth the law lacks
-    lined : whether forces have further unknowns of the sensor, a ``zero`` over the typical force and a ``slope`` over
-        that and the largest depth
+    lined : whether the sensor has unknowns, a ``zero`` over the typical force, a ``slope`` over that and largest depth
     shapes : whether places differ in the exponent of depth
     weights : (places,) how often each place counts; None for once
     """

@@ -98,8 +98,7 @@ def shear_series(series: Series, poisson: float) -> Series:
     poisson : Poisson's ratio of the relaxed tissue
     The bulk modulus K does not relax, as in ``palpate.effects.prony``. The force of a press is in proportion to the
     plane modulus M = 4 G (3 K + G) / (3 K + 4 G), which relaxes less than G where ν < 0.5. By the correspondence
-    principle (Lee 1955) the equation is solved for G at real rates of the Laplace transform, and as many branches are
-    fitted to it.
+    principle (Lee 1955) it is solved for G at real rates of the Laplace transform, and as many branches are fitted.
     """
     relaxed = Material(1.0, poisson, 1.0)
     shear, bulk = relaxed.shear_pa, relaxed.lame_pa + 2.0 / 3.0 * relaxed.shear_pa

@@ -133,8 +133,7 @@ def holds_of(records: PressRecords) -> tuple[list[Hold], list[str]]:
 def relaxed(hold: Hold, kernel: Branches) -> Press:
     """Return the loading of a press with the forces of tissue that has time to relax at each depth.
 
-    The measured forces are scaled by the ratio of the fit's force after relaxation at that depth to its force during
-    the loading, so that their errors stay as they are.
+    Measured forces are scaled by the fit's relaxed force over its force in the loading, so that they keep their errors.
     """
     basis = kernel.respond(hold.time_s, hold.curves)
     spline_factors = hold.coefficients(basis, 1.0)

@@ -18,8 +18,7 @@ class Section(NamedTuple):
     """A mesh of the half-section of a slab, and its parts.
 
     nodes : (n, 2) r and z [m], z = 0 at the surface; quads : (m, 9), nodes row by row of a 3 × 3 grid
-    surface, held, axis : numbers of the nodes of the surface from the axis outward, of the base and the outer rim,
-        and at r = 0
+    surface, held, axis : numbers of nodes of the surface from the axis outward, of base and outer rim, and at r = 0
     """
 
     nodes: np.ndarray

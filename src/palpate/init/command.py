@@ -127,6 +127,7 @@ def program() -> str:
 
 
 def _report(choice: Choice, messages: list[str], file: Path, hold: str | None) -> list[str]:
+    """Return lines on the body, what it lies on, its material, and the ``messages`` of warnings."""
     body, entry = choice.body, choice.entry
     sides = " × ".join(f"{side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
     volume = f"{1e6 * choice.coarse.volumes.sum():.4g} mL"
@@ -145,6 +146,7 @@ def _report(choice: Choice, messages: list[str], file: Path, hold: str | None) -
 
 
 def _compared(choice: Choice) -> list[str]:
+    """Return a line on how far volume and surface of a mesh made anew are from the data's; a warning if far."""
     like = choice.likeness
     if like is None:
         return []

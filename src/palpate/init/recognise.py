@@ -147,6 +147,7 @@ def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> list[int | s
 
 
 def _mesh(path: Path, scale_m: float | None) -> Data:
+    """Describe the body of a mesh file, whose unit is ``scale_m`` [m] long, or of guessed length where that is None."""
     with warnings.catch_warnings(action="ignore"):  # the frame is said below
         points, triangles, tetrahedra = load_shape(path)
     size = float(np.ptp(points, axis=0).max())

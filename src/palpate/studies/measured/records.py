@@ -274,8 +274,7 @@ def follow(file: str, experiment: "ExperimentSettings") -> Seen:
 
     The mean displacement of the fixed markers is subtracted, as a clamp gives way; its rotation, which three markers
     side by side hardly show, is not.
-    Raises InputError if the file is no record of the markers, if these do not fit their places at rest, and if they
-    move before the release.
+    Raises InputError if the file is no record of the markers, or these do not fit their places or move when held.
     """
     markers = list(experiment.markers.values())
     times, places = read_record(file, list(experiment.markers))

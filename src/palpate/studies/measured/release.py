@@ -104,8 +104,7 @@ def release_rows(
 ) -> Iterator[Row]:
     """Yield the rows of releases by linear elements, with each of the time steps, whose modulus is fitted to one case.
 
-    settings : ``measured.models.releases``; with ``creep``, also a release with one Prony branch that is fitted to the
-        creep of that case
+    settings : ``measured.models.releases``; with ``creep``, also a release with one Prony branch, fitted to that case.
     A release that fails has rows with a message.
     """
     level, steps, creep = settings.level, settings.steps_s, settings.creep

@@ -144,6 +144,7 @@ TRENDS = {"depth_m": "depth", "strain": "depth over thickness", "thickness_m": "
 
 
 def _judged(errors: pd.DataFrame, kind: str, model: str) -> dict[str, Any]:
+    """Return the median error of ``model`` where a ``kind`` of presses is left out, and those of its rivals."""
     medians = errors[errors["left_out"].eq(kind)].groupby("model", sort=False)["error"].median()
     rivals = [(name, medians[name]) for name in medians.index if name != model and name != SIBLINGS]
     order = {MEAN: 1, POWER: 2}

@@ -18,8 +18,7 @@ FELT = "#aa0000"
 def draw_palpation(palpation) -> Figure:
     """Draw force over depth of three places, and how much stiffer each is than without regions over its distance.
 
-    A row of panels for each body. The places of curves are the two nearest to a region and the farthest; their colours
-    are those of the distance.
+    A row of panels for each body. Curves are of the two places nearest to a region and of the farthest, by colour.
     """
     names = tables.bodies(palpation)
     figure, axes = style.panels(len(names), 2, (9.5, 3.6 * len(names)))

@@ -37,6 +37,7 @@ def draw_presses(press_curves, press_predictions, *, scene: str) -> Figure:
 
 
 def _forces(axis: Axes, curves: pd.DataFrame) -> None:
+    """Draw force over depth of SHOWN presses, spread over their strength: as measured, and as fitted with errors."""
     strength = curves.groupby(["part", "press"], sort=False)["measured_n"].max().sort_values()
     chosen = strength.index[evenly(len(strength), SHOWN)]
     for number, (part, press) in enumerate(chosen):

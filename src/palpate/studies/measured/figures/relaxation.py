@@ -39,6 +39,7 @@ def draw_relaxation(
 
 
 def _forces(axis: Axes, curves, colours: dict[str, str]) -> None:
+    """Draw the force of each press over the time that its depth is held, and the prediction of PREDICTED of them."""
     end_forces = curves.groupby("press", sort=False)["measured"].last().sort_values()
     predicted = set(end_forces.index[evenly(len(end_forces), PREDICTED)])
     labelled: set[str] = set()
@@ -56,6 +57,7 @@ def _forces(axis: Axes, curves, colours: dict[str, str]) -> None:
 
 
 def _modulus(axis: Axes, rows, presses) -> None:
+    """Draw the modulus over time with its interval; grey where it is extrapolated from what presses show."""
     times = rows["time_s"]
     axis.fill_between(times, rows["low"], rows["high"], color="#d5e1ec", lw=0)
     axis.plot(times, rows["predicted"], color="#0072b2")
@@ -69,6 +71,7 @@ def _modulus(axis: Axes, rows, presses) -> None:
 
 
 def _shape(axis: Axes, presses, trends, colours: dict[str, str]) -> None:
+    """Draw late_over_early of each press over its strain, or depth, and how much it changes over their range."""
     by_strain = presses["thickness_m"].notna().all()
     quantity = "strain" if by_strain else "depth_m"
     x = presses["depth_m"] / presses["thickness_m"] if by_strain else 1e3 * presses["depth_m"]

@@ -284,7 +284,7 @@ def _interpolated(
     """Interpolate ``curves`` on ever finer grids of at most ``most`` places, until the error is at most MOST_ERROR.
 
     curves : returns those (m, ALONG) at places (m, d); between : (k, d) places where the error is measured
-    Returns the best grid's degrees (n, d) of polynomials, coefficients (n, ALONG), and greatest relative error of force.
+    Returns the best grid's degrees (n, d) of polynomials, coefficients (n, ALONG), and largest relative error of force.
     """
     free = between.shape[1]
     simulated, error, least_error = curves(between) if free else None, 0.0, np.inf

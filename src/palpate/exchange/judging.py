@@ -222,9 +222,9 @@ def _odd(
 def _own_law_truth(
     path: Path, law: str, of_body: str, own_law: Callable[[str], Arrays | None] | None
 ) -> tuple[Arrays | None, str]:
-    """Return the truth of an engine's ``law``, and a warning where errors have the difference of laws in them.
+    """Return the truth of an engine's ``law``, and a warning where errors include the difference of laws.
 
-    There is no such truth, but None, where the law is that ``of_body``, or its truth is not to be found.
+    The truth is None where the law is that ``of_body``, or where ``own_law`` finds no truth of it.
     InputError for a law that palpate does not have, where its truth is asked for.
     """
     if law == of_body:

@@ -228,6 +228,7 @@ class BallOnSlab:
 
         next_node : the node that just touches, without a force, by which the depth is found; None: ``depth`` is given
         farthest : largest change of depth by the first step; beyond it, or where the depth falls, NotConverged
+        In the loop ``deeper`` is a step's change of depth, and ``gap`` the largest distance of nodes from their places.
         """
         x, depth_is_free = self._x.copy(), next_node is not None
         depth = self._depth if depth_is_free and self._depth else depth

@@ -65,7 +65,7 @@ def predict(
     starts = {name: best_fit(model)[0] for name, model in baselines.items()} | dict(best)
     everything = {**models, **baselines}
     scalings = {name: scaling_near(model, starts[name]) for name, model in everything.items()}
-    # seen : the points that a fit sees
+    # a fold: what is left out, and for each point whether fits see it
     folds = [(left_out, seen) for left_out in by for seen in fitted_points(data, left_out, options.seed)]
     jobs = [(left_out, name, seen) for left_out, seen in folds for name in everything]
 

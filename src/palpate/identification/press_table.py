@@ -101,7 +101,7 @@ def _named(
 
 
 def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> None:
-    """Raise InputError for missing columns, for which ``others`` may stand, and for incomplete or double vectors."""
+    """Raise InputError for missing columns, which names among ``others`` may mean, and incomplete or double vectors."""
     for column in MEASURED:
         stem, _, unit = column.rpartition("_")
         alike = [name for name in others if re.fullmatch(f"{stem}({OTHER_UNITS[unit]})?", _plain(name))]

@@ -56,7 +56,7 @@ def compare_sessions(records: PressRecords) -> list[Comparison]:
             logs = [log for a, b in _pairs(group_a, group_b, records) if (log := _log_ratio(a, b)) is not None]
             if logs:
                 spread = 1.4826 * float(np.median(np.abs(np.array(logs) - np.median(logs))))
-                error = 1.2533 * spread / np.sqrt(len(logs))  # of a median of normal values
+                error = 1.2533 * spread / np.sqrt(len(logs))  # of the median, as of normal values
                 comparisons.append(
                     Comparison(specimen, first, second, len(logs), float(np.exp(np.median(logs))), error)
                 )

@@ -41,7 +41,7 @@ def _with_more_rings(radii: list[float], ratio: float, fine_radius: float, last_
             width = min(1.3 * width, (STEEP - 1.0) * grown[-1])
         grown.append(grown[-1] + width)
     if len(grown) > len(radii) + 1 and last_radius - grown[-2] < 0.4 * width:
-        grown.pop()
+        grown.pop()  # as the last ring would be narrow
     grown[-1] = last_radius
     return grown
 

@@ -28,14 +28,14 @@ contact softer, as its impedances end at 0.9999."""
 def scene(mesh: EngineMesh, mesh_file: str, touch: Touch) -> str:
     """Return the MJCF text of a scene with the body of ``mesh_file`` and the ball of ``touch`` at first touch.
 
-    Without ``refsafe="disable"`` contacts would be softer, so that their time constant is that of a step.
+    Without ``refsafe="disable"`` MuJoCo would soften contacts until their time constant is that of a step.
     """
     body, level, pose = mesh.corrected, mesh.level, touch.poses[mesh.body]
     elements, material = LinearElements(body.levels[level], body.tissue(level)), body.material
     contact, step_s = _contact(elements, material.density_kg_m3)
     mass = material.density_kg_m3 * elements.volumes.sum()
     tip = " ".join(f"{each:.9g}" for each in pose.tip)
-    # of a ball the axes do not matter, but that of its middle does
+    # the ball's centre lies off its tip along its third axis
     x, y, z = touch.instrument.radius_m * pose.axes[2]
     geom = f'type="sphere" size="{touch.instrument.radius_m - THICKNESS_M}" pos="{x:.9g} {y:.9g} {z:.9g}"'
     comment = mesh.comment.replace("--", "-") + (

@@ -35,7 +35,7 @@ def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_arr
     """
     corners = mesh.nodes[mesh.triangles]
     middles = corners.mean(axis=1)
-    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
+    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)  # of a triangle from its middle
     triangles, weights = np.empty(len(points), dtype=np.int64), np.empty((len(points), 3))
     for i, point in enumerate(points):
         distances = np.linalg.norm(middles - point, axis=1)
@@ -44,7 +44,7 @@ def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_arr
         stencils = np.column_stack([np.zeros(len(near), dtype=np.int64), 1 + np.arange(3 * len(near)).reshape(-1, 3)])
         distance, coordinates, _ = closest_points(np.full(len(near), POINT_TRIANGLE), stencils, x)
         best = int(np.argmin(distance))
-        triangles[i], weights[i] = near[best], -coordinates[best, 1:]
+        triangles[i], weights[i] = near[best], -coordinates[best, 1:]  # of point less place
     return surface_interpolation(mesh, triangles, weights, order)
 
 

@@ -67,7 +67,7 @@ class PressCurves:
         problem, depths = self._problem(regions), []
         rest, moved, last_force = problem.mesh.nodes, np.zeros_like(unit), 1.0
         for force in forces:
-            # from the press before, as if displacements grew with the force
+            # the search starts from the last displacements, scaled by the force
             solution = problem.solve(force * unit, TOLERANCE, start=rest + moved * (force / last_force))
             moved, last_force = solution.x - rest, force
             self.products += solution.products

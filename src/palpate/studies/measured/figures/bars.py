@@ -20,7 +20,7 @@ def figure_of_errors(
 
     by, error : columns of ``rows``: what is left out, and a share of what ``over`` names
     ways, names : words for what is left out and for models, in their order
-    floors : models that are no models but the spread of the data; widths : of the grid's columns
+    floors : names of models that only show the spread of the data; widths : of the grid's columns
     """
     groups = rows[rows[by].isin(ways) & rows["model"].isin(names)].groupby([by, "model"])[error]
     lines = groups.ngroups + 2 * sum(way in set(rows[by]) for way in ways)

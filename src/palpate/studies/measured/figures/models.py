@@ -20,7 +20,7 @@ ROW = 0.19  # [inch]
 
 @style.figure("measured", tables=("measured",))
 def draw_measured(measured, *, scene: str) -> Figure:
-    """Draw every model's errors in one experiment; dark: as repeats differ; light: its uncertainty.
+    """Draw every model's errors in one experiment, on a dark band as wide as repeats differ, a light of uncertainty.
 
     measured : the table of this name; scene : the experiment. Cases that nobody measured have no errors, and no panels.
     """

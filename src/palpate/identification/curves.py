@@ -131,8 +131,8 @@ class CurveFamily(Curves):
         values = {"poisson": poisson, "thinness": thinness, "stiffening": stiffening, "sticking": sticking}
         for name, value in values.items():
             low, high = getattr(self.ranges, name)
-            near = 1e-9 * max(1.0, abs(high))
-            if not low - near <= value <= high + near:
+            slack = 1e-9 * max(1.0, abs(high))
+            if not low - slack <= value <= high + slack:
                 raise InputError(f"{name} is {value:.4g}, and the curves are for {low:.4g} to {high:.4g}.")
         place = np.array([[_place(self.ranges, name, values[name]) for name in _free(self.ranges)]])
         curves = (_basis(place, self.degrees) @ self.coefficients)[:, 0]

@@ -433,7 +433,8 @@ def scaling_near(
 def best_fit(model: MixedModel, sure: bool = False) -> tuple[dict[str, float], float]:
     """Search for the greatest likelihood from several starts; return the unknowns, and −2 log likelihood there.
 
-    sure : whether to raise NotConverged where no two searches end within AGREED of the least value
+    Starts differ in noise, then in parameters, then in noise about the best until two searches agree within AGREED.
+    sure : whether to raise NotConverged where no two do
     """
     default = model.start()
     best, least = fitted(model, default)

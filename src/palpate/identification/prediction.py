@@ -85,7 +85,7 @@ def predict(
 
 
 def fitted_points(data: Data, by: str, seed: int) -> list[np.ndarray]:
-    """Return truth values (n,) of which points are fitted while the others are left out, one array for each fold.
+    """Return for each fold an array of truth values (n,): which points are fitted, while the others are left out.
 
     by : PLACE, in FOLDS random folds; DEPTH, beyond SHALLOW; SESSION or SPECIMEN, one fold each
     """
@@ -157,7 +157,7 @@ def _floor_rows(data: Data, by: str, used: np.ndarray) -> list[tuple]:
         return [other for other, place in enumerate(places) if place == places[k] and other != k]
 
     def neighbours(k: int) -> list[int]:
-        """Return presses of other places, or other sessions or specimens, the nearest first."""
+        """Return presses of other places, or of sessions or specimens that are fitted, the nearest first."""
         if (at := presses[k].at_m) is None:
             return []
         others = [c for c in range(len(presses)) if (places[c] != places[k] if by in (PLACE, DEPTH) else is_fitted[c])]

@@ -98,8 +98,8 @@ def choose(name: str, entry: File | Ct, hold: str | None = None, say: Callable[[
     fault = _too_few_nodes(entry, kind, hold)
     bed = _bed(entry.path if isinstance(entry, File) else name, coarse, sides_of(kind, hold), fault)
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
-    softer = entry.young_pa / MATERIAL["young_pa"]
-    chosen = entry.but(refinements=refinements, bed=bed.but(stiffness_n_m3=softer * bed.stiffness_n_m3))
+    ratio = entry.young_pa / MATERIAL["young_pa"]
+    chosen = entry.but(refinements=refinements, bed=bed.but(stiffness_n_m3=ratio * bed.stiffness_n_m3))
     say(f"a mesh that is refined {refinements} times")
     body = make_body(name, chosen)
     pressable = len(pressed_contacts(body, contacts_of(body)))
@@ -196,7 +196,7 @@ def _too_few_nodes(entry: File | Ct, kind: str, hold: str | None) -> str:
 
 
 def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> BedSettings:
-    """Choose the bed under all that faces the broadest of ``sides``; raise InputError with ``fault`` if its nodes are in a line.
+    """Choose the bed under all that faces the broadest of ``sides``; raise InputError with ``fault`` for nodes in a line.
 
     An organ lies on soft tissue. Trap: nailed nodes end at a rim where stress is singular, so that elements converge by
     the order of 1 only; springs that fade do not.

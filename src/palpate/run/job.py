@@ -54,10 +54,7 @@ def job(log: str | Path, warned: str | None = None) -> Iterator[Callable[[str], 
 
 @contextmanager
 def _warnings_to(say: Callable[[str], None]) -> Iterator[list[str]]:
-    """Print warnings of palpate, which puts them into the log; those of other packages go where they went.
-
-    Yields the list that those of palpate are added to.
-    """
+    """Say warnings of palpate, and yield the list that they are added to; those of other packages go where they went."""
     with warnings.catch_warnings():
         show_others, ours = warnings.showwarning, []
 

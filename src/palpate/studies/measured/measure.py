@@ -117,8 +117,8 @@ def uncertainties(table: pd.DataFrame, experiment: ExperimentSettings, observed:
     """Return the standard uncertainty of each ``error``; NaN where a value is fitted or its exponent is not known.
 
     A displacement is as uncertain as the held state, a frequency as half of the range of the repeats. A fitted softness
-    is as uncertain as the displacement that it was fitted to, and so are predictions from it. Both parts are
-    independent, as the body is held anew in each case.
+    is as uncertain as the displacement that it was fitted to, and passes that on to predictions. ``part`` and
+    ``passed_on`` are independent, as the body is held anew in each case.
     """
     power = table["quantity"].map(POWERS_OF_SOFTNESS).where(~table["fitted"])
     held = table["case"].map({name: seen.uncertainty_m for name, seen in observed.items()}).astype(float)

@@ -53,7 +53,7 @@ def _forces(axis: Axes, curves: pd.DataFrame) -> None:
 
 
 def _places(figure: Figure, axis: Axes, curves: pd.DataFrame) -> None:
-    """Draw the fitted force at a depth that nine tenths of the presses reach, over the places."""
+    """Draw the fitted force at a depth that nine tenths of the presses reach, over the places of the last part."""
     deepest = curves.groupby(["part", "press"])["depth_m"].max()
     depth = float(deepest.quantile(0.1))
     forces = []

@@ -156,7 +156,7 @@ def score_answers(
     warned = list(answers.warnings)
     own_truth, remark = _own_law_truth(path, answers.law, questions.info["law"], own_law)
     warned += [remark] if remark else []
-    by_law = None if own_truth is None else module.Judge(questions, own_truth)
+    by_law = None if own_truth is None else module.Judge(questions, own_truth)  # judges by the engine's own law
     if lost := questions.count - len(judge.rows):
         warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
     settings: list[Row] = []

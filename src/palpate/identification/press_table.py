@@ -67,18 +67,18 @@ PLAIN = {_plain(name): name for name in COLUMNS}
 def _named(
     path: str, header: list[str], rows: list[list[str]], columns: Mapping[str, Sequence[str]]
 ) -> dict[str, list[str]]:
-    """Return the cells of each of COLUMNS that a file has, by name, found by ``columns`` or in any case and signs.
+    """Return the cells of each of COLUMNS that a file has, by name: as ``columns`` has it, or in any case.
 
     InputError for a name of ``columns`` that is not in the file or has another unit, and for two columns of one name.
     """
-    numbers: dict[str, list[int]] = {}
+    indices_of: dict[str, list[int]] = {}
     for number, name in enumerate(header):
-        numbers.setdefault(PLAIN.get(_plain(name), ""), []).append(number)
-    numbers.pop("", None)
+        indices_of.setdefault(PLAIN.get(_plain(name), ""), []).append(number)
+    indices_of.pop("", None)
     for name, sources in columns.items():
         if name not in COLUMNS:
             raise InputError(f"columns has {name}, which no press has; {suggest(name, list(COLUMNS), 'choose from')}")
-        numbers[name] = []
+        indices_of[name] = []
         for source in sources:
             indices = [number for number, title in enumerate(header) if title == source]
             if not indices:
@@ -92,12 +92,12 @@ def _named(
                     f"{path}: columns.{name} names {source}, whose name has another unit; convert it to "
                     f"{UNITS[unit]}, and call it {name}."
                 )
-            numbers[name] += indices
-    for name, indices in numbers.items():
+            indices_of[name] += indices
+    for name, indices in indices_of.items():
         names = [header[number] for number in indices]
         if len(indices) > len(columns.get(name, [name])):
             raise InputError(f"{path} has two columns for {name}, {' and '.join(names)}; leave one of them out.")
-    return {name: [" ".join(row[number] for number in indices) for row in rows] for name, indices in numbers.items()}
+    return {name: [" ".join(row[number] for number in indices) for row in rows] for name, indices in indices_of.items()}
 
 
 def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> None:

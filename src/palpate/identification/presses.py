@@ -235,7 +235,7 @@ def _rows_of_presses(table: pd.DataFrame, path: str) -> Iterator[pd.DataFrame]:
 
 
 def _press(rows: pd.DataFrame, path: str) -> Press:
-    """Return the press of ``rows`` of a file; InputError for what no single press has."""
+    """Return the press of ``rows`` of a file; InputError for rows that cannot be of one press."""
     lines, first = rows.index, rows.iloc[0]
     name, label = first["press"], f"{path}: the press {first['press']}"
     if len(rows) < LEAST_POINTS:

@@ -196,7 +196,7 @@ def _too_few_nodes(entry: File | Ct, kind: str, hold: str | None) -> str:
 
 
 def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> BedSettings:
-    """Choose the bed under all that faces the broadest of ``sides``; raise InputError with ``fault`` for nodes in a line.
+    """Choose the bed under what faces the broadest of ``sides``; raise InputError with ``fault`` for nodes in a line.
 
     An organ lies on soft tissue. Trap: nailed nodes end at a rim where stress is singular, so that elements converge by
     the order of 1 only; springs that fade do not.

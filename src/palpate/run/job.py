@@ -54,7 +54,7 @@ def job(log: str | Path, warned: str | None = None) -> Iterator[Callable[[str], 
 
 @contextmanager
 def _warnings_to(say: Callable[[str], None]) -> Iterator[list[str]]:
-    """Say warnings of palpate, and yield the list that they are added to; those of other packages go where they went."""
+    """Say palpate's warnings, and yield the list that they are added to; those of other packages go where they went."""
     with warnings.catch_warnings():
         show_others, ours = warnings.showwarning, []
 

@@ -23,7 +23,7 @@ def draw_relaxation(
     """Draw what the presses of one entry say of relaxation."""
     all_tables = relaxation_curves, relaxation_errors, relaxation_presses, relaxation_trends
     curves, errors, presses, trends = (tables.where(table, entry=scene) for table in all_tables)
-    named = curves["press"].fillna("").ne("")
+    of_presses = curves["press"].fillna("").ne("")
     models = [name for name in dict.fromkeys(errors["model"]) if "branch" in name and not name.startswith("own")]
     own_fits = {f"own: {name}": name for name in models}
     names = {name: name for name in (*models, POWER, MEAN, HELD)} | {SIBLINGS: "siblings' mean (floor)"} | own_fits
@@ -31,9 +31,9 @@ def draw_relaxation(
     figure, grid = figure_of_errors(*shown, widths=(1.25, 1.0))
     specimens = list(dict.fromkeys(presses["specimen"].fillna("")))
     colours = {name: style.HUES[k % len(style.HUES)] for k, name in enumerate(specimens)}
-    _forces(figure.add_subplot(grid[0, 0]), curves[named], colours)
+    _forces(figure.add_subplot(grid[0, 0]), curves[of_presses], colours)
     inner = grid[1, 0].subgridspec(1, 2)
-    _modulus(figure.add_subplot(inner[0]), curves[~named], presses)
+    _modulus(figure.add_subplot(inner[0]), curves[~of_presses], presses)
     _shape(figure.add_subplot(inner[1]), presses, trends, colours)
     return figure
 

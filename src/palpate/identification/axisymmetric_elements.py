@@ -173,21 +173,21 @@ def _add_pressures(volumes, bend, projection, changes, mixed, matrix):
     """Add the stiffness of U by the projected θ to the lower half of ``matrix`` (18, 18) [N/m]; mirror that half.
 
     volumes : (9,) [m³] of the points; bend : U″ (9,) [Pa] there; projection : (9, 9)
-    changes : (9, 18) [1/m] derivatives of θ at the points by the nodes' r and z; mixed : (9, 9), scratch
+    changes : (9, 18) [1/m] derivatives of θ at the points by the nodes' r and z; mixed : (9, 9), scratch for PᵀVU″P
     """
     for p in range(POINTS):
         for k in range(p + 1):
-            part = 0.0
+            entry = 0.0
             for q in range(POINTS):
-                part += volumes[q] * bend[q] * projection[q, p] * projection[q, k]
-            mixed[p, k] = mixed[k, p] = part
+                entry += volumes[q] * bend[q] * projection[q, p] * projection[q, k]
+            mixed[p, k] = mixed[k, p] = entry
     spread = mixed @ changes
     for c in range(2 * NODES):
         for k in range(c + 1):
-            part = matrix[c, k]
+            entry = matrix[c, k]
             for q in range(POINTS):
-                part += changes[q, c] * spread[q, k]
-            matrix[c, k] = matrix[k, c] = part
+                entry += changes[q, c] * spread[q, k]
+            matrix[c, k] = matrix[k, c] = entry
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -213,7 +213,7 @@ def _simulated(job: tuple[str, float, float, float, float, bool]) -> np.ndarray 
 def family_of(law: str, ranges: Ranges, folder: Path | None = None, progress: Progress = UNFOLLOWED) -> CurveFamily:
     """Return the curves of ``law`` for ``ranges``: read from ``folder``, or computed and stored there.
 
-    law : of which ``exponential`` alone has a stiffening; folder : None stores nothing
+    law : ``exponential`` alone has a stiffening; folder : None stores nothing
     Raises InputError for the stiffening of another law, NotConverged for one without equilibrium at the largest depth.
     """
     if law != EXPONENTIAL and ranges.stiffening != (0.0, 0.0):

@@ -87,7 +87,7 @@ def predict(
 def fitted_points(data: Data, by: str, seed: int) -> list[np.ndarray]:
     """Return for each fold an array of truth values (n,): which points are fitted, while the others are left out.
 
-    by : PLACE, in FOLDS random folds; DEPTH, beyond SHALLOW; SESSION or SPECIMEN, one fold each
+    by : PLACE, in FOLDS random folds; DEPTH, one fold of points to SHALLOW; SESSION or SPECIMEN, one fold each
     """
     layout = data.layout
     press = data.press_of_point

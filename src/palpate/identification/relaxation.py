@@ -177,7 +177,7 @@ def fit_branches(
     """Fit ``count`` branches to all presses by weighted least squares, in the order of their times.
 
     start : branches to start the search from; weight : of the samples at the held depth, None for ``weight_of``
-    Shares are positive and their sum below LARGEST_SUM.
+    Unknowns are logs of times, and of shares over what all leave of LARGEST_SUM: shares are positive, their sum less.
     """
     if weight is None:
         unweighted = fit_branches(holds, count, start, 1.0)
@@ -240,7 +240,7 @@ class Noise(NamedTuple):
 
 
 def noise_of(error: np.ndarray, time_s: np.ndarray) -> Noise:
-    """Fit the process to errors (k,) at ``time_s`` (k,) [s], by maximum likelihood."""
+    """Fit an autoregressive process of first order to errors (k,) at ``time_s`` (k,) [s], by maximum likelihood."""
     steps = np.diff(time_s)
 
     def likelihood(log_memory: float) -> tuple[float, float]:

@@ -27,8 +27,8 @@ def figure_of_errors(
     figure = Figure(figsize=(10.0, max(6.4, HEIGHT * lines)), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=widths)
     axis, ticks, labels, y = figure.add_subplot(grid[:, 1]), [], [], 0.0
-    shown = 100.0 * groups.quantile(0.9)
-    longest = min(float(shown.max()), 3.0 * float((100.0 * groups.median()).median()))
+    p90 = 100.0 * groups.quantile(0.9)
+    longest = min(float(p90.max()), 3.0 * float((100.0 * groups.median()).median()))
     for way, title in ways.items():
         of_way = rows[rows[by].eq(way)]
         if of_way.empty:

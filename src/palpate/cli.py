@@ -30,10 +30,10 @@ class _Parser(argparse.ArgumentParser):
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; 0, or 1 with one sentence on standard error if something given cannot be used."""
     try:
-        asked = _parser().parse_args(arguments)
+        parsed = _parser().parse_args(arguments)
         os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))  # where make keeps compiled functions
         with explained():
-            print(_call(**vars(asked)) if isinstance(asked.act, str) else asked.act(asked), flush=True)
+            print(_call(**vars(parsed)) if isinstance(parsed.act, str) else parsed.act(parsed), flush=True)
     except BrokenPipeError:  # whoever reads has had enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
@@ -180,11 +180,11 @@ def _identify(arguments: argparse.Namespace) -> str:
     if arguments.body is not None and arguments.thickness is not None:
         raise InputError("a slab of --thickness and a --body exclude each other; give one of them.")
     columns = dict(text.partition("=")[::2] for text in arguments.column)
-    given = {
+    options = {
         "poisson": arguments.poisson, "sticking": arguments.sticking, "thickness_m": arguments.thickness,
         "offset_m": arguments.offset, "laws": arguments.law, "columns": columns,
     }  # fmt: skip
-    settings = Asked(_instrument(arguments.instrument), **{k: v for k, v in given.items() if v is not None})
+    settings = Asked(_instrument(arguments.instrument), **{k: v for k, v in options.items() if v is not None})
     make = partial(body_of, arguments.body, arguments.config, arguments.scale, arguments.hold)
     return identify_file(arguments.presses, settings, arguments.folder, make)
 
@@ -306,8 +306,8 @@ def _share(text: str) -> float:
 def _advise(arguments: argparse.Namespace) -> str:
     from palpate.report.advise import Asked, advise
 
-    given = {"budgets_ms": arguments.budget_ms, "max_errors": arguments.max_error, "speeds": arguments.speed}
-    limits = {name: [value] for name, value in given.items() if value is not None}
+    values = {"budgets_ms": arguments.budget_ms, "max_errors": arguments.max_error, "speeds": arguments.speed}
+    limits = {name: [value] for name, value in values.items() if value is not None}
     if arguments.budget_ms is not None and arguments.speed is not None:
         raise InputError("a budget is for a step in real time; leave --budget-ms or --speed out.")
     if arguments.error == "force" and arguments.load is not None:

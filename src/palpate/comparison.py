@@ -43,8 +43,7 @@ TOLERANCE = 1e-6
 class ComparedCase:
     """A body under presses: ``case`` is what models may see, ``judge`` has what they are asked and the right answers.
 
-    These are quadratic elements' on the body's finest level, whose own error is not known here; the study ``tradeoff``
-    finds it.
+    These are quadratic elements' on the body's finest level, whose own error the study ``tradeoff`` finds, not this.
     """
 
     case: Case
@@ -98,8 +97,8 @@ def make_case(
     fine = press(body, len(body.levels) - 1, loads, TOLERANCE, progress, order=2)
     samples = assemble(body, loads, fine, press(body, 0, loads, TOLERANCE), "")
     tests = round(TEST * contacts)
-    known, held_out = split(samples.contact, contacts - tests, tests, "contacts", seed)
-    case = Case(body, "press", radius_m, samples.take(known), compliance, FitOptions(seed=seed), TOLERANCE)
+    learnt, held_out = split(samples.contact, contacts - tests, tests, "contacts", seed)
+    case = Case(body, "press", radius_m, samples.take(learnt), compliance, FitOptions(seed=seed), TOLERANCE)
     judged = samples.take(held_out)
     patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in judged.contact])
     not_estimated = np.full((tests, len(TruthErrors._fields)), np.nan)  # the truth's own errors
@@ -151,22 +150,22 @@ def compare(compared_case: ComparedCase, models: Iterable[Any], repeats: int = 2
     for each in models:
         if isinstance(each, type) or not callable(getattr(each, "prepare", None)):
             raise InputError(f"{each!r} is no model; give FEM() or another one, or an object with prepare(case).")
-        made = each if isinstance(each, Model) else as_model(each, type(each).__name__)
-        if made.name in BOUNDS:
-            raise InputError(f"{made.name} is a row of every comparison; call your class something else.")
-        if made.text in [other.text for other in families.setdefault(made.name, [])]:
-            raise InputError(f"{made.name} is given with {made.text} twice; give each setting once.")
-        families[made.name].append(made)
+        model = each if isinstance(each, Model) else as_model(each, type(each).__name__)
+        if model.name in BOUNDS:
+            raise InputError(f"{model.name} is a row of every comparison; call your class something else.")
+        if model.text in [other.text for other in families.setdefault(model.name, [])]:
+            raise InputError(f"{model.name} is given with {model.text} twice; give each setting once.")
+        families[model.name].append(model)
     if not families or repeats < 1:
         raise InputError(f"there are {len(families)} models and {repeats} repeats; give at least one of each.")
     measured = []
-    for made in (each for family in families.values() for each in family):
+    for model in (each for family in families.values() for each in family):
         try:
-            measured.append(measure(compared_case.case, made.name, [made], compared_case.judge, repeats, budget_s))
+            measured.append(measure(compared_case.case, model.name, [model], compared_case.judge, repeats, budget_s))
         except Exception as error:  # one model's fault is no other's
             kind = type(error).__name__
-            why = said(error) if isinstance(error, InputError) else f"{type(made).__name__}: {kind}: {said(error)}"
-            measured.append(failed(compared_case.case, made, compared_case.judge, why))
+            reason = said(error) if isinstance(error, InputError) else f"{type(model).__name__}: {kind}: {said(error)}"
+            measured.append(failed(compared_case.case, model, compared_case.judge, reason))
     answers, table = zip(*measured, bounds(compared_case.case, compared_case.judge), strict=True)
     rows = pd.concat(table, ignore_index=True)
     rows = rows[rows["model"] != "truth"].assign(break_even_queries=np.nan)

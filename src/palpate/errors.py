@@ -45,9 +45,9 @@ def about(place: str) -> Iterator[None]:
             warnings.simplefilter("always", UserWarning)
             yield
     finally:
-        for one in caught:
-            text = f"{place}: {one.message}" if one.category is UserWarning else one.message
-            warnings.warn_explicit(text, one.category, one.filename, one.lineno)
+        for each in caught:
+            text = f"{place}: {each.message}" if each.category is UserWarning else each.message
+            warnings.warn_explicit(text, each.category, each.filename, each.lineno)
 
 
 EXTRAS = {

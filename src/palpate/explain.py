@@ -54,10 +54,10 @@ def explain(errors: Sequence[Any], config: dict, schema: dict, whole: str = "the
     Of a misspelt key, which is unknown and lacks, it says that it is unknown. schema : what keys mean
     """
     placed = [(_place(error, config), error) for error in errors]
-    # of a list where a text may stand, too, what is wrong is inside it
-    outer = {at[:n] for at, _ in placed for n in range(len(at))}
-    placed = [(at, error) for at, error in placed if not (error["type"].endswith("_type") and at in outer)]
-    depth = [(len(at) - (error["type"] in _OF_BLOCK), error["type"] == "missing") for at, error in placed]
+    # of a value that may be a list or a text, the error is the one inside it, not that of its type
+    with_inner = {keys[:n] for keys, _ in placed for n in range(len(keys))}
+    placed = [(keys, error) for keys, error in placed if not (error["type"].endswith("_type") and keys in with_inner)]
+    depth = [(len(keys) - (error["type"] in _OF_BLOCK), error["type"] == "missing") for keys, error in placed]
     place, error = placed[depth.index(min(depth))]
     block, written = _written(place[:-1]) or whole, _written(place) or whole
     about = _described(place, config, schema)[1]
@@ -98,12 +98,12 @@ def _described(place: tuple, config: Any, schema: dict) -> tuple[dict, str]:
     for step in (*place, None):
         # a reference, or the only alternative that the value can be of, is what the schema means
         while len(references := [node.get("$ref")] if "$ref" in node else _alternatives(node, config)) == 1:
-            own = {key: each for key, each in node.items() if key == "description"}
-            node = schema["$defs"][str(references[0]).rpartition("/")[2]] | own
+            description = {key: each for key, each in node.items() if key == "description"}
+            node = schema["$defs"][str(references[0]).rpartition("/")[2]] | description
         about = node.get("description", about).partition("\n")[0]
         if step is not None:
-            others = [*node.get("patternProperties", {}).values(), node.get("items"), node.get("additionalProperties")]
-            inner = [node.get("properties", {}).get(step), *others]
+            of_any = [*node.get("patternProperties", {}).values(), node.get("items"), node.get("additionalProperties")]
+            inner = [node.get("properties", {}).get(step), *of_any]
             node = next((each for each in inner if isinstance(each, dict)), {})
             config = (
                 config[step] if isinstance(config, list) else config.get(step) if isinstance(config, dict) else None

@@ -33,8 +33,8 @@ def read_cells(path: Path | str) -> tuple[list[str], list[list[str]], list[int],
     if "\0" in text:
         raise InputError(f"{path} is no table of text; give a CSV file.")
     text = re.sub(r"\Asep=.\r?\n", "\n", text)  # as spreadsheets write it
-    top = text.lstrip().partition("\n")[0]
-    separator, said = max({"\t": "tabs", ";": "semicolons", ",": "commas"}.items(), key=lambda one: top.count(one[0]))
+    head = text.lstrip().partition("\n")[0]
+    separator, words = max({"\t": "tabs", ";": "semicolons", ",": "commas"}.items(), key=lambda one: head.count(one[0]))
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, skipinitialspace=True)
     try:
         filled = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
@@ -52,4 +52,4 @@ def read_cells(path: Path | str) -> tuple[list[str], list[list[str]], list[int],
                 "commas, separate cells by semicolons or tabs."
             )
     cells = [[*row, *[""] * len(header)][: len(header)] for _, row in rows]
-    return header, cells, [line for line, _ in rows], said
+    return header, cells, [line for line, _ in rows], words

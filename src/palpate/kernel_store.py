@@ -48,7 +48,7 @@ def _differ(src_shapes: Any, index_shape: Any) -> None:
 def compile_alone(self: Any, sig: Any) -> Any:
     """Load or compile a function while no other process does, in the place of ``Dispatcher.compile``.
 
-    The lock ends with its process. One that holds it may wait for a function that this one calls, never the other way.
+    The lock ends with its process. Whoever holds a function's may wait for that of a callee, never of a caller.
     """
     index = getattr(getattr(self._cache, "_cache_file", None), "_index_path", None)
     with global_compiler_lock:  # first: another thread may hold it, and wait for the same function
@@ -89,8 +89,8 @@ def stamp(file: Path) -> tuple[str, str] | None:
 
     if any(path.stat().st_mtime > STARTED_S for path in closure([file])):
         return None
-    own = "" if file.is_relative_to(PACKAGE) else hashlib.sha256(file.read_bytes()).hexdigest()
-    return own, kernels(file)
+    outside = "" if file.is_relative_to(PACKAGE) else hashlib.sha256(file.read_bytes()).hexdigest()
+    return outside, kernels(file)
 
 
 def save(self: Any, key: tuple, data: Any) -> None:

@@ -99,9 +99,9 @@ def own_fault(error: BaseException) -> str:
 
 def _line(error: BaseException, module: str = PREFIX) -> tuple[str, int] | None:
     """Return the file and line of the innermost frame in a file of the user's that an exception passed, if any."""
-    own = [
+    users_lines = [
         (frame.f_code.co_filename, line)
         for frame, line in traceback.walk_tb(error.__traceback__)
         if str(frame.f_globals.get("__name__", "")).startswith(module)
     ]
-    return own[-1] if own else None
+    return users_lines[-1] if users_lines else None

@@ -41,8 +41,7 @@ def simulate(
     others : further bodies, each with its shift (3,) [m] from where it is defined
     scene : other fields of ``Scene``: integrator ("backward_euler"), level (0), held (True), frames (60), substeps ...
 
-    Raises InputError for effects that do not suit each other, the body or the integrator, and NotConverged for a step
-    that is not found.
+    Raises InputError for effects that do not suit each other, body or integrator, NotConverged for a step not found.
     """
     given: Any = effects
     if isinstance(given, Block | str) or not isinstance(given, Iterable):
@@ -51,11 +50,11 @@ def simulate(
     pairs = list(listed) if isinstance(listed, Iterable) and not isinstance(listed, Block) else [listed]
     for i, pair in enumerate(pairs):
         if not isinstance(pair, tuple | list) or len(pair) != 2 or np.shape(pair[1]) != (3,):
-            right = "a pair of a body and its shift (3,) [m], such as (box, (0, 0, 0.3))"
-            raise InputError(f"others[{i}] is a {type(pair).__name__} and not {right}.")
+            wanted = "a pair of a body and its shift (3,) [m], such as (box, (0, 0, 0.3))"
+            raise InputError(f"others[{i}] is a {type(pair).__name__} and not {wanted}.")
     bodies = [as_body(each) for each in (body, *(other for other, _ in pairs))]
     blocks: dict[str, Any] = {}
-    own: dict[str, Maker] = {}
+    own_effects: dict[str, Maker] = {}
     for effect in effects:
         kind = type(effect).__name__
         name = _snake(kind)
@@ -65,7 +64,7 @@ def simulate(
         elif not isinstance(effect, Block):
             if isinstance(effect, type) or not callable(getattr(effect, "make", None)):
                 raise InputError(f"{effect!r} is no effect; give Gravity() or another one, or an object with make.")
-            own[_free(name, [*EFFECTS, *RESERVED, *scene.get("own", {}), *own])] = effect
+            own_effects[_free(name, [*EFFECTS, *RESERVED, *scene.get("own", {}), *own_effects])] = effect
         elif name not in Scene.model_fields:
             raise InputError(f"{kind} is no effect; give Gravity, Load, Contact or another one.")
         elif name in blocks:
@@ -83,7 +82,7 @@ def simulate(
     scene_check.check_loads(described.place, described)
     particles = particles_in(described, bodies)
     scene_check.check_together(described.place, described, traits(particles))
-    return run(described, particles, own=own).motion
+    return run(described, particles, own=own_effects).motion
 
 
 def _free(name: str, taken: Sequence[str]) -> str:

@@ -41,6 +41,7 @@ def stored(kind: type[Record], path: Path | str, **names: type) -> Record:
 
 
 def _fill(group: "h5py.Group", thing: Any, compression: str | None) -> None:
+    """Write the parts of ``thing`` into a group: single values as attributes, arrays as data sets, others as groups."""
     import h5py
 
     parts = _parts(thing)
@@ -58,6 +59,7 @@ def _fill(group: "h5py.Group", thing: Any, compression: str | None) -> None:
 
 
 def _parts(thing: Any) -> dict[str, Any]:
+    """Return the fields, columns or items of a dataclass, named tuple, table, sparse array, list or tuple, by name."""
     match type(thing).__name__:
         case "list" | "tuple":
             return {str(number): each for number, each in enumerate(thing)}
@@ -71,6 +73,7 @@ def _parts(thing: Any) -> dict[str, Any]:
 
 
 def _made(group: "h5py.Group", annotation: Any, names: dict[str, type]) -> Any:
+    """Read what ``_fill`` wrote into a group: of the class of ``annotation`` that has its name and its fields."""
     kind, keys = group.attrs.get(KIND), list(group.attrs.get(PARTS, ()))
     for each in _named(annotation):
         if getattr(each, "__name__", "") == kind and list(signature(each).parameters) == keys:
@@ -92,6 +95,7 @@ def _made(group: "h5py.Group", annotation: Any, names: dict[str, type]) -> Any:
 
 
 def _part(group: "h5py.Group", name: str, annotation: Any, names: dict[str, type]) -> Any:
+    """Read one part of a group by its name; a whole number becomes a float where ``annotation`` has float alone."""
     import h5py
 
     if name in group.attrs:

@@ -87,15 +87,15 @@ def read_answers(path: Path, questions: Questions, numbers: Mapping[str, Wanted]
     names, converged = file.names("settings"), file.marks("converged", None)
     if len(converged) != len(names):
         raise file.wrong("converged", f"has {len(converged)} values for {len(names)} settings", "give one for each")
-    known = {*TEXTS, *LISTS} | {
+    allowed = {*TEXTS, *LISTS} | {
         f"setting_{i}/{name}" for i in range(len(names)) for name in (*NEEDED, *OPTIONAL, *numbers)
     }
-    if strange := sorted(set(file.arrays) - known):
-        number = strange[0].partition("/")[0].removeprefix("setting_")
+    if extra := sorted(set(file.arrays) - allowed):
+        number = extra[0].partition("/")[0].removeprefix("setting_")
         if number.isdecimal() and int(number) >= len(names):
-            what = f"has {len(names)} names, and there is {strange[0]}"
+            what = f"has {len(names)} names, and there is {extra[0]}"
             raise file.wrong("settings", what, "give a name for each setting, numbers from 0 on")
-        raise file.wrong(strange[0], "is no name of an answer", suggest(strange[0], sorted(known), "take").rstrip("."))
+        raise file.wrong(extra[0], "is no name of an answer", suggest(extra[0], sorted(allowed), "take").rstrip("."))
     settings = tuple(_setting(file, i, name, bool(converged[i]), questions, numbers) for i, name in enumerate(names))
     warned = []
     if len(names) < LEAST_SETTINGS:
@@ -117,8 +117,8 @@ def _setting(
     if file.has(place + "nodes_m") or file.has(place + "triangles"):
         nodes, triangles = _mesh(file, place, questions)
         points, what = len(nodes), "its nodes_m"
-    of = "questions, instants" if questions.frames else "questions"
-    file.shaped(field, moved, (k, *questions.frames, points, 3), f"{of}, {what}, and x, y, z")
+    counted = "questions, instants" if questions.frames else "questions"
+    file.shaped(field, moved, (k, *questions.frames, points, 3), f"{counted}, {what}, and x, y, z")
     failed = file.marks(place + "failed", k) if file.has(place + "failed") else np.zeros(k, dtype=bool)
     file.answered(field, moved, failed, f"mark that as failed in {place}failed")
     sizes = np.nan_to_num(np.abs(moved)).reshape(k, -1).max(axis=1)
@@ -137,7 +137,7 @@ def _setting(
     return Setting(
         name, converged, moved, failed, seconds.reshape(k, -1), file.number(place + "preparation_s"),
         file.number(place + "memory_mb") if file.has(place + "memory_mb") else np.nan, nodes, triangles,
-        {each: _numbers(file, place + each, failed, wish) for each, wish in numbers.items()},
+        {each: _numbers(file, place + each, failed, wanted) for each, wanted in numbers.items()},
     )  # fmt: skip
 
 
@@ -155,12 +155,12 @@ def _mesh(file: "_File", place: str, questions: Questions) -> tuple[np.ndarray, 
         raise file.wrong(
             place + "triangles", "names nodes that nodes_m does not have", f"count from 0 to {len(nodes) - 1}"
         )
-    body, used, size = _box(questions.points), _box(nodes[np.unique(triangles)]), questions.info["size_m"]
-    if np.abs(used - body).max() > BOX_APART * size:
+    body_box, mesh_box, size = _box(questions.points), _box(nodes[np.unique(triangles)]), questions.info["size_m"]
+    if np.abs(mesh_box - body_box).max() > BOX_APART * size:
         name, has = "triangles", "has nodes"
-        if np.abs(_box(nodes) - body).max() > BOX_APART * size:
+        if np.abs(_box(nodes) - body_box).max() > BOX_APART * size:
             name, has = "nodes_m", "lies"
-        (low, high), (least, largest) = used.round(4).tolist(), body.round(4).tolist()
+        (low, high), (least, largest) = mesh_box.round(4).tolist(), body_box.round(4).tolist()
         box = f"the body lies between {least} and {largest}"
         raise file.wrong(place + name, f"{has} between {low} and {high} m", box)
     return nodes, triangles.astype(np.int64)
@@ -213,9 +213,9 @@ class _File:
 
     def answered(self, name: str, values: np.ndarray, failed: np.ndarray, remedy: str) -> None:
         """Raise InputError for numbers (k, …) that are not finite in a question that has not ``failed`` (k,)."""
-        lost = ~failed & ~np.isfinite(values).reshape(len(failed), -1).all(axis=1)
-        if lost.any():
-            raise self.wrong(name, f"is not finite in question {int(np.flatnonzero(lost)[0])}", remedy)
+        unanswered = ~failed & ~np.isfinite(values).reshape(len(failed), -1).all(axis=1)
+        if unanswered.any():
+            raise self.wrong(name, f"is not finite in question {int(np.flatnonzero(unanswered)[0])}", remedy)
 
     def text(self, name: str) -> str:
         value = self.get(name)

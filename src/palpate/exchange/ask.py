@@ -43,15 +43,15 @@ def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: P
     InputError for a scene that the settings do not have, and results that lack it.
     """
     settings = complete(read_settings(config), config)
-    known = scenes(settings)
-    if scene not in known:
-        if not known:
+    by_name = scenes(settings)
+    if scene not in by_name:
+        if not by_name:
             raise InputError(f"{config} presses no body; add tradeoff, as palpate init writes it.")
-        raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
+        raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(by_name), 'choose from')}")
     if seed is not None and seed == settings.seed:
         raise InputError(f"--seed {seed} is that of {config}, whose presses are public; give another number.")
-    where = config.parent / "results" if results is None else results
-    body, questions = known[scene](settings, config, where, seed)
+    run_folder = config.parent / "results" if results is None else results
+    body, questions = by_name[scene](settings, config, run_folder, seed)
     if seed is not None:
         with_law(body, questions.info["law"])  # whose truth whoever scores has to find
     pages = {"README.md": readme(questions, body.material.law), **pictures(body)}
@@ -74,36 +74,36 @@ def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
             by_name |= {f"{body}_{regime}": partial(_presses, body, regime) for body in pressed_bodies(settings)}
     if settings.touch is not None:
         for tool in settings.touch.instruments:
-            called = instrument_name(tool)
-            by_name |= {f"{name}_{called}": partial(_touches, name, tool) for name in pressed_bodies(settings, "touch")}
+            label = instrument_name(tool)
+            by_name |= {f"{name}_{label}": partial(_touches, name, tool) for name in pressed_bodies(settings, "touch")}
     if settings.dynamic is not None:
-        for name, own in (settings.dynamic.scenes or {}).items():
-            if own.truth is not None and own.truth.elements == "quadratic":
-                by_name[name] = partial(_motions, name, own)
+        for name, motion in (settings.dynamic.scenes or {}).items():
+            if motion.truth is not None and motion.truth.elements == "quadratic":
+                by_name[name] = partial(_motions, name, motion)
     return by_name
 
 
 def _presses(name: str, regime: str, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
     """Return the test presses of the first split of a run as questions, or as many at contacts drawn by ``seed``."""
-    asked, rule = settings.tradeoff, settings.regimes[regime]
+    study, rule = settings.tradeoff, settings.regimes[regime]
     radius_m = rule.radius_on(name)
     if seed is None:
         place = results / "data" / name
         files = {"body": place / "body.h5", "samples": place / regime / "samples.csv"}
         files |= {each: place / regime / f"{each}.h5" for each in ("database", "truth")}
         _made("tradeoff", *files.values())
-        return presses.of_run(files, regime, asked.splits[0], radius_m)
-    body, count = _body(settings, name, config), -(-asked.contacts // FOLDS)
+        return presses.of_run(files, regime, study.splits[0], radius_m)
+    body, count = _body(settings, name, config), -(-study.contacts // FOLDS)
     # half of the contacts are the farthest from each other, whatever the seed: those drawn by area are taken
     contacts = contacts_by_area(body, count, seed)
     progress = steps(partial(print, file=sys.stderr, flush=True), "forces at contact")
-    loads = choose_presses(body, 0, plain(asked.presses), plain(rule), radius_m, seed, progress, contacts.tolist())
+    loads = choose_presses(body, 0, plain(study.presses), plain(rule), radius_m, seed, progress, contacts.tolist())
     return body, presses.questions_of(body, regime, samples_in(loads))
 
 
 def _touches(name: str, tool: ToolSettings, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
     """Return the touches of a run whose truth is believed as questions, or as many drawn by ``seed``."""
-    instrument, asked = Instrument(**dict(tool)), settings.touch
+    instrument, study = Instrument(**dict(tool)), settings.touch
     if seed is None:
         place = results / "data" / name / "touch" / instrument_name(tool)
         files = results / "data" / name / "body.h5", place / "touches.csv", place / "truth.h5"
@@ -116,22 +116,22 @@ def _touches(name: str, tool: ToolSettings, settings: Any, config: Path, results
         questions = touches.questions_of(body, truth.sample[rows], chosen)
         return body, replace(questions, truth=touches.truth_arrays(truth, rows))
     body = _body(settings, name, config)
-    has_answer = check_by_coarse_elements(body, asked.truth.along_radius)
-    table = choose_touches(body, instrument, asked.samples, tuple(asked.depth_of_radius), seed, has_answer)
+    has_answer = check_by_coarse_elements(body, study.truth.along_radius)
+    table = choose_touches(body, instrument, study.samples, tuple(study.depth_of_radius), seed, has_answer)
     return body, touches.questions_of(body, table["sample"].to_numpy(), touches_of(instrument, table))
 
 
-def _motions(name: str, own: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+def _motions(name: str, motion: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
     """Return the motion of a run as a question, or one drawn by ``seed``."""
     entry = settings.scenes[name].but(name=name)
-    asked = own.duration_s or followed(entry), own.frames or settings.dynamic.frames, own.level
-    found_by = {"levels": own.truth.levels, "steps_per_frame": own.truth.steps_per_frame}
+    course = motion.duration_s or followed(entry), motion.frames or settings.dynamic.frames, motion.level
+    found_by = {"levels": motion.truth.levels, "steps_per_frame": motion.truth.steps_per_frame}
     if seed is not None:
-        scene = MovingScene.of(entry, _body(settings, entry.body, config), *asked)
+        scene = MovingScene.of(entry, _body(settings, entry.body, config), *course)
         return scene.body, motions.questions_of([motions.drawn(scene, seed)], found_by)
     body_file, truth_file = results / "data" / entry.body / "body.h5", results / "data/dynamic" / name / "truth.h5"
     _made("dynamic", body_file, truth_file)
-    scene, truth = MovingScene.of(entry, load(body_file), *asked), stored(MotionTruth, truth_file)
+    scene, truth = MovingScene.of(entry, load(body_file), *course), stored(MotionTruth, truth_file)
     if truth.rejected:
         raise InputError(f"{truth_file} has no truth that is believed ({truth.rejected}); ask for another scene.")
     questions = replace(motions.questions_of([scene], found_by), truth=motions.truth_arrays([truth]))

@@ -126,18 +126,18 @@ def pictures(body: Body) -> dict[str, bytes]:
 
     files: dict[str, bytes] = {}
     for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
-        marks = np.isin(np.arange(len(mesh.nodes)), held).astype(np.int32)
+        is_held = np.isin(np.arange(len(mesh.nodes)), held).astype(np.int32)
         region = [body.tissue(i).region.astype(np.int32)]
         # Gmsh takes the first tag of an element for its part; meshio 5.3 writes no data of nodes that it can read again
         kinds: list[tuple[str, str, dict, dict, dict]] = [
-            ("vtu", "vtu", {"held": marks}, {"region": region}, {}),
+            ("vtu", "vtu", {"held": is_held}, {"region": region}, {}),
             ("msh", "gmsh22", {}, {"gmsh:physical": region, "gmsh:geometrical": region}, {"binary": False}),
         ]
-        for suffix, kind, at_nodes, in_cells, more in kinds:
+        for suffix, kind, at_nodes, in_cells, options in kinds:
             made = meshio.Mesh(mesh.nodes, [("tetra", mesh.tetrahedra)], point_data=at_nodes, cell_data=in_cells)
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / f"level.{suffix}"
-                made.write(path, file_format=kind, **more)
+                made.write(path, file_format=kind, **options)
                 files[f"level_{i}.{suffix}"] = path.read_bytes()
     return files
 

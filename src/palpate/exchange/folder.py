@@ -89,25 +89,25 @@ def write(questions: Questions, folder: Path, pages: Mapping[str, bytes]) -> Non
 
     questions.json is written last, so that half a folder is none. InputError for a folder that has other files in it.
     """
-    own = {f"{stem}.npz": packed(arrays) for stem, arrays in questions.arrays.items()} | dict(pages)
+    contents = {f"{stem}.npz": packed(arrays) for stem, arrays in questions.arrays.items()} | dict(pages)
     if questions.truth is not None:
-        own[f"{TRUTH}.npz"] = packed(questions.truth)
+        contents[f"{TRUTH}.npz"] = packed(questions.truth)
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give a folder with --out.")
-    strange = {path.name for path in folder.glob("*")} - {HEAD} if folder.is_dir() else set()
-    if strange and not (folder / HEAD).is_file():
-        raise InputError(f"{folder} has other files in it, such as {min(strange)}; give a new folder with --out.")
-    if left := strange - set(own):
-        raise InputError(f"{folder} has {min(left)}, which is not of these questions; give a new folder with --out.")
+    others = {path.name for path in folder.glob("*")} - {HEAD} if folder.is_dir() else set()
+    if others and not (folder / HEAD).is_file():
+        raise InputError(f"{folder} has other files in it, such as {min(others)}; give a new folder with --out.")
+    if foreign := others - set(contents):
+        raise InputError(f"{folder} has {min(foreign)}, which is not of these questions; give a new folder with --out.")
     (folder / HEAD).unlink(missing_ok=True)
-    for name, content in own.items():
-        with write_whole(folder / name) as part:
-            part.write_bytes(content)
-    sums = {name: hashlib.sha256(own[name]).hexdigest() for name in sorted(own)}
+    for name, content in contents.items():
+        with write_whole(folder / name) as temporary:
+            temporary.write_bytes(content)
+    sums = {name: hashlib.sha256(contents[name]).hexdigest() for name in sorted(contents)}
     head = {"format": FORMAT, "version": VERSION, "digest": questions.digest, **questions.info, "files": sums}
-    with write_whole(folder / HEAD) as part:
-        part.write_text(json.dumps(head, indent=1, ensure_ascii=True, allow_nan=False) + "\n", encoding="utf-8")
+    with write_whole(folder / HEAD) as temporary:
+        temporary.write_text(json.dumps(head, indent=1, ensure_ascii=True, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def read(folder: Path) -> Questions:

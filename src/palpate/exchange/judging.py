@@ -31,18 +31,17 @@ class OwnMesh:
     """Interpolation between the surface of an engine's own mesh and the asked points.
 
     nodes, triangles : of the engine's mesh; points, between : the asked points, and the triangles between them
-    Attributes: far_m, the largest distance of an asked point from the mesh; used, its nodes that triangles have;
-    triangles, between these.
+    Attributes: far_m, largest distance of asked points from the mesh; used, its nodes in triangles; triangles of these.
     """
 
     def __init__(self, nodes: np.ndarray, triangles: np.ndarray, points: np.ndarray, between: np.ndarray):
-        self._down, away = _onto(nodes, triangles, points)
+        self._down, distances = _onto(nodes, triangles, points)
         self.used, corners = np.unique(triangles, return_inverse=True)
         self.triangles, used = corners.reshape(triangles.shape), self.used
         self._up, _ = _onto(points, between, nodes[used])
-        place = sparse.csr_array((np.ones(len(used)), (used, np.arange(len(used)))), shape=(len(nodes), len(used)))
-        self._there_and_back = (self._down @ (place @ self._up)).tocsr()
-        self.far_m = float(away.max())
+        to_all = sparse.csr_array((np.ones(len(used)), (used, np.arange(len(used)))), shape=(len(nodes), len(used)))
+        self._there_and_back = (self._down @ (to_all @ self._up)).tocsr()
+        self.far_m = float(distances.max())
 
     def at_points(self, displacement: np.ndarray) -> np.ndarray:
         """Return displacements (…, p, 3) [m] at the asked points of those (…, n, 3) [m] of the mesh's nodes."""
@@ -120,7 +119,7 @@ class Judge:
         return {}
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
-        """Return a phrase on a slip of the adapter, such as another unit, in the questions ``there`` (m,); or ""."""
+        """Return a phrase on a slip of the adapter, such as another unit, in questions number ``there`` (m,); or ""."""
         places, asked = self.loads[self.place][there] if self.place else None, self.asked
         mistake = slip(moved[there], self.known[there], asked["points_m"], asked["triangles"], places)
         return f"displacement_m {mistake}" if mistake else ""
@@ -128,8 +127,8 @@ class Judge:
 
 def believed(truth: Arrays) -> np.ndarray:
     """Return for each question whether its truth is believed, (k,) bool."""
-    own = [truth[name] for name in truth if name.startswith("own_") and name != "own_force_rms_of_peak"]
-    return np.all(np.isfinite(own), axis=0)
+    own_errors = [truth[name] for name in truth if name.startswith("own_") and name != "own_force_rms_of_peak"]
+    return np.all(np.isfinite(own_errors), axis=0)
 
 
 def own_arrays(names: tuple[str, ...], own: np.ndarray) -> dict[str, np.ndarray]:
@@ -155,27 +154,27 @@ def score_answers(
     module = module_of(questions)
     answers, judge = read_answers(path, questions, module.wanted(questions)), module.Judge(questions, truth)
     warned = list(answers.warnings)
-    elsewhere, said = _own_law_truth(path, answers.law, questions.info["law"], own_law)
-    warned += [said] if said else []
-    other = None if elsewhere is None else module.Judge(questions, elsewhere)
+    own_truth, remark = _own_law_truth(path, answers.law, questions.info["law"], own_law)
+    warned += [remark] if remark else []
+    by_law = None if own_truth is None else module.Judge(questions, own_truth)  # judges by the engine's own law
     if lost := questions.count - len(judge.rows):
         warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
     settings: list[Row] = []
-    where = {"scene": questions.info["scene"], "model": answers.engine, "law": answers.law}
-    where |= {"engine": answers.engine, "version": answers.version, "hardware": answers.hardware}
+    about = {"scene": questions.info["scene"], "model": answers.engine, "law": answers.law}
+    about |= {"engine": answers.engine, "version": answers.version, "hardware": answers.hardware}
     for i, setting in enumerate(answers.settings):
         moved, mesh = at_points(setting, questions)
-        there = judge.rows[~setting.failed[judge.rows]]
-        if mistake := judge.slip(moved, setting, there):
+        valid = judge.rows[~setting.failed[judge.rows]]
+        if mistake := judge.slip(moved, setting, valid):
             raise InputError(f"{path}: setting_{i}/{mistake}.")
-        warned += _odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], judge.known[there], mesh, there)
+        warned += _odd(f"{path}: setting_{i}/displacement_m", setting, moved[valid], judge.known[valid], mesh, valid)
         rows = [_row(judge, row, moved[row], setting) for row in judge.rows]
-        more = {"setting": setting.name, "converged": setting.converged}
-        more |= {"offline_s": setting.preparation_s, "memory_mb": setting.memory_mb}
-        through = [] if mesh is None else [judge.errors(row, mesh.through(judge.known[row])) for row in judge.rows]
-        of_law = [] if other is None else [other.errors(r, moved[r]) for r in other.rows if not setting.failed[r]]
-        costs = _means("mesh", through) | _means("own_law", of_law)
-        settings.append(where | more | judge.kind.means(rows) | costs)
+        facts = {"setting": setting.name, "converged": setting.converged}
+        facts |= {"offline_s": setting.preparation_s, "memory_mb": setting.memory_mb}
+        by_mesh = [] if mesh is None else [judge.errors(row, mesh.through(judge.known[row])) for row in judge.rows]
+        of_law = [] if by_law is None else [by_law.errors(r, moved[r]) for r in by_law.rows if not setting.failed[r]]
+        costs = _means("mesh", by_mesh) | _means("own_law", of_law)
+        settings.append(about | facts | judge.kind.means(rows) | costs)
     return Scored(answers, pd.DataFrame(settings), tuple(warned))
 
 
@@ -204,18 +203,18 @@ def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMe
 
 
 def _odd(
-    place: str, setting: Setting, moved: np.ndarray, known: np.ndarray, mesh: OwnMesh | None, there: np.ndarray
+    place: str, setting: Setting, moved: np.ndarray, known: np.ndarray, mesh: OwnMesh | None, rows: np.ndarray
 ) -> list[str]:
-    """Return a sentence for each oddity of the answers to the questions ``there`` (m,).
+    """Return a sentence for each oddity of the answers to questions number ``rows`` (m,).
 
     moved, known : (m, …, p, 3) [m], answers and truth at the asked points
     InputError for nodes of the engine's own ``mesh`` that are in another order.
     """
     true = known.reshape(-1, *known.shape[-2:])
     if mesh is not None and len(true):
-        at = setting.displacement[there][..., mesh.used, :]
-        at = at.reshape(-1, *at.shape[-2:])
-        if mistake := out_of_order(at, mesh.at_nodes(true), mesh.triangles):
+        own_moved = setting.displacement[rows][..., mesh.used, :]
+        own_moved = own_moved.reshape(-1, *own_moved.shape[-2:])
+        if mistake := out_of_order(own_moved, mesh.at_nodes(true), mesh.triangles):
             raise InputError(f"{place} {mistake}.")
     return [f"{place} {each}." for each in oddities(moved.reshape(true.shape), true)]
 
@@ -223,17 +222,17 @@ def _odd(
 def _own_law_truth(
     path: Path, law: str, of_body: str, own_law: Callable[[str], Arrays | None] | None
 ) -> tuple[Arrays | None, str]:
-    """Return the truth of an engine's ``law``, and a warning where errors have the difference of laws in them.
+    """Return the truth of an engine's ``law``, and a warning where errors include the difference of laws.
 
-    There is no such truth, but None, where the law is that ``of_body``, or its truth is not to be found.
+    The truth is None where the law is that ``of_body``, or where ``own_law`` finds no truth of it.
     InputError for a law that palpate does not have, where its truth is asked for.
     """
     if law == of_body:
         return None, ""
-    known, others = bool(law_named(law)), ", ".join((*NAMED, *FURTHER))
-    if own_law is not None and not known:
-        raise InputError(f"{path}: law is {law}, which palpate does not have; name {others}, or leave --own-law out.")
+    is_known, laws = bool(law_named(law)), ", ".join((*NAMED, *FURTHER))
+    if own_law is not None and not is_known:
+        raise InputError(f"{path}: law is {law}, which palpate does not have; name {laws}, or leave --own-law out.")
     if own_law is not None and (truth := own_law(law)) is not None:
         return truth, ""
-    how = "ask for it with --own-law" if known else f"palpate has no law of that name, but {others}"
-    return None, f"the law is {law} and that of the body {of_body}: errors have both in them ({how})."
+    remedy = "ask for it with --own-law" if is_known else f"palpate has no law of that name, but {laws}"
+    return None, f"the law is {law} and that of the body {of_body}: errors have both in them ({remedy})."

@@ -108,8 +108,8 @@ def _pressed(body: Body, acts: Loads, duration_s: float) -> np.ndarray:
     points, swept = body.fine.nodes[body.fine.surface], np.zeros(len(body.fine.surface), dtype=bool)
     tools = instruments_of(body, acts.contact).obstacles
     for tool in tools:
-        corners = tool.times_s if len(tool.times_s) else np.zeros(1)
-        for t in np.union1d(np.linspace(0.0, duration_s, 201), corners[corners <= duration_s]):
+        turns_s = tool.times_s if len(tool.times_s) else np.zeros(1)
+        for t in np.union1d(np.linspace(0.0, duration_s, 201), turns_s[turns_s <= duration_s]):
             swept |= tool.pose(t).gaps(points)[0] <= 0.0
     if not swept.any():
         return ~swept
@@ -125,12 +125,12 @@ def drawn(scene: MovingScene, seed: int) -> MovingScene:
         raise InputError(f"--seed moves pushes and turns weight, and {scene.name} is touched; leave --seed out.")
     rng, gravity, push, fine = np.random.default_rng(seed), scene.loads.gravity, scene.loads.push, scene.body.fine
     if push:
-        moved = []
+        pushes = []
         for each, contact in zip(push.loads, contacts_by_area(scene.body, len(push.loads), seed), strict=True):
-            along = oblique(fine.normals[contact], rng.uniform(0.0, LARGEST_TILT), rng.uniform(0.0, 2.0 * np.pi))
-            force = np.linalg.norm(each.force_n) * along
-            moved.append(each.but(at_m=fine.nodes[contact].tolist(), force_n=force.tolist()))
-        push = Push(loads=moved)
+            direction = oblique(fine.normals[contact], rng.uniform(0.0, LARGEST_TILT), rng.uniform(0.0, 2.0 * np.pi))
+            force = np.linalg.norm(each.force_n) * direction
+            pushes.append(each.but(at_m=fine.nodes[contact].tolist(), force_n=force.tolist()))
+        push = Push(loads=pushes)
     if gravity:
         axis = rng.normal(size=3)
         turn = Rotation.from_rotvec(np.radians(rng.uniform(0.0, LARGEST_TURN)) * axis / np.linalg.norm(axis))
@@ -195,11 +195,11 @@ def wanted(questions: Questions) -> dict[str, Wanted]:
 
 def asked_in(results: FilePath, questions: Questions) -> tuple[FilePath, bool]:
     """Return the file of a run's motion, and whether its truth is that of these questions."""
-    place = results / "data/dynamic" / questions.info["scene"] / "truth.h5"
-    known = stored(MotionTruth, place).displacement if place.is_file() else np.empty(0)
+    file = results / "data/dynamic" / questions.info["scene"] / "truth.h5"
+    run_truth = stored(MotionTruth, file).displacement if file.is_file() else np.empty(0)
     asked = None if questions.truth is None else questions.truth["displacement_m"][0]
-    same = asked is not None and known.shape == asked.shape and np.allclose(known, asked, rtol=1e-6, atol=0.0)
-    return place, same
+    same = asked is not None and run_truth.shape == asked.shape and np.allclose(run_truth, asked, rtol=1e-6, atol=0.0)
+    return file, same
 
 
 def beside(rows: pd.DataFrame, questions: Questions) -> pd.DataFrame:

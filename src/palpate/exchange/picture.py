@@ -24,11 +24,11 @@ def draw_score(table: pd.DataFrame, floor: Mapping[str, float]) -> Figure:
     second = ("force_rms_of_peak", "of the force over time") if felt else ("patch_rms_of_peak", "in the dent")
     kinds = [("rmse_of_peak", "over the surface")] + [second] * bool(table[second[0]].notna().any())
     axes = figure.subplots(1, len(kinds), sharey=True, squeeze=False)[0]
-    time, factor, said = "online_median_s", 1e3, "time of an answer [ms]"
+    time, factor, xlabel = "online_median_s", 1e3, "time of an answer [ms]"
     if table["real_time_factor"].notna().any():
-        time, factor, said = "real_time_factor", 1.0, "seconds for a second of motion"
+        time, factor, xlabel = "real_time_factor", 1.0, "seconds for a second of motion"
     for axis, (column, where) in zip(axes, kinds, strict=True):
-        axis.set(xlabel=said, title=where)
+        axis.set(xlabel=xlabel, title=where)
         curves(axis, points(others, time, column, factor))
         own = engine.groupby(["engine", "hardware"], sort=False)
         for ((name, _), rows), (colour, marker) in zip(own, cycle(HOLLOW)):

@@ -35,13 +35,13 @@ def questions_of(body: Body, regime: str, samples: Sequence[Sample]) -> Question
         place, normal = patch.center_m.tolist(), patch.normal.tolist()
         load = {"name": f"press {sample.number}", "place_m": place, "normal": normal}
         loads.append(load | {"radius_m": patch.radius_m, "force_n": force.tolist()})
-    more = {"sample": np.array([sample.number for sample in samples])}
+    arrays = {"sample": np.array([sample.number for sample in samples])}
     # contacts are nodes of the coarse mesh, and of all finer ones
-    more["node"] = np.array([sample.load.single()[0] for sample in samples])
-    more["in_dent"] = np.array([sample.pressed(body) for sample in samples])
+    arrays["node"] = np.array([sample.load.single()[0] for sample in samples])
+    arrays["in_dent"] = np.array([sample.pressed(body) for sample in samples])
     for level in range(len(body.levels)):
-        more[f"level_{level}/nodal_force_n"] = np.array([sample.nodal(body, level) for sample in samples])
-    return questions_on(body, {"kind": "press", "scene": f"{body.name}_{regime}", "regime": regime}, loads, more)
+        arrays[f"level_{level}/nodal_force_n"] = np.array([sample.nodal(body, level) for sample in samples])
+    return questions_on(body, {"kind": "press", "scene": f"{body.name}_{regime}", "regime": regime}, loads, arrays)
 
 
 class Judge(judging.Judge):
@@ -64,8 +64,8 @@ def of_run(files: Mapping[str, Any], regime: str, split: int, radius_m: float) -
     """
     case, judge = read_judged(files, regime, split, radius_m, FitOptions(), 1e-8)  # nothing learns
     rows = np.flatnonzero(judge.side == "test")
-    asked = judge.samples.take(rows)
-    loads = zip(judge.numbers[rows], loads_of(asked.contact, asked.force), strict=True)
+    pressed = judge.samples.take(rows)
+    loads = zip(judge.numbers[rows], loads_of(pressed.contact, pressed.force), strict=True)
     questions = questions_of(case.body, regime, [Sample(int(number), load, radius_m) for number, load in loads])
     truth = truth_arrays(judge.truth[rows], judge.own[rows], judge.own_seconds[rows])
     return case.body, replace(questions, truth=truth)
@@ -88,9 +88,9 @@ def wanted(questions: Questions) -> dict[str, Wanted]:
 def asked_in(results: Path, questions: Questions) -> tuple[Path, bool]:
     """Return the file of a run's presses, and whether those of the questions are among them."""
     info, loads = questions.info, questions.arrays["loads"]
-    place = results / "data" / info["body"] / info["regime"] / "loads.csv"
-    known = read_table(place, ["sample", *ASKED]).set_index("sample").reindex(loads["sample"])
-    return place, np.allclose(known[ASKED], np.column_stack([loads["node"], loads["force_n"]]), rtol=1e-6)
+    file = results / "data" / info["body"] / info["regime"] / "loads.csv"
+    run_presses = read_table(file, ["sample", *ASKED]).set_index("sample").reindex(loads["sample"])
+    return file, np.allclose(run_presses[ASKED], np.column_stack([loads["node"], loads["force_n"]]), rtol=1e-6)
 
 
 def beside(rows: pd.DataFrame, questions: Questions) -> pd.DataFrame:

@@ -45,12 +45,12 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
     from palpate.report.style import save
 
     figure = draw_score(table, floor)
-    with write_whole(place / "score.csv") as part:
-        table.to_csv(part, index=False)
+    with write_whole(place / "score.csv") as temporary:
+        table.to_csv(temporary, index=False)
     save(figure, place / "score")
-    head = f"{scored.answers.engine} {scored.answers.version} on {scored.answers.hardware}, {questions.info['scene']}"
-    own = "is not known" if np.isnan(floor["rmse_of_peak"]) else f"{percent(floor['rmse_of_peak'])} of the peak"
-    lines = [f"{head}, law {scored.answers.law}", f"the truth's own error: {own}", *_printed(table)]
+    title = f"{scored.answers.engine} {scored.answers.version} on {scored.answers.hardware}, {questions.info['scene']}"
+    own_error = "is not known" if np.isnan(floor["rmse_of_peak"]) else f"{percent(floor['rmse_of_peak'])} of the peak"
+    lines = [f"{title}, law {scored.answers.law}", f"the truth's own error: {own_error}", *_printed(table)]
     lines += [f"note: {warning}" for warning in scored.warnings]
     return "\n".join([*lines, f"written: {place / 'score.csv'}, score.png, score.svg"])
 
@@ -63,10 +63,10 @@ def _beside(results: Path, questions: Questions) -> pd.DataFrame:
     rows = table[(table["scene"] == scene) & ~table["model"].isin(BOUNDS)]
     if not len(rows):
         raise InputError(f"{results} has no models of {scene}; leave --results out, or make that scene.")
-    place, same = module.asked_in(results, questions)
-    if not same:
-        asked = KINDS[questions.kind]
-        raise InputError(f"{place} has other {asked} than these questions; leave --results out, or ask anew.")
+    place, is_same = module.asked_in(results, questions)
+    if not is_same:
+        kind = KINDS[questions.kind]
+        raise InputError(f"{place} has other {kind} than these questions; leave --results out, or ask anew.")
     return module.beside(rows, questions)
 
 
@@ -84,8 +84,8 @@ def truth_beside(questions: Questions, folder: Path, law: str) -> Arrays:
     with threadpool_limits(limits=1), warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of questions without a truth, which the score notes
         arrays = dict(module_of(questions).find_truth(questions, law, steps(tell, "truth, solution")))
-    with write_whole(path) as part:
-        part.write_bytes(packed(arrays | {"digest": np.array(questions.digest)}))
+    with write_whole(path) as temporary:
+        temporary.write_bytes(packed(arrays | {"digest": np.array(questions.digest)}))
     return arrays
 
 
@@ -93,8 +93,8 @@ def floor_of(truth: Arrays) -> dict[str, float]:
     """Return the mean own errors of a truth where it is believed, by name; NaN where it never is."""
     names = ("rmse_of_peak", "patch_rms_of_peak", "force_rms_of_peak")
     own = {name: truth[f"own_{name}"] for name in names if f"own_{name}" in truth}
-    known = np.isfinite([own[name] for name in names[:2]]).all(axis=0)
-    return {name: float(values[known].mean()) if known.any() else np.nan for name, values in own.items()}
+    is_believed = np.isfinite([own[name] for name in names[:2]]).all(axis=0)
+    return {name: float(values[is_believed].mean()) if is_believed.any() else np.nan for name, values in own.items()}
 
 
 SHOWN = (
@@ -104,26 +104,26 @@ SHOWN = (
 
 
 def _printed(table: pd.DataFrame) -> list[str]:
-    """Return the table as lines of text: the engine's settings, and palpate's than which no faster one is better."""
-    own, others = table[table["engine"] != OWN], table[table["engine"] == OWN]
-    if len(others):
-        sound = others[others["failures"] == 0]
-        others = sound[lasting(sound["online_median_s"].to_numpy(), sound["rmse_of_peak"].to_numpy())]
+    """Return the table as lines of text: the engine's settings, and palpate's of which no faster one is better."""
+    engine_rows, own_rows = table[table["engine"] != OWN], table[table["engine"] == OWN]
+    if len(own_rows):
+        sound = own_rows[own_rows["failures"] == 0]
+        own_rows = sound[lasting(sound["online_median_s"].to_numpy(), sound["rmse_of_peak"].to_numpy())]
     rows = [SHOWN]
-    for _, row in pd.concat([own, others.sort_values("online_median_s")]).iterrows():
+    for _, row in pd.concat([engine_rows, own_rows.sort_values("online_median_s")]).iterrows():
         name = row["setting"] if row["engine"] != OWN else f"palpate's {row['model']}, {row['setting']}"
-        moves = np.isfinite(row["real_time_factor"])  # of motions, seconds for a second say more
+        is_motion = np.isfinite(row["real_time_factor"])  # of motions, seconds for a second say more
         force = np.fmax(row["force_error_median"], row["force_rms_of_peak"])
         rows.append((
             name + (" (converged)" if row["engine"] != OWN and row["converged"] is True else ""),
             _cell(row["rmse_of_peak"]), _cell(row["max_of_peak"]), _cell(row["patch_rms_of_peak"]),
-            *(("", "") if moves else (_cell(row[f"online_{each}_s"], seconds) for each in ("median", "p95"))),
+            *(("", "") if is_motion else (_cell(row[f"online_{each}_s"], seconds) for each in ("median", "p95"))),
             _cell(row["real_time_factor"], two_digits), f"{row['failures']:.0f}/{row['samples']:.0f}",
             _cell(row["mesh_rmse_of_peak"]), _cell(row["own_law_rmse_of_peak"]), _cell(force),
         ))  # fmt: skip
-    used = [c for c in range(len(SHOWN)) if c < 2 or any(row[c] for row in rows[1:])]
-    wide = [max(len(row[c]) for row in rows) for c in used]
-    return ["  ".join(row[c].ljust(w) for c, w in zip(used, wide, strict=True)).rstrip() for row in rows]
+    filled = [c for c in range(len(SHOWN)) if c < 2 or any(row[c] for row in rows[1:])]
+    widths = [max(len(row[c]) for row in rows) for c in filled]
+    return ["  ".join(row[c].ljust(w) for c, w in zip(filled, widths, strict=True)).rstrip() for row in rows]
 
 
 def _cell(value: float, write: Callable[[float], str] = percent) -> str:

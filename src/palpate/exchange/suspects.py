@@ -58,7 +58,7 @@ def oddities(answers: np.ndarray, truth: np.ndarray) -> list[str]:
 
 def over_time(answers: np.ndarray, truth: np.ndarray, step_s: float) -> str:
     """Return a phrase on a mistake over time of a motion (f, p, 3) [m] at instants ``step_s`` apart, or ""."""
-    # what moves by nothing at all while the truth does is at rest still
+    # an answer of 0 everywhere while the truth moves is that of t = 0
     if answers.any() and not answers[0].any() and np.abs(truth[0]).max() > 1e-3 * np.abs(truth).max():
         return "is at rest at the first instant; leave out what is at t = 0"
     if _far_better(answers[::-1], answers, truth):
@@ -72,9 +72,9 @@ def _shifted(answers: np.ndarray, truth: np.ndarray) -> str:
     """Detect a motion whose instants are shifted by one; return a phrase with the remedy, or ""."""
     if len(truth) < 3:
         return ""
-    here = _relative(answers[1:-1], truth[1:-1])
+    error_here = _relative(answers[1:-1], truth[1:-1])
     for step, remedy in ((-1, "leave out what is at t = 0"), (1, "begin with the first instant")):
-        if _relative(answers[1:-1], truth[1 + step : len(truth) - 1 + step]) < min(SHIFTED * here, SAME):
+        if _relative(answers[1:-1], truth[1 + step : len(truth) - 1 + step]) < min(SHIFTED * error_here, SAME):
             return f"is at each instant that of the {'one before' if step < 0 else 'next one'}; {remedy}"
     return ""
 
@@ -101,13 +101,13 @@ def _far_better(changed: np.ndarray, answers: np.ndarray, truth: np.ndarray) -> 
 
 def _turned(answers: np.ndarray, truth: np.ndarray) -> str:
     """Detect axes in another order or direction; return a phrase with the remedy, or ""."""
-    along = np.einsum("kpi,kpj->ij", answers, truth)
-    order = max(permutations(range(3)), key=lambda axes: sum(abs(along[axes, range(3)])))
-    signs = np.where(along[order, range(3)] < 0.0, -1.0, 1.0)
+    products = np.einsum("kpi,kpj->ij", answers, truth)
+    order = max(permutations(range(3)), key=lambda axes: sum(abs(products[axes, range(3)])))
+    signs = np.where(products[order, range(3)] < 0.0, -1.0, 1.0)
     if not _far_better(signs * answers[..., order], answers, truth):
         return ""
-    named = ", ".join(("-" if sign < 0.0 else "") + "xyz"[axis] for sign, axis in zip(signs, order, strict=True))
-    return f"fits far better if its x, y, z are taken as {named}; give them along the axes of points_m"
+    words = ", ".join(("-" if sign < 0.0 else "") + "xyz"[axis] for sign, axis in zip(signs, order, strict=True))
+    return f"fits far better if its x, y, z are taken as {words}; give them along the axes of points_m"
 
 
 def _scaled(answers: np.ndarray, truth: np.ndarray) -> str:
@@ -159,17 +159,17 @@ def _loads_permuted(answers: np.ndarray, truth: np.ndarray, places: np.ndarray) 
     """
     if len(answers) < 2:
         return ""
-    a, t = (each.reshape(len(each), -1) for each in (answers, truth))
-    sizes = (t * t).sum(axis=1)
-    errors = np.sqrt(np.maximum((a * a).sum(axis=1)[:, None] + sizes - 2.0 * a @ t.T, 0.0) / sizes)
-    _, to = linear_sum_assignment(errors)
-    k = np.arange(len(to))
-    elsewhere = np.linalg.norm(places - places[to], axis=1) > 0.0
-    matches = elsewhere & (errors[k, to] < SAME) & (errors[k, k] > 3.0 * errors[k, to])
-    around = (errors[k, to] < LIKE) & (errors[k, to] < NEARER * errors[k, k])
-    for _ in k:
-        around &= around[to]
-    if max(matches.sum(), around.sum()) >= 2:
-        i = int(np.flatnonzero(matches | around)[0])
-        return f"has in question {i} the answer to question {to[i]}; keep the order of the loads"
+    flat, true = (each.reshape(len(each), -1) for each in (answers, truth))
+    sizes = (true * true).sum(axis=1)
+    errors = np.sqrt(np.maximum((flat * flat).sum(axis=1)[:, None] + sizes - 2.0 * flat @ true.T, 0.0) / sizes)
+    _, matched = linear_sum_assignment(errors)
+    numbers = np.arange(len(matched))
+    apart = np.linalg.norm(places - places[matched], axis=1) > 0.0
+    matches = apart & (errors[numbers, matched] < SAME) & (errors[numbers, numbers] > 3.0 * errors[numbers, matched])
+    in_cycle = (errors[numbers, matched] < LIKE) & (errors[numbers, matched] < NEARER * errors[numbers, numbers])
+    for _ in numbers:
+        in_cycle &= in_cycle[matched]
+    if max(matches.sum(), in_cycle.sum()) >= 2:
+        i = int(np.flatnonzero(matches | in_cycle)[0])
+        return f"has in question {i} the answer to question {matched[i]}; keep the order of the loads"
     return ""

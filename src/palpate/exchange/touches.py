@@ -40,10 +40,10 @@ def questions_of(body: Body, samples: np.ndarray, touches: Sequence[Touch]) -> Q
         pose = touch.pose(body)
         load = {"name": f"touch {int(number)}", "tip_m": pose.tip.tolist(), "axes": pose.axes.tolist()}
         loads.append(load | {"direction": touch.direction.tolist(), "depth_m": touch.depth_m})
-    more = {"sample": np.asarray(samples, dtype=np.int64), "node": np.array([touch.node for touch in touches])}
-    more["in_dent"] = np.array([patch_of(body, touch) for touch in touches])
+    arrays = {"sample": np.asarray(samples, dtype=np.int64), "node": np.array([touch.node for touch in touches])}
+    arrays["in_dent"] = np.array([patch_of(body, touch) for touch in touches])
     scene = f"{body.name}_{instrument_name(instrument)}"
-    return questions_on(body, {"kind": "touch", "scene": scene, "instrument": asdict(instrument)}, loads, more)
+    return questions_on(body, {"kind": "touch", "scene": scene, "instrument": asdict(instrument)}, loads, arrays)
 
 
 def touches_in(questions: Questions, body: Body) -> list[Touch]:
@@ -65,10 +65,10 @@ class Judge(judging.Judge):
         self._case, self._touches = TouchCase(body, tool, 0.0, 0), touches_in(questions, body)
 
     def further_errors(self, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
-        before, whole = self._truth["force_n"][row]
-        true = Touched(self.known[row], whole, self._truth["area_m2"][row])
+        true_before, true_force = self._truth["force_n"][row]
+        true = Touched(self.known[row], true_force, self._truth["area_m2"][row])
         force, force_before, area = (float(setting.numbers[name][row]) for name in NUMBERS)
-        slope = (force - force_before) / (whole - before) - 1.0
+        slope = (force - force_before) / (true_force - true_before) - 1.0
         answer = Touched(moved, force, area)
         columns = touch_errors(answer, true, self.loads["in_dent"][row], float(slope))._asdict()
         return columns | {"penetration_of_depth": penetration(self._case, self._touches[row], answer)}
@@ -115,9 +115,9 @@ def wanted(questions: Questions) -> dict[str, Wanted]:
 def asked_in(results: Path, questions: Questions) -> tuple[Path, bool]:
     """Return the file of a run's touches, and whether these are among them."""
     info, loads, asked = questions.info, questions.arrays["loads"], ["node", "depth_m"]
-    place = results / "data" / info["body"] / "touch" / info["scene"].removeprefix(f"{info['body']}_") / "touches.csv"
-    known = read_table(place, ["sample", *asked]).set_index("sample").reindex(loads["sample"])
-    return place, np.allclose(known[asked], np.column_stack([loads[name] for name in asked]), rtol=1e-6)
+    file = results / "data" / info["body"] / "touch" / info["scene"].removeprefix(f"{info['body']}_") / "touches.csv"
+    run_touches = read_table(file, ["sample", *asked]).set_index("sample").reindex(loads["sample"])
+    return file, np.allclose(run_touches[asked], np.column_stack([loads[name] for name in asked]), rtol=1e-6)
 
 
 def beside(rows: pd.DataFrame, questions: Questions) -> pd.DataFrame:

@@ -68,13 +68,13 @@ def forwards_for(
     Warns of a law without an equilibrium at the deepest press, which is left out, and of a stiffening whose range is
     narrowed; NotConverged where no law is left.
     """
-    largest = max(float(press.depth_m.max()) for press in records.presses)
-    deepest = largest - min((asked.offset_m or (OFFSETS[0] * largest, 0.0))[0], 0.0)
+    largest_m = max(float(press.depth_m.max()) for press in records.presses)
+    deepest_m = largest_m - min((asked.offset_m or (OFFSETS[0] * largest_m, 0.0))[0], 0.0)
     forwards: dict[str, SlabForward] = {}
-    thickness, each = thickness_of(records, asked)
+    thickness, thickness_each = thickness_of(records, asked)
     forward_of = partial(
-        SlabForward, asked.instrument.radius_m, deepest, thickness_m=thickness, poisson=asked.poisson,
-        sticking=asked.sticking, folder=folder, progress=progress, each_m=each,
+        SlabForward, asked.instrument.radius_m, deepest_m, thickness_m=thickness, poisson=asked.poisson,
+        sticking=asked.sticking, folder=folder, progress=progress, each_m=thickness_each,
     )  # fmt: skip
     # the exponential law first: without stiffening its curves are the neo-Hookean ones
     for law in sorted(asked.laws, key=lambda law: law != EXPONENTIAL):
@@ -94,8 +94,8 @@ def forwards_for(
         return dict(in_order)
     from palpate.identification.on_body import OrganForward
 
-    known = asked.body, asked.instrument, records.presses
-    return {law: OrganForward(*known, local, law, local.known) for law, local in in_order.items()}
+    shared = asked.body, asked.instrument, records.presses
+    return {law: OrganForward(*shared, slab, law, slab.known) for law, slab in in_order.items()}
 
 
 def _with_least_narrowing(forward_of: Callable[..., SlabForward], law: str) -> SlabForward:
@@ -103,21 +103,21 @@ def _with_least_narrowing(forward_of: Callable[..., SlabForward], law: str) -> S
 
     Warns where it was halved; NotConverged where NARROWER times are too few.
     """
-    low, high = most = STIFFENING if law == EXPONENTIAL else (0.0, 0.0)
-    why = "steeper laws do not bear the presses"
-    for further in range(NARROWER, -1, -1):
-        is_last = high == low or not further
+    low, high = full_range = STIFFENING if law == EXPONENTIAL else (0.0, 0.0)
+    reason = "steeper laws do not bear the presses"
+    for halvings in range(NARROWER, -1, -1):
+        is_last = high == low or not halvings
         try:
             forward = forward_of(law=law, stiffening=(low, high))
             if forward.relative_error <= MOST_ERROR or is_last:
                 break
-            why = f"with more, forces between curves have an error of {forward.relative_error:.0%}"
+            reason = f"with more, forces between curves have an error of {forward.relative_error:.0%}"
         except NotConverged:
             if is_last:
                 raise
         high = max(low, 0.5 * high)
-    if high < most[1]:
-        warnings.warn(f"stiffening is looked for up to {high:g}; {why}.", stacklevel=3)
+    if high < full_range[1]:
+        warnings.warn(f"stiffening is looked for up to {high:g}; {reason}.", stacklevel=3)
     return forward
 
 

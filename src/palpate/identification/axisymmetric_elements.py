@@ -59,10 +59,10 @@ def rings(nodes: np.ndarray, quads: np.ndarray) -> Rings:
     # the nearest linear function, by least squares with the volumes as weights
     middle = points.mean(axis=1, keepdims=True)
     scale = np.abs(points - middle).max(axis=1, keepdims=True)
-    linear = np.concatenate([np.ones((*points.shape[:2], 1)), (points - middle) / scale], axis=2)
-    weighted = linear * volumes[..., None]
-    gram = np.einsum("mqi,mqj->mij", weighted, linear)
-    projections = np.einsum("mqi,mij,mpj->mqp", linear, np.linalg.inv(gram), weighted)
+    linear_basis = np.concatenate([np.ones((*points.shape[:2], 1)), (points - middle) / scale], axis=2)
+    weighted = linear_basis * volumes[..., None]
+    gram = np.einsum("mqi,mqj->mij", weighted, linear_basis)
+    projections = np.einsum("mqi,mij,mpj->mqp", linear_basis, np.linalg.inv(gram), weighted)
     arrays = (nodes, quads.astype(np.int64), slopes, hoop, volumes, projections)
     return Rings(*(np.ascontiguousarray(each) for each in arrays))
 
@@ -97,28 +97,27 @@ def least_volume(x, quads, slopes, hoop):
 def _singular_values(f, u, v):
     """Return the singular values s₁ ≥ |s₂| of F = U diag(s₁, s₂) Vᵀ (2, 2), and write the rotations into ``u``, ``v``.
 
-    F is the sum of a rotation times a number and a reflection times a number, whose angles are those of U and V added
-    and subtracted.
+    F is a multiple of a rotation plus one of a reflection: their angles are the difference and the sum of U's and V's.
     """
     cosine, sine = 0.5 * (f[0, 0] + f[1, 1]), 0.5 * (f[1, 0] - f[0, 1])
     mirrored_cosine, mirrored_sine = 0.5 * (f[0, 0] - f[1, 1]), 0.5 * (f[1, 0] + f[0, 1])
     rotation, reflection = np.hypot(cosine, sine), np.hypot(mirrored_cosine, mirrored_sine)
     reflected_by, rotated_by = np.arctan2(mirrored_sine, mirrored_cosine), np.arctan2(sine, cosine)
-    for angle, to in ((0.5 * (rotated_by + reflected_by), u), (0.5 * (reflected_by - rotated_by), v)):
-        to[0, 0] = to[1, 1] = np.cos(angle)
-        to[1, 0] = np.sin(angle)
-        to[0, 1] = -to[1, 0]
+    for angle, rotation_matrix in ((0.5 * (rotated_by + reflected_by), u), (0.5 * (reflected_by - rotated_by), v)):
+        rotation_matrix[0, 0] = rotation_matrix[1, 1] = np.cos(angle)
+        rotation_matrix[1, 0] = np.sin(angle)
+        rotation_matrix[0, 1] = -rotation_matrix[1, 0]
     return rotation + reflection, rotation - reflection
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _sort_stretches(s, place, ranked):
-    """Write the stretches ``s`` (3,) in descending order, as laws take them, into ``ranked``, and each one's place."""
+def _sort_stretches(s, ranks, ranked):
+    """Write the stretches ``s`` (3,) in descending order, as laws take them, into ``ranked``, and their ranks."""
     for i in range(3):
         rank = 0
         for j in range(3):
             rank += s[j] > s[i] or (s[j] == s[i] and j < i)
-        place[i] = rank
+        ranks[i] = rank
         ranked[rank] = s[i]
 
 
@@ -145,10 +144,10 @@ def _write_moduli(s, gradient, second, d):
     s : (3,) the stretches; gradient : (3,) [Pa], second : (3, 3) [Pa], derivatives by them. Shears in principal axes
     have the moduli of a flip and a twist (Smith, de Goes, Kim 2019, section 4)
     """
-    apart, both = s[0] - s[1], s[0] + s[1]
+    difference, total = s[0] - s[1], s[0] + s[1]
     near, mean = EQUAL_STRETCHES * (abs(s[0]) + abs(s[1])), 0.5 * (second[0, 0] + second[1, 1])
-    flip = (gradient[0] - gradient[1]) / apart if apart > near else mean - second[0, 1]
-    twist = (gradient[0] + gradient[1]) / both if both > near else mean + second[0, 1]
+    flip = (gradient[0] - gradient[1]) / difference if difference > near else mean - second[0, 1]
+    twist = (gradient[0] + gradient[1]) / total if total > near else mean + second[0, 1]
     d[:] = 0.0
     d[:3, :3] = second
     d[3, 3] = d[4, 4] = 0.5 * (flip + twist)
@@ -170,25 +169,25 @@ def _add_point(weight, b, d, weighted, matrix):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _add_pressures(volumes, curve, projection, changes, mixed, matrix):
+def _add_pressures(volumes, bend, projection, changes, mixed, matrix):
     """Add the stiffness of U by the projected θ to the lower half of ``matrix`` (18, 18) [N/m]; mirror that half.
 
-    volumes : (9,) [m³] of the points; curve : U″ (9,) [Pa] there; projection : (9, 9)
-    changes : (9, 18) [1/m] derivatives of θ at the points by the nodes' r and z; mixed : (9, 9), scratch
+    volumes : (9,) [m³] of the points; bend : U″ (9,) [Pa] there; projection : (9, 9)
+    changes : (9, 18) [1/m] derivatives of θ at the points by the nodes' r and z; mixed : (9, 9), scratch for PᵀVU″P
     """
     for p in range(POINTS):
         for k in range(p + 1):
-            part = 0.0
+            entry = 0.0
             for q in range(POINTS):
-                part += volumes[q] * curve[q] * projection[q, p] * projection[q, k]
-            mixed[p, k] = mixed[k, p] = part
+                entry += volumes[q] * bend[q] * projection[q, p] * projection[q, k]
+            mixed[p, k] = mixed[k, p] = entry
     spread = mixed @ changes
     for c in range(2 * NODES):
         for k in range(c + 1):
-            part = matrix[c, k]
+            entry = matrix[c, k]
             for q in range(POINTS):
-                part += changes[q, c] * spread[q, k]
-            matrix[c, k] = matrix[k, c] = part
+                entry += changes[q, c] * spread[q, k]
+            matrix[c, k] = matrix[k, c] = entry
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -197,35 +196,36 @@ def energy_force_stiffness(
 ):
     """Return the energy [J], add its gradient to ``force`` (n, 2) [N], and write ``matrices`` (m, 18, 18) [N/m].
 
-    x : (n, 2) [m]; quads … projections : of ``Rings``; mu, lam : Lamé's constants [Pa]; shape, measure, volume : of the
-    law, W(s), θ(s) and U(θ)
+    x : positions (n, 2) [m]; quads … projections : of ``Rings``; mu, lam : Lamé's constants [Pa]; shape, measure,
+    volume : of the law, W(s), θ(s) and U(θ). At points gradient and second are derivatives of the energy by s, rates
+    and bends those of θ; slope and curve are U′ and U″ of the projected θ, us and vs the rotations of F.
     """
     us, vs, s = np.empty((POINTS, 2, 2)), np.empty((POINTS, 2, 2)), np.empty((POINTS, 3))
     gradient, rates = np.empty((POINTS, 3)), np.empty((POINTS, 3))
     second, bends = np.empty((POINTS, 3, 3)), np.empty((POINTS, 3, 3))
     theta, slope, curve = np.empty(POINTS), np.empty(POINTS), np.empty(POINTS)
-    f, derivatives, ranked, place = np.empty((2, 2)), np.empty(2), np.empty(3), np.empty(3, dtype=np.int64)
-    first, rate, hessian, bend = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    f, derivatives, ranked, ranks = np.empty((2, 2)), np.empty(2), np.empty(3), np.empty(3, dtype=np.int64)
+    w_slopes, t_slopes, w_bends, t_bends = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     b, d, changes = np.empty((5, 2 * NODES)), np.empty((5, 5)), np.empty((POINTS, 2 * NODES))
     weighted, mixed = np.empty((5, 2 * NODES)), np.empty((POINTS, POINTS))
-    total = 0.0
+    energy = 0.0
     for e in range(len(quads)):
         for q in range(POINTS):
             s[q, 2] = _write_gradient(x, quads, slopes, hoop, e, q, f)
             s[q, 0], s[q, 1] = _singular_values(f, us[q], vs[q])
-            _sort_stretches(s[q], place, ranked)
-            total += volumes[e, q] * shape(ranked, mu, first, hessian)
-            theta[q] = measure(ranked, rate, bend)
+            _sort_stretches(s[q], ranks, ranked)
+            energy += volumes[e, q] * shape(ranked, mu, w_slopes, w_bends)
+            theta[q] = measure(ranked, t_slopes, t_bends)
             for i in range(3):
-                gradient[q, i], rates[q, i] = first[place[i]], rate[place[i]]
+                gradient[q, i], rates[q, i] = w_slopes[ranks[i]], t_slopes[ranks[i]]
                 for j in range(3):
-                    second[q, i, j] = hessian[place[i], place[j]]
-                    bends[q, i, j] = bend[place[i], place[j]]
+                    second[q, i, j] = w_bends[ranks[i], ranks[j]]
+                    bends[q, i, j] = t_bends[ranks[i], ranks[j]]
         for q in range(POINTS):
-            mean = 0.0
+            projected = 0.0
             for p in range(POINTS):
-                mean += projections[e, q, p] * theta[p]
-            total += volumes[e, q] * volume(mean, mu, lam, derivatives)
+                projected += projections[e, q, p] * theta[p]
+            energy += volumes[e, q] * volume(projected, mu, lam, derivatives)
             slope[q], curve[q] = derivatives[0], derivatives[1]
         matrices[e] = 0.0
         for q in range(POINTS):
@@ -244,7 +244,7 @@ def energy_force_stiffness(
             _write_moduli(s[q], gradient[q], second[q], d)
             _add_point(volumes[e, q], b, d, weighted, matrices[e])
         _add_pressures(volumes[e], curve, projections[e], changes, mixed, matrices[e])
-    return total
+    return energy
 
 
 class AxisymmetricElements:

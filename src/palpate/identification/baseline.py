@@ -20,15 +20,15 @@ def line_before(depth_m: np.ndarray, force_n: np.ndarray) -> tuple[float, float,
 
     depth_m, force_n : (k,) of the loading. None where fewer than LEAST_ROWS rows are before contact.
     """
-    count = _rows_before_contact(depth_m, force_n)
-    if count < LEAST_ROWS:
+    row_count = _rows_before_contact(depth_m, force_n)
+    if row_count < LEAST_ROWS:
         return None
-    depth, force = depth_m[:count], force_n[:count]
-    away = depth - depth.mean()
-    slope = float(away @ force / (away @ away))
+    depth, force = depth_m[:row_count], force_n[:row_count]
+    centred_depth = depth - depth.mean()
+    slope = float(centred_depth @ force / (centred_depth @ centred_depth))
     zero = float(force.mean() - slope * depth.mean())
     residuals = force - zero - slope * depth
-    return zero, slope, float(np.sqrt(residuals @ residuals / (count - 2) / (away @ away)))
+    return zero, slope, float(np.sqrt(residuals @ residuals / (row_count - 2) / (centred_depth @ centred_depth)))
 
 
 def _rows_before_contact(depth_m: np.ndarray, force_n: np.ndarray) -> int:
@@ -36,15 +36,15 @@ def _rows_before_contact(depth_m: np.ndarray, force_n: np.ndarray) -> int:
     if (depth_m < 0.0).sum() < LEAST_ROWS:
         return 0
     deepest = depth_m.max()
-    end = int(np.argmax(depth_m > SHALLOW * deepest))
-    last = min(int(np.argmax(depth_m > LATEST * deepest)), end - AFTER)
-    depth, force, least, best = depth_m[:end], force_n[:end], np.inf, 0
-    for count in np.unique(np.linspace(LEAST_ROWS, last, PLACES).astype(int)) if last >= LEAST_ROWS else ():
+    end_row = int(np.argmax(depth_m > SHALLOW * deepest))
+    last_row = min(int(np.argmax(depth_m > LATEST * deepest)), end_row - AFTER)
+    depth, force, least_squares, best_count = depth_m[:end_row], force_n[:end_row], np.inf, 0
+    for count in np.unique(np.linspace(LEAST_ROWS, last_row, PLACES).astype(int)) if last_row >= LEAST_ROWS else ():
         indentation = np.clip(depth - depth[count - 1], 0.0, None)
-        touches = np.arange(end) >= count
-        basis = np.column_stack([np.ones(end), depth / deepest, touches, (indentation / deepest) ** 1.5])
+        touches = np.arange(end_row) >= count
+        basis = np.column_stack([np.ones(end_row), depth / deepest, touches, (indentation / deepest) ** 1.5])
         residuals = force - basis @ np.linalg.lstsq(basis, force, rcond=None)[0]
-        if residuals @ residuals < least:
-            least, best = float(residuals @ residuals), count
+        if residuals @ residuals < least_squares:
+            least_squares, best_count = float(residuals @ residuals), count
     # touch is noticed after it happened, so that no row after the stated first touch is before contact
-    return min(best, int(np.argmax(depth_m >= 0.0)))
+    return min(best_count, int(np.argmax(depth_m >= 0.0)))

@@ -128,15 +128,15 @@ class CurveFamily(Curves):
                 f"a depth is {depth.max():.3g} radii of the ball, and the curves end at {self.ranges.deepest:.3g}; "
                 "make them for the deepest press."
             )
-        given = {"poisson": poisson, "thinness": thinness, "stiffening": stiffening, "sticking": sticking}
-        for name, value in given.items():
+        values = {"poisson": poisson, "thinness": thinness, "stiffening": stiffening, "sticking": sticking}
+        for name, value in values.items():
             low, high = getattr(self.ranges, name)
-            near = 1e-9 * max(1.0, abs(high))
-            if not low - near <= value <= high + near:
+            slack = 1e-9 * max(1.0, abs(high))
+            if not low - slack <= value <= high + slack:
                 raise InputError(f"{name} is {value:.4g}, and the curves are for {low:.4g} to {high:.4g}.")
-        place = np.array([[_place(self.ranges, name, given[name]) for name in _free(self.ranges)]])
-        ends = (_basis(place, self.degrees) @ self.coefficients)[:, 0]
-        curve = ends[0] if len(ends) == 1 else (1.0 - sticking) * ends[0] + sticking * ends[1]
+        place = np.array([[_place(self.ranges, name, values[name]) for name in _free(self.ranges)]])
+        curves = (_basis(place, self.degrees) @ self.coefficients)[:, 0]
+        curve = curves[0] if len(curves) == 1 else (1.0 - sticking) * curves[0] + sticking * curves[1]
         root = np.sqrt(np.maximum(depth, 0.0))
         over_hertz = np.exp(chebyshev.chebval(2.0 * root / np.sqrt(self.ranges.deepest) - 1.0, curve))
         return over_hertz * hertz(poisson) * root**3
@@ -149,9 +149,9 @@ def _free(ranges: Ranges) -> list[str]:
 def _values(ranges: Ranges, place: tuple[float, ...]) -> tuple[float, ...]:
     """Return ν, thinness and stiffening at a ``place`` of the grid, whose coordinates of free ones are in −1 … 1."""
     values = {name: getattr(ranges, name)[0] for name in FREE}
-    for name, at in zip(_free(ranges), place, strict=True):
+    for name, coordinate in zip(_free(ranges), place, strict=True):
         low, high = map(AXES[name][0], getattr(ranges, name))
-        values[name] = float(AXES[name][1](low + 0.5 * (at + 1.0) * (high - low)))
+        values[name] = float(AXES[name][1](low + 0.5 * (coordinate + 1.0) * (high - low)))
     return tuple(values.values())
 
 
@@ -187,13 +187,13 @@ def _sparse_grid(dimensions: int, most: int, most_of_sum: int) -> tuple[np.ndarr
     return np.array(places).reshape(shape), np.array(degrees, dtype=int).reshape(shape)
 
 
-def _simulated(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray | str:
+def _simulated(job: tuple[str, float, float, float, float, bool]) -> np.ndarray | str:
     """Simulate the press of a ball; return the log of its force over Hertz's (ALONG,), or a sentence why there is none.
 
-    asked : law, largest depth, ν, thinness, stiffening, and whether the ball sticks
+    job : law, largest depth, ν, thinness, stiffening, and whether the ball sticks
     The forces are at Chebyshev points of the root of depth.
     """
-    law, deepest, poisson, thinness, stiffening, sticks = asked
+    law, deepest, poisson, thinness, stiffening, sticks = job
     thickness = 1.0 / thinness if thinness else np.inf
     where = f"ν {poisson:.3g}, thickness {thickness:.3g} radii, stiffening {stiffening:.3g}"
     try:
@@ -213,9 +213,8 @@ def _simulated(asked: tuple[str, float, float, float, float, bool]) -> np.ndarra
 def family_of(law: str, ranges: Ranges, folder: Path | None = None, progress: Progress = UNFOLLOWED) -> CurveFamily:
     """Return the curves of ``law`` for ``ranges``: read from ``folder``, or computed and stored there.
 
-    law : of which ``exponential`` alone has a stiffening; folder : None stores nothing
-    Raises InputError for the stiffening of another law, NotConverged where the law has no equilibrium at the largest
-    depth.
+    law : ``exponential`` alone has a stiffening; folder : None stores nothing
+    Raises InputError for the stiffening of another law, NotConverged for one without equilibrium at the largest depth.
     """
     if law != EXPONENTIAL and ranges.stiffening != (0.0, 0.0):
         raise InputError(f"law {law} has no stiffening; give 0, or take the law {EXPONENTIAL}.")
@@ -235,7 +234,7 @@ def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
     Raises NotConverged where a curve has no equilibrium.
     """
     free = _free(ranges)
-    ends = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # which of them stick
+    flags = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # whether it sticks
     curves: dict[tuple[tuple[float, ...], bool], np.ndarray] = {}
 
     with ProcessPoolExecutor(os.cpu_count()) as pool:  # which starts a process as it is needed
@@ -243,8 +242,8 @@ def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
         def compute(places: np.ndarray, sticks: bool) -> np.ndarray:
             """Return curves (m, ALONG) at ``places`` (m, d) of the grid, of which each is simulated once."""
             new = [place for place in map(tuple, places) if (place, sticks) not in curves]
-            asked: list = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
-            answers = map(_simulated, asked) if len(asked) < 3 else pool.map(_simulated, asked)
+            jobs: list = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
+            answers = map(_simulated, jobs) if len(jobs) < 3 else pool.map(_simulated, jobs)
             for place, answer in zip(progress.follow(f"{law}: curves", new), answers, strict=True):
                 if isinstance(answer, str):
                     raise NotConverged(f"{answer}; leave out the deepest points, or narrow the ranges", [float("nan")])
@@ -255,26 +254,26 @@ def _computed(law: str, ranges: Ranges, progress: Progress) -> Curves:
             return compute(places, True) - compute(places, False)
 
         # first the steepest law on the thinnest slab, which fails before all others
-        compute(np.ones((1, len(free))), ends[-1])
+        compute(np.ones((1, len(free))), flags[-1])
         between = np.random.default_rng(SEED).uniform(-1.0, 1.0, (CHECKS, len(free)))
-        degrees, values, error = _interpolated(lambda places: compute(places, ends[0]), between, MOST_CURVES)
+        degrees, values, error = _interpolated(lambda places: compute(places, flags[0]), between, MOST_CURVES)
         coefficients = {tuple(map(int, each)): [row] for each, row in zip(degrees, values, strict=True)}
-        if len(ends) == 2:
-            nothing = np.zeros(ALONG)
+        if len(flags) == 2:
+            zeros = np.zeros(ALONG)
             degrees, values, error_of_change = _interpolated(change_by_sticking, between, MOST_STICKING)
             changes = {tuple(map(int, each)): row for each, row in zip(degrees, values, strict=True)}
             for each in coefficients | changes:
-                of_ends = coefficients.setdefault(each, [nothing])
-                of_ends.append(of_ends[0] + changes.get(each, nothing))
+                of_both = coefficients.setdefault(each, [zeros])
+                of_both.append(of_both[0] + changes.get(each, zeros))
             error = float(np.hypot(error, error_of_change))
         by_end = np.array(list(coefficients.values())).transpose(1, 0, 2)
         degrees = np.array(list(coefficients), dtype=int).reshape(len(coefficients), len(free))
         least_error = error
         if STIFFENING in free:
             between[:, free.index(STIFFENING)] = -1.0
-            off = [_basis(between, degrees) @ by_end[k] - compute(between, end) for k, end in enumerate(ends)]
-            least_error = float(np.abs(np.expm1(off)).max())
-    # from values at Chebyshev points of the root of depth to coefficients
+            errors = [_basis(between, degrees) @ by_end[k] - compute(between, flag) for k, flag in enumerate(flags)]
+            least_error = float(np.abs(np.expm1(errors)).max())
+    # matrix from values at Chebyshev points of the root of depth to coefficients
     to_curve = np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(ALONG), ALONG - 1)).T
     return Curves(error, least_error, degrees, by_end @ to_curve)
 
@@ -285,17 +284,16 @@ def _interpolated(
     """Interpolate ``curves`` on ever finer grids of at most ``most`` places, until the error is at most MOST_ERROR.
 
     curves : returns those (m, ALONG) at places (m, d); between : (k, d) places where the error is measured
-    Returns of the best grid the degrees (n, d) of the polynomials, their coefficients (n, ALONG), and the greatest
-    relative error of force.
+    Returns the best grid's degrees (n, d) of polynomials, coefficients (n, ALONG), and largest relative error of force.
     """
     free = between.shape[1]
-    wanted, error, least = curves(between) if free else None, 0.0, np.inf
+    simulated, error, least_error = curves(between) if free else None, 0.0, np.inf
     for places, degrees in (grid for grid in (_sparse_grid(free, *each) for each in GRIDS) if len(grid[0]) <= most):
         coefficients = np.linalg.solve(_basis(places, degrees), curves(places))
-        if wanted is not None:
-            error = float(np.abs(np.expm1(_basis(between, degrees) @ coefficients - wanted)).max())
-        if error < least:
-            least, best = error, (degrees, coefficients, error)
+        if simulated is not None:
+            error = float(np.abs(np.expm1(_basis(between, degrees) @ coefficients - simulated)).max())
+        if error < least_error:
+            least_error, best = error, (degrees, coefficients, error)
         if error <= MOST_ERROR:
             break
     return best

@@ -66,12 +66,12 @@ before one that is given may be."""
 
 def loading(press: Press) -> tuple[np.ndarray, np.ndarray]:
     """Return depths [m] and forces [N] (k,) of a press until its largest depth, at most ``POINTS`` of them."""
-    end = int(np.argmax(press.depth_m)) + 1
-    touching = press.depth_m[:end] >= 0.0
-    depth, force = press.depth_m[:end][touching], press.force_n[:end][touching]
+    end_sample = int(np.argmax(press.depth_m)) + 1
+    touching = press.depth_m[:end_sample] >= 0.0
+    depth, force = press.depth_m[:end_sample][touching], press.force_n[:end_sample][touching]
     if len(depth) > POINTS:
-        even = np.linspace(depth[0], depth[-1], POINTS)
-        nearest = np.unique(np.abs(depth[:, None] - even).argmin(axis=0))
+        even_depths = np.linspace(depth[0], depth[-1], POINTS)
+        nearest = np.unique(np.abs(depth[:, None] - even_depths).argmin(axis=0))
         depth, force = depth[nearest], force[nearest]
     return depth, force
 
@@ -98,22 +98,22 @@ class Data:
         """Return the points of the records' presses, each of which goes deeper than 0."""
         keys = [(press.specimen, press.session, press.place or press.name) for press in records.presses]
         places = list(dict.fromkeys(keys))
-        number = np.array([places.index(key) for key in keys], dtype=np.int64)
-        order = np.argsort(number, kind="stable")
+        place_number = np.array([places.index(key) for key in keys], dtype=np.int64)
+        order = np.argsort(place_number, kind="stable")
         curves = [loading(records.presses[k]) for k in order]
         depth = np.concatenate([depth for depth, _ in curves])
-        middle = float(np.exp(np.log(depth[depth > 0.0]).mean()))
+        middle_m = float(np.exp(np.log(depth[depth > 0.0]).mean()))
         layout = Layout(
             depth,
             force_n=np.concatenate([force for _, force in curves]),
-            level=np.log(np.maximum(depth, SHAPE_FLOOR * middle) / middle),
+            level=np.log(np.maximum(depth, SHAPE_FLOOR * middle_m) / middle_m),
             weight=np.ones(len(depth)),
             press_start=np.cumsum([0, *(len(depth) for depth, _ in curves)]),
-            place_start=np.cumsum([0, *np.bincount(number)]),
+            place_start=np.cumsum([0, *np.bincount(place_number)]),
             table=np.zeros(len(order), dtype=np.int64),
         )
-        typical = float(np.median([np.abs(force).max() for _, force in curves]))
-        return cls(records, layout, order, middle, float(depth.max()), typical)
+        typical_n = float(np.median([np.abs(force).max() for _, force in curves]))
+        return cls(records, layout, order, middle_m, float(depth.max()), typical_n)
 
     @property
     def places(self) -> int:
@@ -144,8 +144,7 @@ class MixedModel:
     ``Spread``. The excess is common to all presses; the forward model's own error is its standard deviation.
 
     free_excess : whether the excess is free of that, so that the presses show which exponent of depth the law lacks
-    lined : whether forces have further unknowns of the sensor, a ``zero`` over the typical force and a ``slope`` over
-        that and the largest depth
+    lined : whether the sensor has unknowns, a ``zero`` over the typical force, a ``slope`` over that and largest depth
     shapes : whether places differ in the exponent of depth
     weights : (places,) how often each place counts; None for once
     """
@@ -224,11 +223,11 @@ class MixedModel:
     def modes(self, unknown: Mapping[str, float], effects: np.ndarray | None = None) -> Modes:
         """Return −2 log likelihood of each place, and the predicted forces; effects : as ``mixed_effects.modes``."""
         values = self.values(unknown)
-        half = 0.5 * (self.offset_m[1] - self.offset_m[0])
+        half_range = 0.5 * (self.offset_m[1] - self.offset_m[0])
         spread = Spread(
             float(np.exp(unknown["log_noise"])), float(np.exp(unknown["log_floor"])), unknown["place"],
             unknown.get("shape", 0.0), unknown.get("repeat", 0.0), values["offset_m"],
-            half * unknown.get("offset_scatter", 0.0), unknown.get("excess", 0.0),
+            half_range * unknown.get("offset_scatter", 0.0), unknown.get("excess", 0.0),
         )  # fmt: skip
         logs, slopes = self.table.at(np.array([unknown[name] for name in self.parameters]))
         layout = self.data.layout
@@ -276,15 +275,15 @@ class MixedModel:
         """Return standard deviations to start a search from, where those of START are too small for the presses.
 
         log_ratio : (n,) log of measured over model force, of which those ``used`` (n,) count
-        A line over log depth is fitted to the ratios of each place: lines differ by ``place`` and ``shape``.
-        Trap: where places differ by far more than a likelihood expects, it is too steep for a search to leave.
+        A line over log depth is fitted to the ratios of each place: lines differ by ``place`` in height and by
+        ``shape`` in slope. Trap: a search from scatters far too small for the places does not get away from them.
         """
-        level, of_point = self.data.layout.level, self.data.place_of_press[self.data.press_of_point]
-        points = [np.flatnonzero(used & (of_point == place)) for place in range(self.data.places)]
+        level, place_of_point = self.data.layout.level, self.data.place_of_press[self.data.press_of_point]
+        points_by_place = [np.flatnonzero(used & (place_of_point == place)) for place in range(self.data.places)]
         lines, residuals = [], []
-        for there in (each for each in points if len(each) > 2):
-            lines.append(np.polyfit(level[there], log_ratio[there], 1))
-            residuals.append(log_ratio[there] - np.polyval(lines[-1], level[there]))
+        for points in (each for each in points_by_place if len(each) > 2):
+            lines.append(np.polyfit(level[points], log_ratio[points], 1))
+            residuals.append(log_ratio[points] - np.polyval(lines[-1], level[points]))
         if len(lines) < 2:
             return {}
         shape, place = np.std(lines, axis=0)
@@ -332,21 +331,21 @@ class _FreeUnknowns:
     def scaling(self, unknown: Mapping[str, float], effects: np.ndarray) -> np.ndarray | None:
         """Return W (n, n), with which −2 log likelihood near ``unknown`` curves alike along every z, free = W z.
 
-        It is the inverse root of the Hessian by second differences; None where the likelihood is not finite.
+        It is the inverse root of its Hessian, by second differences; None where the likelihood is not finite.
         """
         low, high = self.limits
-        at = np.clip([unknown[name] for name in self.names], low + 2.0 * CURVED, high - 2.0 * CURVED)
-        n = len(at)
+        centre = np.clip([unknown[name] for name in self.names], low + 2.0 * CURVED, high - 2.0 * CURVED)
+        n = len(centre)
         steps = CURVED * np.eye(n)
-        middle = self.model.minus2(self.whole(at), effects)
-        ahead = [self.model.minus2(self.whole(at + step), effects) for step in steps]
+        middle = self.model.minus2(self.whole(centre), effects)
+        ahead = [self.model.minus2(self.whole(centre + step), effects) for step in steps]
         differences = np.empty((n, n))
         for i in range(n):
-            behind = self.model.minus2(self.whole(at - steps[i]), effects)
+            behind = self.model.minus2(self.whole(centre - steps[i]), effects)
             differences[i, i] = ahead[i] - 2.0 * middle + behind
             for j in range(i):
-                both = self.model.minus2(self.whole(at + steps[i] + steps[j]), effects)
-                differences[i, j] = differences[j, i] = both - ahead[i] - ahead[j] + middle
+                ahead_of_both = self.model.minus2(self.whole(centre + steps[i] + steps[j]), effects)
+                differences[i, j] = differences[j, i] = ahead_of_both - ahead[i] - ahead[j] + middle
         if not np.isfinite(differences).all():
             return None
         values, vectors = np.linalg.eigh(differences / CURVED**2)
@@ -368,58 +367,58 @@ def fitted(
     NotConverged where the likelihood is nowhere finite.
     """
     free = _FreeUnknowns(model, dict(held or {}), young)
-    low, high = free.limits
+    lower, upper = free.limits
     effects = no_effects(model.data.layout)
-    value, at = np.inf, np.clip([start[name] for name in free.names], low, high)
-    lowest = np.inf, at
+    best_value, best_point = np.inf, np.clip([start[name] for name in free.names], lower, upper)
+    lowest_seen = np.inf, best_point
 
     def minus2(x: np.ndarray) -> float:
-        nonlocal lowest
+        nonlocal lowest_seen
         result = model.minus2(free.whole(x), effects)
         if not np.isfinite(result):  # effects that are not finite would stay so
             effects[:] = 0.0
-        elif result < lowest[0]:
-            lowest = result, x.copy()
+        elif result < lowest_seen[0]:
+            lowest_seen = result, x.copy()
         return result
 
     for _ in range(RESTARTS):  # a quasi-Newton method may stop early in a narrow valley; a new one from there goes on
-        reached, end, iterations = _search(minus2, at, low, high, scaling)
-        if scaling is not None and not np.isfinite([value, end]).any():
-            scaling = None  # too far from where it was made
+        end_point, end_value, iterations = _search(minus2, best_point, lower, upper, scaling)
+        if scaling is not None and not np.isfinite([best_value, end_value]).any():
+            scaling = None  # the start is too far from where the scaling was made: search again without it
             continue
-        if not end <= lowest[0] + CONVERGED:  # a line search may end above what it has seen
-            end, reached = lowest
-        if not np.isfinite(end) or end > value:
+        if not end_value <= lowest_seen[0] + CONVERGED:  # a line search may end above the lowest value that it has seen
+            end_value, end_point = lowest_seen
+        if not np.isfinite(end_value) or end_value > best_value:
             break
-        gained, value, at = value - end, end, reached
+        gained, best_value, best_point = best_value - end_value, end_value, end_point
         if gained < CONVERGED or (scaling is not None and iterations < SCALED_SEARCH["maxiter"]):
             break
-        scaling = free.scaling(free.whole(at), effects)
-    if not np.isfinite(value):
+        scaling = free.scaling(free.whole(best_point), effects)
+    if not np.isfinite(best_value):
         raise NotConverged("the likelihood of the presses has no finite value", [])
-    return free.whole(at), value
+    return free.whole(best_point), best_value
 
 
 def _search(
-    minus2: Callable[[np.ndarray], float], start: np.ndarray, low: np.ndarray, high: np.ndarray, scaling: Scaling
+    minus2: Callable[[np.ndarray], float], start: np.ndarray, lower: np.ndarray, upper: np.ndarray, scaling: Scaling
 ) -> tuple[np.ndarray, float, int]:
-    """Minimise ``minus2`` between bounds once, in scaled coordinates if there are some; return place, value and steps.
+    """Minimise ``minus2`` between bounds once, with a ``scaling`` in its coordinates z; return point, value and steps.
 
-    start, low, high : (n,) free unknowns
+    start, lower, upper : (n,) free unknowns
     """
     if scaling is None:
-        result = minimize(minus2, start, method="SLSQP", bounds=Bounds(low, high), options=SEARCH)
+        result = minimize(minus2, start, method="SLSQP", bounds=Bounds(lower, upper), options=SEARCH)
         return result.x, float(result.fun), result.nit
-    sides = np.concatenate([scaling, -scaling])
-    within = {
-        "type": "ineq", "jac": lambda z: sides,
-        "fun": lambda z: np.concatenate([start + scaling @ z - low, high - start - scaling @ z]),
+    constraint_slopes = np.concatenate([scaling, -scaling])
+    constraint = {
+        "type": "ineq", "jac": lambda z: constraint_slopes,
+        "fun": lambda z: np.concatenate([start + scaling @ z - lower, upper - start - scaling @ z]),
     }  # fmt: skip
     result = minimize(
-        lambda z: minus2(np.clip(start + scaling @ z, low, high)),
-        np.zeros(len(start)), method="SLSQP", options=SCALED_SEARCH, constraints=within,
+        lambda z: minus2(np.clip(start + scaling @ z, lower, upper)),
+        np.zeros(len(start)), method="SLSQP", options=SCALED_SEARCH, constraints=constraint,
     )  # fmt: skip
-    return np.clip(start + scaling @ result.x, low, high), float(result.fun), result.nit
+    return np.clip(start + scaling @ result.x, lower, upper), float(result.fun), result.nit
 
 
 def scaling_near(
@@ -434,35 +433,36 @@ def scaling_near(
 def best_fit(model: MixedModel, sure: bool = False) -> tuple[dict[str, float], float]:
     """Search for the greatest likelihood from several starts; return the unknowns, and −2 log likelihood there.
 
-    sure : whether to raise NotConverged where no two searches end within AGREED of the least value
+    Starts differ in noise, then in parameters, then in noise about the best until two searches agree within AGREED.
+    sure : whether to raise NotConverged where no two do
     """
-    first = model.start()
-    best, least = fitted(model, first)
-    ends = [least]
+    default = model.start()
+    best, least = fitted(model, default)
+    end_values = [least]
 
-    def search(start: Mapping[str, float], better: float) -> None:
-        """Fit from ``start``; keep the result if its value is below the least one by more than ``better``."""
+    def search(start: Mapping[str, float], margin: float) -> None:
+        """Fit from ``start``; keep the result if its value is below the least one by more than ``margin``."""
         nonlocal best, least
         try:
-            other, value = fitted(model, start)
+            candidate, value = fitted(model, start)
         except NotConverged:
             return
-        ends.append(value)
-        if value < least - better:
-            best, least = other, value
+        end_values.append(value)
+        if value < least - margin:
+            best, least = candidate, value
 
     typical = max(model.data.typical_n, 1e-9)
     for noise, floor in SCATTERS:
-        search(first | {"log_noise": float(np.log(noise)), "log_floor": float(np.log(floor * typical))}, CONVERGED)
-    for at in STARTS if model.parameters else ():
-        search(best | dict.fromkeys(model.parameters, at), 0.0)
+        search(default | {"log_noise": float(np.log(noise)), "log_floor": float(np.log(floor * typical))}, CONVERGED)
+    for coordinate in STARTS if model.parameters else ():
+        search(best | dict.fromkeys(model.parameters, coordinate), 0.0)
     for factor in LOOSENED:
-        if np.sum(np.array(ends) <= least + AGREED) > 1:
+        if np.sum(np.array(end_values) <= least + AGREED) > 1:
             return best, least
-        more = float(np.log(factor))
-        search(best | {name: best[name] + more for name in ("log_noise", "log_floor")}, CONVERGED)
-    if sure and np.sum(np.array(ends) <= least + AGREED) < 2:
-        distances = ", ".join(f"{end - least:.3g}" for end in sorted(ends)[1:4])
+        shift = float(np.log(factor))
+        search(best | {name: best[name] + shift for name in ("log_noise", "log_floor")}, CONVERGED)
+    if sure and np.sum(np.array(end_values) <= least + AGREED) < 2:
+        distances = ", ".join(f"{end_value - least:.3g}" for end_value in sorted(end_values)[1:4])
         raise NotConverged(
             f"the fit has not converged: searches end {distances} … above the best in −2 log likelihood", []
         )

@@ -99,58 +99,58 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
     start, step = log_depths[0], log_depths[1] - log_depths[0]
     table = np.empty(len(order), dtype=np.int64)
     tabulated = ForceTable(forward, np.empty(0), np.empty(0), table, start, step, slopes_of, np.inf)
-    free = len(tabulated.free)
+    free_count = len(tabulated.free)
 
     def log_forces(press: int, place: tuple[float, ...]) -> np.ndarray:
         values = tabulated.values(place)
         forces = forward.forces(order[press], np.exp(log_depths), values)
         if not (np.isfinite(forces) & (forces > 0.0)).all():
-            named = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
-            raise NotConverged(f"the model has no positive force at every depth with {named}", [float("nan")])
+            words = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
+            raise NotConverged(f"the model has no positive force at every depth with {words}", [float("nan")])
         return np.log(forces)
 
-    # presses with the same forces at three places share a table, which is that of the first of them
-    between = [tuple(place) for place in np.random.default_rng(0).uniform(-1, 1, (CHECKS, free))]
+    # presses whose forces agree at three places in the parameters' ranges share the table of the first of them
+    between = [tuple(place) for place in np.random.default_rng(0).uniform(-1, 1, (CHECKS, free_count))]
     samples: list[np.ndarray] = []
-    firsts = []
+    table_presses = []
     for press in range(len(order)):
         sample = np.concatenate([log_forces(press, place) for place in between[:3]])
-        same = [k for k, other in enumerate(samples) if np.abs(sample - other).max() < SAME]
-        if not same:
+        equal_tables = [k for k, other in enumerate(samples) if np.abs(sample - other).max() < SAME]
+        if not equal_tables:
             samples.append(sample)
-            firsts.append(press)
-        table[press] = same[0] if same else len(samples) - 1
-    checked = range(0, len(firsts), max(1, len(firsts) // 5))
-    for count in _node_counts(free):
+            table_presses.append(press)
+        table[press] = equal_tables[0] if equal_tables else len(samples) - 1
+    checked = range(0, len(table_presses), max(1, len(table_presses) // 5))
+    for count in _node_counts(free_count):
         nodes = np.cos(np.pi * np.arange(count) / max(count - 1, 1))
-        values = [[log_forces(press, place) for press in firsts] for place in product(nodes, repeat=free)]
+        values = [[log_forces(press, place) for press in table_presses] for place in product(nodes, repeat=free_count)]
         tabulated = replace(tabulated, nodes=nodes, log_forces=np.array(values))
-        off = [
-            np.abs(tabulated.at(np.array(place))[0][k] - log_forces(firsts[k], place)).max()
+        errors = [
+            np.abs(tabulated.at(np.array(place))[0][k] - log_forces(table_presses[k], place)).max()
             for place in between
             for k in checked
         ]
-        tabulated = replace(tabulated, error=float(max(off)))
+        tabulated = replace(tabulated, error=float(max(errors)))
         if tabulated.error <= TOLERANCE:
             break
     return tabulated
 
 
-def _node_counts(free: int) -> list[int]:
-    """Return the numbers of nodes of each of ``free`` parameters that are tried in turn, from few to many."""
-    if free == 0:
+def _node_counts(free_count: int) -> list[int]:
+    """Return the numbers of nodes of each of ``free_count`` parameters that are tried in turn, from few to many."""
+    if free_count == 0:
         return [1]
-    first = {1: 7, 2: 6, 3: 5, 4: 4}.get(free, 3)
-    counts = [first + more for more in (0, 2, 4, 8) if (first + more) ** free <= MOST_VALUES]
-    return counts or [first]
+    fewest = {1: 7, 2: 6, 3: 5, 4: 4}.get(free_count, 3)
+    counts = [fewest + more for more in (0, 2, 4, 8) if (fewest + more) ** free_count <= MOST_VALUES]
+    return counts or [fewest]
 
 
 def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
     """Return the barycentric weights (m,) at ``x`` of values at Chebyshev points of the second kind, ``nodes`` (m,)."""
-    away = x - nodes
-    if (hit := np.abs(away) < 1e-14).any():
-        return hit.astype(float)
+    distances = x - nodes
+    if (at_node := np.abs(distances) < 1e-14).any():
+        return at_node.astype(float)
     signs = np.where(np.arange(len(nodes)) % 2 == 0, 1.0, -1.0)
     signs[[0, -1]] *= 0.5
-    weights = signs / away
+    weights = signs / distances
     return weights / weights.sum()

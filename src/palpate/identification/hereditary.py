@@ -56,14 +56,14 @@ class Fading:
         return (1.0 + np.asarray(t) / self.time_s) ** -self.exponent
 
     def respond(self, time_s: np.ndarray, loads: np.ndarray) -> np.ndarray:
-        """Return F (k, m), as ``Branches.respond``; steps of equal length need a Toeplitz matrix only."""
+        """Return F (k, m), as ``Branches.respond``; time steps of equal length need a Toeplitz matrix only."""
         power, steps = 1.0 - self.exponent, np.diff(time_s)
         even = np.ptp(steps) < EVEN * steps[0]
-        since = time_s - time_s[0] if even else np.maximum(time_s[:, None] - time_s, 0.0)
-        integral = self.time_s / power * ((1.0 + since / self.time_s) ** power - 1.0)  # of G
-        by_rates = toeplitz(np.append(0.0, np.diff(integral)), np.zeros(len(steps))) if even else -np.diff(integral)
+        elapsed = time_s - time_s[0] if even else np.maximum(time_s[:, None] - time_s, 0.0)
+        integral = self.time_s / power * ((1.0 + elapsed / self.time_s) ** power - 1.0)  # of G
+        weights = toeplitz(np.append(0.0, np.diff(integral)), np.zeros(len(steps))) if even else -np.diff(integral)
         rates = np.diff(loads, axis=0) / steps[:, None]
-        return by_rates @ rates + np.outer(self.modulus(time_s - time_s[0]), loads[0])
+        return weights @ rates + np.outer(self.modulus(time_s - time_s[0]), loads[0])
 
 
 Kernel = Branches | Fading
@@ -71,20 +71,20 @@ Kernel = Branches | Fading
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _add_branches(loads, shares, a, b, force):
+def _add_branches(loads, shares, decay, gain, force):
     """Add Σ gᵢ hᵢ to ``force`` (k, m), where dhᵢ/dt = dF₀/dt − hᵢ/τᵢ, for loads F₀ (k, m) and shares gᵢ (n,).
 
-    a, b : factors of hᵢ and of the change of F₀ in each step, (k − 1, n), or (1, n) if all are equal
+    decay, gain : factors of hᵢ and of the change of F₀ in each step, (k − 1, n), or (1, n) if all are equal
     """
     memory = np.empty((len(shares), loads.shape[1]))
     for i in range(len(shares)):
         memory[i] = loads[0]
     for k in range(len(loads)):
-        step = min(k, len(a)) - 1
+        step = min(k, len(decay)) - 1
         for i in range(len(shares)):
             for m in range(loads.shape[1]):
                 if k > 0:
-                    memory[i, m] = a[step, i] * memory[i, m] + b[step, i] * (loads[k, m] - loads[k - 1, m])
+                    memory[i, m] = decay[step, i] * memory[i, m] + gain[step, i] * (loads[k, m] - loads[k - 1, m])
                 force[k, m] += shares[i] * memory[i, m]
 
 
@@ -98,21 +98,20 @@ def shear_series(series: Series, poisson: float) -> Series:
     poisson : Poisson's ratio of the relaxed tissue
     The bulk modulus K does not relax, as in ``palpate.effects.prony``. The force of a press is in proportion to the
     plane modulus M = 4 G (3 K + G) / (3 K + 4 G), which relaxes less than G where ν < 0.5. By the correspondence
-    principle (Lee 1955) the equation is solved for G at real rates of the Laplace transform, and as many branches are
-    fitted to it.
+    principle (Lee 1955) it is solved for G at real rates of the Laplace transform, and as many branches are fitted.
     """
     relaxed = Material(1.0, poisson, 1.0)
     shear, bulk = relaxed.shear_pa, relaxed.lame_pa + 2.0 / 3.0 * relaxed.shear_pa
     times = np.array(series.times_s, dtype=float)
     rates = np.geomspace(0.1 / times.max(), 10.0 / times.min(), RATES)
-    plane = 1.0 / (1.0 - poisson**2) * _operational(series.ratios, times, rates)
+    plane_modulus = 1.0 / (1.0 - poisson**2) * _operational(series.ratios, times, rates)
     # the positive root of 4 G² + (12 K − 4 M) G − 3 M K = 0
-    linear = 12.0 * bulk - 4.0 * plane
-    wanted = (np.sqrt(linear**2 + 48.0 * plane * bulk) - linear) / 8.0 / shear
+    linear_coefficient = 12.0 * bulk - 4.0 * plane_modulus
+    shear_ratios = (np.sqrt(linear_coefficient**2 + 48.0 * plane_modulus * bulk) - linear_coefficient) / 8.0 / shear
 
     def residuals(logs: np.ndarray) -> np.ndarray:
         ratios, times = np.split(np.exp(logs), 2)
-        return np.log(_operational(ratios, times, rates) / wanted)
+        return np.log(_operational(ratios, times, rates) / shear_ratios)
 
     start = np.log(np.append(series.ratios, times))
     ratios, times = np.split(np.exp(least_squares(residuals, start, xtol=1e-12, ftol=1e-12, gtol=1e-12).x), 2)

@@ -151,10 +151,10 @@ def identify(
     if "offset" in model.names:
         jobs[OFFSET] = profiler.offset_m
     jobs |= {law: partial(_excess, models[law], fits[law][0]) for law in order}
-    done = dict(
+    results = dict(
         zip(jobs, progress.each("what the presses leave open", lambda job: job(), list(jobs.values())), strict=True)
     )
-    answers = {name: answer for name, answer in done.items() if name not in models}
+    answers = {name: answer for name, answer in results.items() if name not in models}
     scatter = {
         "offset_scatter_m": 0.5 * (model.offset_m[1] - model.offset_m[0]) * best.get("offset_scatter", 0.0),
         "place_scatter": best["place"], "shape_scatter": best["shape"], "repeat_scatter": best.get("repeat", np.nan),
@@ -164,7 +164,7 @@ def identify(
     }  # fmt: skip
     return Identified(
         records,
-        tuple(LawScore(law, criterion[law] - criterion[order[0]], done[law]) for law in order),
+        tuple(LawScore(law, criterion[law] - criterion[order[0]], results[law]) for law in order),
         {name: interval for name, (interval, _) in answers.items()},
         {name: profile for name, (_, profile) in answers.items()},
         bootstrap(model, best, options, progress) if data.places > 1 else {},
@@ -196,16 +196,16 @@ def line_of(identified: Identified) -> Line | None:
     """
     model = identified.model
     deep = replace(model, data=model.data.masked(model.data.layout.depth_m > TOUCH_OF_DEPTH * model.data.largest_m))
-    _, before = fitted(deep, identified.best[identified.law])
+    _, without = fitted(deep, identified.best[identified.law])
     lined = replace(deep, lined=True)
     starts = [identified.best[identified.law] | {"zero": zero, "slope": 0.0} for zero in ZEROS]
-    known = {"slope": 0.0} if identified.records.force_error > 0.0 else {}
-    unknown, after = min((fitted(lined, start, known) for start in starts), key=lambda end: end[1])
+    held = {"slope": 0.0} if identified.records.force_error > 0.0 else {}
+    unknown, with_both = min((fitted(lined, start, held) for start in starts), key=lambda fit: fit[1])
     young, (low, _, high, *_) = lined.values(unknown)["young_pa"], identified.young_pa
-    if before - after < BETTER or low <= young <= high:
+    if without - with_both < BETTER or low <= young <= high:
         return None
     typical, deepest = model.data.typical_n, model.data.largest_m
-    return Line(typical * unknown["zero"], typical * unknown["slope"] / deepest, young, before - after)
+    return Line(typical * unknown["zero"], typical * unknown["slope"] / deepest, young, without - with_both)
 
 
 def _excess(model: MixedModel, best: dict[str, float]) -> Interval:

@@ -17,13 +17,13 @@ from palpate.identification.force_table import natural
 from palpate.identification.progress import UNFOLLOWED, Progress
 
 LEVEL = 0.9
-"""Of all intervals."""
+"""Probability of all intervals."""
 MOSTLY = 0.8
 """Share of a range that fits, at and above which a parameter is said to be unknown."""
 GRID, REFINED = 9, 3
 """Values of a profile over a range, and searches for each crossing of the threshold."""
 STEP, MOST_STEPS = 0.5, 14
-"""Of a profile that has no range: the first step as a share of the half width expected, and most steps to a side."""
+"""Where a profile has no range: the first step over the expected half width, and most steps to a side."""
 
 
 class Interval(NamedTuple):
@@ -105,8 +105,8 @@ class Profiler:
         is that of a sensor's slope. An error of single places is a part of how places differ.
         """
         scaling = scaling_near(self.model, self.best, young=True)
-        at = float(np.log(self.model.values(self.best)["young_pa"]))
-        return self._modulus(lambda value, start: self._above(*fitted(self.model, start, {}, value, scaling)), at)
+        log_e = float(np.log(self.model.values(self.best)["young_pa"]))
+        return self._modulus(lambda value, start: self._above(*fitted(self.model, start, {}, value, scaling)), log_e)
 
     def modulus_pa(self) -> tuple[Interval, Profile]:
         """Return the interval and profile of the modulus that is fitted [Pa], E/(1 − ν²) where ν is free."""
@@ -117,17 +117,17 @@ class Profiler:
         interval, _ = self._stepped(self._holding("excess"), self.best["excess"], 0.05)
         return self._with_error(interval, self.model.table.forward.relative_error)
 
-    def _modulus(self, rise: Rise, at: float) -> tuple[Interval, Profile]:
+    def _modulus(self, rise: Rise, best_log: float) -> tuple[Interval, Profile]:
         half_width = float(max(0.01, 1.6 * self.best["place"] / np.sqrt(self.model.data.places)))
-        interval, profile = self._stepped(rise, at, half_width)
+        interval, profile = self._stepped(rise, best_log, half_width)
         interval = self._with_error(interval, self.model.table.forward.common_error)
         return interval.through(np.exp), profile._replace(values=np.exp(profile.values))
 
     def _with_error(self, interval: Interval, error: float) -> Interval:
-        """Widen an interval by a relative ``error`` of the forward model, and by that of the sensor's slope."""
-        own = np.sqrt(self.rise) * float(np.hypot(error, self.model.data.records.force_error))
-        low, high = np.hypot(interval.best - interval.low, own), np.hypot(interval.high - interval.best, own)
-        return interval._replace(low=float(interval.best - low), high=float(interval.best + high))
+        """Widen an interval of a log by the relative ``error`` of the forward model, and that of the sensor's slope."""
+        width = np.sqrt(self.rise) * float(np.hypot(error, self.model.data.records.force_error))
+        below, above = np.hypot(interval.best - interval.low, width), np.hypot(interval.high - interval.best, width)
+        return interval._replace(low=float(interval.best - below), high=float(interval.best + above))
 
     def _above(self, unknown: Unknown, value: float) -> tuple[Unknown, float]:
         return unknown, max(value - self.least, 0.0)
@@ -138,43 +138,43 @@ class Profiler:
 
     def _over_range(self, name: str, in_unit: Callable[[float], float]) -> tuple[Interval, Profile]:
         """Return interval and profile of an unknown over its range; in_unit : from −1 … 1 of that to its own unit."""
-        at, rise = self.best[name], self._holding(name)
-        fits: Found = {at: (self.best, 0.0)}
+        optimum, rise = self.best[name], self._holding(name)
+        fits: Found = {optimum: (self.best, 0.0)}
         for grid in (np.linspace(-1, 1, GRID), np.linspace(1, -1, GRID)):
             start, side = self.best, np.sign(grid[-1])
-            for value in grid[(grid - at) * side > 0]:
-                fits[float(value)] = start, above = rise(float(value), start)
-                if above > 3.0 * self.rise:
+            for value in grid[(grid - optimum) * side > 0]:
+                fits[float(value)] = start, height = rise(float(value), start)
+                if height > 3.0 * self.rise:
                     break
         for side in (-1.0, 1.0):
-            self._refine(rise, fits, at, side)
-        interval, profile = self._interval(fits, at, (-1.0, 1.0))
+            self._refine(rise, fits, optimum, side)
+        interval, profile = self._interval(fits, optimum, (-1.0, 1.0))
         values = np.array([in_unit(float(value)) for value in profile.values])
         return interval.through(in_unit), profile._replace(values=values)
 
-    def _stepped(self, rise: Rise, at: float, first: float) -> tuple[Interval, Profile]:
-        """Return interval and profile of an unknown without a range, by steps from ``at`` of about ``first``."""
-        fits: Found = {at: (self.best, 0.0)}
+    def _stepped(self, rise: Rise, optimum: float, half_width: float) -> tuple[Interval, Profile]:
+        """Return interval and profile of an unknown without a range, by steps of about ``half_width`` to both sides."""
+        fits: Found = {optimum: (self.best, 0.0)}
         for side in (-1.0, 1.0):
-            start, value, step, last = self.best, at, STEP * first, 0.0
+            start, value, step, last_height = self.best, optimum, STEP * half_width, 0.0
             for _ in range(MOST_STEPS):
                 value += side * step
-                fits[value] = start, now = rise(value, start)
-                if now > self.rise:
+                fits[value] = start, height = rise(value, start)
+                if height > self.rise:
                     break
-                if now - last < 0.3 * self.rise:
+                if height - last_height < 0.3 * self.rise:
                     step *= 1.7
-                last = now
-            self._refine(rise, fits, at, side)
-        return self._interval(fits, at, (-np.inf, np.inf))
+                last_height = height
+            self._refine(rise, fits, optimum, side)
+        return self._interval(fits, optimum, (-np.inf, np.inf))
 
-    def _refine(self, rise: Rise, fits: Found, at: float, side: float) -> None:
-        """Add fits to ``fits`` near the crossing of the threshold on one side of ``at``, by the secant rule.
+    def _refine(self, rise: Rise, fits: Found, optimum: float, side: float) -> None:
+        """Add fits to ``fits`` near the crossing of the threshold on one side of ``optimum``, by the secant rule.
 
-        The root of the rise is nearly a straight line there.
+        The root of the height above the least −2 log likelihood is nearly a straight line there.
         """
         for _ in range(REFINED):
-            values = sorted((v for v in fits if (v - at) * side >= 0), key=lambda v: abs(v - at))
+            values = sorted((v for v in fits if (v - optimum) * side >= 0), key=lambda v: abs(v - optimum))
             outside = [k for k, v in enumerate(values) if fits[v][1] > self.rise]
             if not outside:
                 return
@@ -182,33 +182,33 @@ class Profiler:
             inner_root, wanted, outer_root = np.sqrt([fits[inner][1], self.rise, fits[outer][1]])
             part = np.clip((wanted - inner_root) / (outer_root - inner_root), 0.1, 0.9)
             gap = abs(outer - inner)
-            if outer_root - inner_root < 0.1 or gap * min(part, 1 - part) < 5e-3 * abs(outer - at):
+            if outer_root - inner_root < 0.1 or gap * min(part, 1 - part) < 5e-3 * abs(outer - optimum):
                 return
             value = float(inner + part * (outer - inner))
             fits[value] = rise(value, fits[inner][0])
 
-    def _interval(self, fits: Found, at: float, ends: tuple[float, float]) -> tuple[Interval, Profile]:
-        """Return the interval around ``at`` where −2 log likelihood is below the threshold, and all of the profile.
+    def _interval(self, fits: Found, optimum: float, ends: tuple[float, float]) -> tuple[Interval, Profile]:
+        """Return the interval around ``optimum`` where −2 log likelihood is below the threshold, and the whole profile.
 
         ends : of the unknown's range; where the threshold is not crossed, the interval is open at the outermost value
         """
         values = np.array(sorted(fits))
         minus2 = np.array([fits[v][1] for v in values])
         young = np.array([self.model.values(fits[v][0])["young_pa"] for v in values])
-        root, best = np.sqrt(minus2), int(np.flatnonzero(values == at)[0])
-        limits, opens = [], []
-        for step in (-1, 1):
-            last = best  # the last value outward from the best with a likelihood above the threshold
-            while 0 <= last + step < len(values) and minus2[last + step] <= self.rise:
-                last += step
-            opens.append(not 0 <= last + step < len(values))
-            if opens[-1]:
-                limits.append(float(values[last]))
+        roots, index = np.sqrt(minus2), int(np.flatnonzero(values == optimum)[0])
+        limits, is_open = [], []
+        for side in (-1, 1):
+            inner = index  # number of the outermost value before −2 log likelihood exceeds the threshold
+            while 0 <= inner + side < len(values) and minus2[inner + side] <= self.rise:
+                inner += side
+            is_open.append(not 0 <= inner + side < len(values))
+            if is_open[-1]:
+                limits.append(float(values[inner]))
             else:
-                part = (np.sqrt(self.rise) - root[last]) / (root[last + step] - root[last])
-                limits.append(float(values[last] + part * (values[last + step] - values[last])))
+                part = (np.sqrt(self.rise) - roots[inner]) / (roots[inner + side] - roots[inner])
+                limits.append(float(values[inner] + part * (values[inner + side] - values[inner])))
         share = (limits[1] - limits[0]) / (ends[1] - ends[0])
-        return Interval(limits[0], at, limits[1], opens[0], opens[1], share), Profile(values, minus2, young)
+        return Interval(limits[0], optimum, limits[1], is_open[0], is_open[1], share), Profile(values, minus2, young)
 
 
 def bootstrap(
@@ -230,9 +230,9 @@ def bootstrap(
         return quantities(fitted(replace(model, weights=drawn.astype(float)), best, scaling=scaling)[0])
 
     samples = progress.each("places drawn with replacement", refit, counts)
-    ends = [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]
+    quantile_levels = [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]
     intervals = {}
-    for name, at in quantities(best).items() if samples else ():
-        low, high = np.quantile([sample[name] for sample in samples], ends)
-        intervals[name] = Interval(float(low), at, float(high))
+    for name, best_value in quantities(best).items() if samples else ():
+        low, high = np.quantile([sample[name] for sample in samples], quantile_levels)
+        intervals[name] = Interval(float(low), best_value, float(high))
     return intervals

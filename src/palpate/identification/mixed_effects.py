@@ -16,7 +16,7 @@ GAUSS_NEWTON_STEPS, STEP_TOLERANCE = 40, 1e-9
 """Most steps to the modes of a place's effects, and the step in their deviations that ends them. Trap: the determinant
 changes in proportion to what is left, and derivatives are taken by differences."""
 LARGEST_STEP = 2.0
-"""Of an effect, in its standard deviations."""
+"""Largest step of an effect, in its standard deviations."""
 
 
 class Layout(NamedTuple):
@@ -90,14 +90,14 @@ def _log_force(logs, slopes, start, step, depth):
     """Interpolate log f of a table and its slope over depth at ``depth`` [m], by Hermite's cubic, linear beyond it."""
     if depth <= 0.0:
         return -700.0, 0.0
-    at = (np.log(depth) - start) / step
+    position = (np.log(depth) - start) / step
     last = len(logs) - 1
-    if at <= 0.0:
-        return logs[0] + slopes[0] * at * step, slopes[0] / depth
-    if at >= last:
-        return logs[last] + slopes[last] * (at - last) * step, slopes[last] / depth
-    k = int(at)
-    t = at - k
+    if position <= 0.0:
+        return logs[0] + slopes[0] * position * step, slopes[0] / depth
+    if position >= last:
+        return logs[last] + slopes[last] * (position - last) * step, slopes[last] / depth
+    k = int(position)
+    t = position - k
     a, b, p, q = logs[k], logs[k + 1], slopes[k] * step, slopes[k + 1] * step
     value = a + t * (p + t * (3.0 * (b - a) - 2.0 * p - q + t * (2.0 * (a - b) + p + q)))
     slope = p + t * (2.0 * (3.0 * (b - a) - 2.0 * p - q) + t * 3.0 * (2.0 * (a - b) + p + q))
@@ -111,10 +111,10 @@ def _solve(matrix, right, solution):
     for k in range(size):
         log_det += np.log(matrix[k, k])
         for a in range(k + 1, size):
-            share = matrix[k, a] / matrix[k, k]
+            ratio = matrix[k, a] / matrix[k, k]
             for b in range(a, size):
-                matrix[a, b] -= share * matrix[k, b]
-            right[a] -= share * right[k]
+                matrix[a, b] -= ratio * matrix[k, b]
+            right[a] -= ratio * right[k]
     for k in range(size - 1, -1, -1):
         solution[k] = right[k]
         for b in range(k + 1, size):
@@ -130,29 +130,29 @@ def _all_places(
 ):  # fmt: skip
     """Find the modes of the effects by the Gauss-Newton method, place by place; the last two arguments are the results.
 
-    A place has 2 effects, a and b, and 2 for each of its presses, o and r.
+    A place has 2 effects, a and b, and 2 for each of its presses, o and r; ``u`` holds them over their deviations.
     """
     noise, floor_n, place_sd, shape_sd, repeat_sd, offset, offset_sd, excess = spread
-    seen, constant = np.empty(len(force_n)), np.empty(len(force_n))
+    asinh_measured, constant = np.empty(len(force_n)), np.empty(len(force_n))
     for i in range(len(force_n)):
-        seen[i] = np.arcsinh(force_n[i] / floor_n)
-        constant[i] = 2.0 * np.log(noise) + np.log(force_n[i] ** 2 + floor_n**2)  # with the derivative of asinh
-    for g in range(len(place_start) - 1):
-        first, end = place_start[g], place_start[g + 1]
-        size = 2 + 2 * (end - first)
-        own = effects[2 * g + 2 * first : 2 * g + 2 * first + size]
-        u, old, move, grad = own.copy(), np.zeros(size), np.zeros(size), np.zeros(size)
+        asinh_measured[i] = np.arcsinh(force_n[i] / floor_n)
+        constant[i] = 2.0 * np.log(noise) + np.log(force_n[i] ** 2 + floor_n**2)  # by the derivative of asinh
+    for place in range(len(place_start) - 1):
+        first_press, end_press = place_start[place], place_start[place + 1]
+        size = 2 + 2 * (end_press - first_press)
+        place_effects = effects[2 * place + 2 * first_press : 2 * place + 2 * first_press + size]
+        u, previous, newton_step, gradient = place_effects.copy(), np.zeros(size), np.zeros(size), np.zeros(size)
         hessian = np.zeros((size, size))  # upper half
-        best, log_det = np.inf, 0.0
+        least, log_det = np.inf, 0.0
         for turn in range(2 * GAUSS_NEWTON_STEPS):
-            total = 0.0
+            total = 0.0  # −2 log density of the forces and the effects
             hessian[:] = 0.0
             for k in range(size):
                 total += u[k] * u[k]
                 hessian[k, k] = 1.0
-                grad[k] = -u[k]
-            for press in range(first, end):
-                o = 2 + 2 * (press - first)
+                gradient[k] = -u[k]
+            for press in range(first_press, end_press):
+                o = 2 + 2 * (press - first_press)
                 first_touch = offset + offset_sd * u[o]
                 for i in range(press_start[press], press_start[press + 1]):
                     log_f, slope = _log_force(
@@ -164,15 +164,15 @@ def _all_places(
                     if weight[i] == 0.0:
                         continue
                     m = np.exp(min(log_m, 600.0))
-                    residual = (seen[i] - np.arcsinh(m / floor_n)) / noise
+                    residual = (asinh_measured[i] - np.arcsinh(m / floor_n)) / noise
                     total += residual * residual
-                    # derivatives of log m by the four effects, and of the residual by log m
+                    # derivatives of log m by a, b, o and r, and of asinh(m/c)/σ by log m, which is then squared
                     da, db, do, dr = place_sd, shape_sd * level[i], -slope * offset_sd, repeat_sd
                     rate = m / (np.sqrt(m * m + floor_n * floor_n) * noise)
-                    grad[0] += rate * da * residual
-                    grad[1] += rate * db * residual
-                    grad[o] += rate * do * residual
-                    grad[o + 1] += rate * dr * residual
+                    gradient[0] += rate * da * residual
+                    gradient[1] += rate * db * residual
+                    gradient[o] += rate * do * residual
+                    gradient[o + 1] += rate * dr * residual
                     rate *= rate
                     hessian[0, 0] += rate * da * da
                     hessian[0, 1] += rate * da * db
@@ -184,17 +184,17 @@ def _all_places(
                     hessian[1, o + 1] += rate * db * dr
                     hessian[o, o + 1] += rate * do * dr
                     hessian[o + 1, o + 1] += rate * dr * dr
-            if total > best + 1e-12 * (1.0 + best) and turn < 2 * GAUSS_NEWTON_STEPS - 1:  # too far: half way back
-                u = 0.5 * (u + old)
+            if total > least + 1e-12 * (1.0 + least) and turn < 2 * GAUSS_NEWTON_STEPS - 1:  # too far: half the step
+                u = 0.5 * (u + previous)
                 continue
-            log_det = _solve(hessian, grad, move)
-            farthest = np.abs(move).max()
-            if farthest < STEP_TOLERANCE or turn >= GAUSS_NEWTON_STEPS:
+            log_det = _solve(hessian, gradient, newton_step)
+            largest_move = np.abs(newton_step).max()
+            if largest_move < STEP_TOLERANCE or turn >= GAUSS_NEWTON_STEPS:
                 break
-            best = total
-            old = u.copy()
-            u = u + move * min(1.0, LARGEST_STEP / farthest)
-        minus2[g] = total + log_det
-        own[:] = u
-        for i in range(press_start[first], press_start[end]):
-            minus2[g] += constant[i] * weight[i]
+            least = total
+            previous = u.copy()
+            u = u + newton_step * min(1.0, LARGEST_STEP / largest_move)
+        minus2[place] = total + log_det
+        place_effects[:] = u
+        for i in range(press_start[first_press], press_start[end_press]):
+            minus2[place] += constant[i] * weight[i]

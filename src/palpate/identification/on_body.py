@@ -37,7 +37,7 @@ ALONG, STIFFER = 1.0, 0.021
 """Least number of elements along the radius of the deepest contact, and the relative error of force where one element
 is as long as the contact's radius, which falls with the square of its length."""
 RATES = (2.0, 3.0)
-"""Of convergence at the rim of what is held, where displacements grow with the root of the distance."""
+"""Least and greatest rate of convergence at the rim of what is held: there displacements grow as roots of distances."""
 TOGETHER, FEWEST = 4, 3
 """Places that are solved for at once; fewest depths that make a curve, where elements have no answer beyond."""
 SHARES = (0.3, 0.45, 0.6, 0.8, 1.0)
@@ -102,12 +102,12 @@ class OrganForward:
         self._middle, ratios = middle, next((each for each in self.parameters if each.name == "poisson"), None)
         nu = middle["poisson"]
         ratios_nu = np.array([nu]) if ratios is None else _ratios_of_one_element(ratios)
-        name = exponential(middle["stiffening"]) if law == EXPONENTIAL else law
-        tissue = replace(body, material=replace(body.material, poisson=float(nu), law=name))
-        where = [_place_and_direction(press) for press in presses]
-        first = [where.index(key) for key in dict.fromkeys(where)]
-        touches = [touch_of(tissue, instrument, presses[i], self.deepest_m) for i in first]
-        self._place_of_press = [first.index(where.index(key)) for key in where]
+        law_name = exponential(middle["stiffening"]) if law == EXPONENTIAL else law
+        tissue = replace(body, material=replace(body.material, poisson=float(nu), law=law_name))
+        keys = [_place_and_direction(press) for press in presses]
+        first_presses = [keys.index(key) for key in dict.fromkeys(keys)]
+        touches = [touch_of(tissue, instrument, presses[i], self.deepest_m) for i in first_presses]
+        self._place_of_press = [first_presses.index(keys.index(key)) for key in keys]
         with ProcessPoolExecutor(os.cpu_count()) as pool:  # a second or two a place
             simulated = list(pool.map(partial(_simulate, tissue), touches))
         missed_at_rim, far_by_ratio = _far_compliances(tissue, touches, ratios_nu)
@@ -133,25 +133,25 @@ class OrganForward:
         far = float(np.polyval(place.far, values.get("poisson", self._middle["poisson"])))
         dent = self.deepest_m * np.linspace(0.0, 1.0, LOCAL) ** 1.5
         force = self._local.forces(0, dent, values)
-        whole = np.maximum.accumulate(dent + far * force + 1e-9 * dent)
-        if whole[-1] < self.deepest_m:  # a thin place on a base gives way less than a half-space
-            whole = np.append(whole, self.deepest_m)
-            force = np.append(force, force[-1] * (whole[-1] / whole[-2]) ** 1.5)
+        depths = np.maximum.accumulate(dent + far * force + 1e-9 * dent)
+        if depths[-1] < self.deepest_m:  # a thin place on a base gives way less than a half-space
+            depths = np.append(depths, self.deepest_m)
+            force = np.append(force, force[-1] * (depths[-1] / depths[-2]) ** 1.5)
         # F^(2/3) is nearly straight
-        curve = PchipInterpolator(whole, force ** (2.0 / 3.0))
+        curve = PchipInterpolator(depths, force ** (2.0 / 3.0))
         return place.cosine * curve(np.clip(depth, 0.0, None) * place.cosine) ** 1.5
 
 
-def _with_far_field(place: Place, rim: float, coarse: np.ndarray, ratios_nu: np.ndarray, nu: float) -> Place:
+def _with_far_field(place: Place, rim: float, coarse_far: np.ndarray, ratios_nu: np.ndarray, nu: float) -> Place:
     """Return a place whose far compliance is a polynomial in Poisson's ratio and holds what its mesh misses.
 
     rim : compliance that the mesh misses at the rim of what is held [m/N]
-    coarse : (n,) far compliance on a coarse mesh [m/N], for each of ``ratios_nu``; nu : the ratio of ``place``
+    coarse_far : (n,) far compliance on a coarse mesh [m/N], for each of ``ratios_nu``; nu : the ratio of ``place``
     """
     degree = len(ratios_nu) - 1
-    # the coarse curve is shifted to the fine compliance at nu: what it lacks is of the dent, which goes as 1 - nu^2
-    lacking = (place.far[0] - np.polyval(np.polyfit(ratios_nu, coarse, degree), nu)) / (1.0 - nu**2)
-    far = np.polyfit(ratios_nu, coarse + lacking * (1.0 - ratios_nu**2), degree)
+    # the coarse curve is shifted to the fine compliance at nu; it lacks some of the dent, which goes as 1 - nu^2
+    lacking = (place.far[0] - np.polyval(np.polyfit(ratios_nu, coarse_far, degree), nu)) / (1.0 - nu**2)
+    far = np.polyfit(ratios_nu, coarse_far + lacking * (1.0 - ratios_nu**2), degree)
     far[-1] += rim
     # displacements at the rim are in proportion to the force, and add to the depth
     return replace(place, depth_m=place.depth_m + rim * place.force_n, far=far)
@@ -220,10 +220,10 @@ def touch_of(body: Body, instrument: Instrument, press: Press, deepest_m: float)
     node = int(mesh.surface[np.linalg.norm(mesh.nodes[mesh.surface] - press.at_m, axis=1).argmin()])
     try:
         pose = first_touch(upright(instrument, press.at_m, -direction), mesh, direction)
-        off = abs(float((pose.tip - press.at_m) @ direction))
+        distance_off = abs(float((pose.tip - press.at_m) @ direction))
     except InputError:
-        off = np.inf
-    if off > instrument.radius_m:
+        distance_off = np.inf
+    if distance_off > instrument.radius_m:
         raise InputError(
             f"press {press.name} at {np.round(press.at_m, 4).tolist()} m is off bodies.{body.name}; give places on its "
             "surface, in metres and in its axes."
@@ -253,9 +253,9 @@ def _simulate(body: Body, touch: Touch) -> Place:
     except NotConverged:
         if len(forces) < FEWEST:
             raise
-    depth, edge = np.array(depths), meshes.edge_m(touch, level)
-    size = np.array([contact_radius(touch.instrument, each) for each in depths])
-    force = np.array(forces) / (1.0 + STIFFER * (edge / size) ** 2)
+    depth, edge_m = np.array(depths), meshes.edge_m(touch, level)
+    contact_m = np.array([contact_radius(touch.instrument, depth_m) for depth_m in depths])
+    force = np.array(forces) / (1.0 + STIFFER * (edge_m / contact_m) ** 2)
     patch = _patch(body, touch, contact_radius(touch.instrument, 0.5 * touch.depth_m))
     far = far_compliance(mesh.body, mesh.level, [patch])
     return Place(depth, force, float(-touch.direction @ patch.normal), far)
@@ -271,7 +271,7 @@ def far_compliance(body: Body, level: int, patches: Sequence[Patch]) -> np.ndarr
     level : of ``body``, with quadratic elements
     """
     solver, mesh, compliances = Equilibrium(body, level, 2), body.levels[level], []
-    solve, young, squeezed = solver.linear_solver(TOLERANCE), body.material.young_pa, 1.0 - body.material.poisson**2
+    solve, young, plane_factor = solver.linear_solver(TOLERANCE), body.material.young_pa, 1.0 - body.material.poisson**2
     for some in (patches[i : i + TOGETHER] for i in range(0, len(patches), TOGETHER)):
         loads, spread = np.zeros((*solver.mesh.nodes.shape, len(some))), [patch_shares(mesh, each, 2) for each in some]
         for i, (patch, (nodes, shares)) in enumerate(zip(some, spread, strict=True)):
@@ -279,25 +279,24 @@ def far_compliance(body: Body, level: int, patches: Sequence[Patch]) -> np.ndarr
         moved = solve(loads)
         for i, (patch, (nodes, shares)) in enumerate(zip(some, spread, strict=True)):
             organ = -float(shares @ moved[nodes, :, i] @ patch.normal) * young
-            compliances.append(organ - HALF_SPACE * squeezed / patch.radius_m)
+            compliances.append(organ - HALF_SPACE * plane_factor / patch.radius_m)
     return np.array(compliances)
 
 
-def _far_compliances(body: Body, touches: Sequence[Touch], across: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return by how much far compliances exceed those of coarse elements, (k,), and these by Poisson's ratio, (k, m).
+def _far_compliances(body: Body, touches: Sequence[Touch], ratios: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return what far compliances of coarse elements miss at the rim of what is held, (k,), and these, (k, m) [m/N].
 
-    across : (m,) Poisson's ratios
-    The first is the limit of ever finer elements at the rim of what is held, less the answer of the coarsest. Both are
-    in m/N for E = 1 Pa, on one mesh for all k touches: under patches as wide as its elements, which is enough for
-    differences.
+    ratios : (m,) Poisson's ratios of the second result
+    What they miss is the limit of ever finer elements at the rim, less the answer of the coarsest. Both results are for
+    E = 1 Pa, on one mesh for all k touches: under patches as wide as its elements, which is enough for differences.
     """
     meshes = TouchedMeshes(body)
     patches = [_patch(body, touch, meshes.edge_m(touch, 1)) for touch in touches]
     levels = np.array([far_compliance(*meshes.at_rim(held), patches) for held in (0, 1, 2)])
-    before, last = levels[1] - levels[0], levels[2] - levels[1]
-    rate = np.clip(np.divide(before, last, out=np.full(len(last), RATES[1]), where=last != 0.0), *RATES)
-    missed = levels[2] + last / (rate - 1.0) - levels[0]
+    change_1, change_2 = levels[1] - levels[0], levels[2] - levels[1]
+    rate = np.clip(np.divide(change_1, change_2, out=np.full(len(change_2), RATES[1]), where=change_2 != 0.0), *RATES)
+    missed = levels[2] + change_2 / (rate - 1.0) - levels[0]
     held, level = meshes.at_rim(1)
-    bodies = [replace(held, material=replace(held.material, poisson=float(nu))) for nu in across]
-    by_poisson = np.array([far_compliance(each, level, patches) for each in bodies]) if len(across) > 1 else levels[:1]
+    bodies = [replace(held, material=replace(held.material, poisson=float(nu))) for nu in ratios]
+    by_poisson = np.array([far_compliance(each, level, patches) for each in bodies]) if len(ratios) > 1 else levels[:1]
     return missed, by_poisson.T

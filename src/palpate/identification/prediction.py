@@ -65,29 +65,29 @@ def predict(
     starts = {name: best_fit(model)[0] for name, model in baselines.items()} | dict(best)
     everything = {**models, **baselines}
     scalings = {name: scaling_near(model, starts[name]) for name, model in everything.items()}
-    # seen : the points that a fit sees
-    parts = [(each, seen) for each in by for seen in fitted_points(data, each, options.seed)]
-    jobs = [(each, name, seen) for each, seen in parts for name in everything]
+    # a fold: what is left out, and for each point whether fits see it
+    folds = [(left_out, seen) for left_out in by for seen in fitted_points(data, left_out, options.seed)]
+    jobs = [(left_out, name, seen) for left_out, seen in folds for name in everything]
 
     def refit(job: tuple[str, str, np.ndarray]) -> np.ndarray:
         _, name, seen = job
         return _refit(everything[name], starts[name], seen, scalings[name])
 
     rows, forces = [], progress.each("predictions of presses left out", refit, jobs)
-    for (each, name, seen), force in zip(jobs, forces, strict=True):
-        rows += _rows(data, each, name, seen, force)
-    for each, seen in parts:
-        rows += _floor_rows(data, each, seen)
-        if each == DEPTH:
-            rows += _rows(data, each, LINE + OF_PLACE, seen, _fit_each_press(data, seen, 1.0))
-            rows += _rows(data, each, POWER_LAW + OF_PLACE, seen, _fit_each_press(data, seen, None))
+    for (left_out, name, seen), force in zip(jobs, forces, strict=True):
+        rows += _rows(data, left_out, name, seen, force)
+    for left_out, seen in folds:
+        rows += _floor_rows(data, left_out, seen)
+        if left_out == DEPTH:
+            rows += _rows(data, left_out, LINE + OF_PLACE, seen, _fit_each_press(data, seen, 1.0))
+            rows += _rows(data, left_out, POWER_LAW + OF_PLACE, seen, _fit_each_press(data, seen, None))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def fitted_points(data: Data, by: str, seed: int) -> list[np.ndarray]:
-    """Return truth values (n,) of which points are fitted while the others are left out, one array for each fold.
+    """Return for each fold an array of truth values (n,): which points are fitted, while the others are left out.
 
-    by : PLACE, in FOLDS random folds; DEPTH, beyond SHALLOW; SESSION or SPECIMEN, one fold each
+    by : PLACE, in FOLDS random folds; DEPTH, one fold of points to SHALLOW; SESSION or SPECIMEN, one fold each
     """
     layout = data.layout
     press = data.press_of_point
@@ -126,7 +126,7 @@ def _refit(model: MixedModel, start: Mapping[str, float], used: np.ndarray, scal
 
 
 def _rows(data: Data, by: str, name: str, used: np.ndarray, force: np.ndarray) -> list[tuple]:
-    """Return the rows of predictions of one model: errors of each press that has points to predict.
+    """Return the rows of predictions of one model: relative errors of each press that has points to predict.
 
     used : (n,) which points were fitted; force : (n,) [N] predicted, NaN where it is not known
     """
@@ -136,11 +136,11 @@ def _rows(data: Data, by: str, name: str, used: np.ndarray, force: np.ndarray) -
         judged = ~used[points] & np.isfinite(force[points])
         if judged.sum() < LEAST_POINTS or (by == DEPTH and used[points].sum() < LEAST_POINTS):
             continue
-        measured, off = data.layout.force_n[points][judged], (force - data.layout.force_n)[points][judged]
+        measured, error = data.layout.force_n[points][judged], (force - data.layout.force_n)[points][judged]
         size = np.sqrt(np.mean(measured**2))
         if size > 0.0:
             press = data.records.presses[number].name
-            rows.append((by, name, press, float(np.sqrt(np.mean(off**2)) / size), float(off.mean() / size)))
+            rows.append((by, name, press, float(np.sqrt(np.mean(error**2)) / size), float(error.mean() / size)))
     return rows
 
 
@@ -157,27 +157,27 @@ def _floor_rows(data: Data, by: str, used: np.ndarray) -> list[tuple]:
         return [other for other, place in enumerate(places) if place == places[k] and other != k]
 
     def neighbours(k: int) -> list[int]:
-        """Return presses of other places, or other sessions or specimens, the nearest first."""
+        """Return presses of other places, or of sessions or specimens that are fitted, the nearest first."""
         if (at := presses[k].at_m) is None:
             return []
         others = [c for c in range(len(presses)) if (places[c] != places[k] if by in (PLACE, DEPTH) else is_fitted[c])]
-        away = {c: float(np.linalg.norm(there - at)) for c in others if (there := presses[c].at_m) is not None}
-        return sorted(away, key=lambda c: away[c])
+        distances = {c: float(np.linalg.norm(spot - at)) for c in others if (spot := presses[c].at_m) is not None}
+        return sorted(distances, key=lambda c: distances[c])
 
     floors = {REPEAT: repeats, NEIGHBOUR: neighbours} if by in (PLACE, DEPTH) else {NEIGHBOUR: neighbours}
     for name, candidates in floors.items():
         force = np.full(len(used), np.nan)
         for k in range(len(presses)):
-            if (is_fitted[k] and by != DEPTH) or not (alike := candidates(k)):
+            if (is_fitted[k] and by != DEPTH) or not (donors := candidates(k)):
                 continue
-            own, its = layout.points(k), layout.points(alike[0])
-            guess = np.interp(layout.depth_m[own], layout.depth_m[its], layout.force_n[its], right=np.nan)
+            points, donor = layout.points(k), layout.points(donors[0])
+            guess = np.interp(layout.depth_m[points], layout.depth_m[donor], layout.force_n[donor], right=np.nan)
             if by == DEPTH:
-                shallow = used[own] & np.isfinite(guess)
+                shallow = used[points] & np.isfinite(guess)
                 square = float(guess[shallow] @ guess[shallow])
-                factor = float(guess[shallow] @ layout.force_n[own][shallow])
+                factor = float(guess[shallow] @ layout.force_n[points][shallow])
                 guess = guess * factor / square if square > 0 else guess * np.nan
-            force[own] = guess
+            force[points] = guess
         rows += _rows(data, by, name, used, force)
     return rows
 
@@ -186,12 +186,12 @@ def _fit_each_press(data: Data, used: np.ndarray, exponent: float | None) -> np.
     """Fit k (d + s)ⁿ to the points ``used`` (n,) of each press alone; return the forces (n,) [N] of all points.
 
     exponent : n, or None where it is fitted, too
-    Three unknowns need three points; with two points the shift s is 0.
+    ``unknowns`` are k, s over the largest depth, and n. Three need three points; with two points s is 0.
     """
     layout = data.layout
     forces = np.full(len(used), np.nan)
-    for first, end in zip(layout.press_start[:-1], layout.press_start[1:], strict=True):
-        depth, force, seen = layout.depth_m[first:end], layout.force_n[first:end], used[first:end]
+    for start, end in zip(layout.press_start[:-1], layout.press_start[1:], strict=True):
+        depth, force, seen = layout.depth_m[start:end], layout.force_n[start:end], used[start:end]
         deepest, strongest = depth.max(), np.abs(force[seen]).max(initial=0.0)
         if seen.sum() < LEAST_POINTS or strongest == 0.0:
             continue
@@ -199,12 +199,12 @@ def _fit_each_press(data: Data, used: np.ndarray, exponent: float | None) -> np.
         def curve(p: np.ndarray, depth: np.ndarray = depth, deepest: float = deepest) -> np.ndarray:
             return p[0] * np.maximum(depth / deepest + p[1], 1e-9) ** (p[2] if exponent is None else exponent)
 
-        shifts = 0.25 if seen.sum() > 2 else 1e-9  # of the largest depth, as the offsets of all fits
+        shifts = 0.25 if seen.sum() > 2 else 1e-9  # over the largest depth, as the offsets of all fits
         low, high = [0.0, -0.4 * shifts, EXPONENTS[0]], [np.inf, shifts, EXPONENTS[1]]
-        free = 3 if exponent is None else 2
-        at = least_squares(
+        n_free = 3 if exponent is None else 2
+        unknowns = least_squares(
             lambda p, curve=curve, seen=seen, force=force, strongest=strongest: (curve(p) - force)[seen] / strongest,
-            [2.0 * strongest, 0.0, 1.5][:free], bounds=(low[:free], high[:free]),
+            [2.0 * strongest, 0.0, 1.5][:n_free], bounds=(low[:n_free], high[:n_free]),
         ).x  # fmt: skip
-        forces[first:end] = curve(at)
+        forces[start:end] = curve(unknowns)
     return forces

@@ -36,24 +36,24 @@ def read_table(
     header has most; decimals have commas if no number of the file has a point. InputError for what is no table, lacks
     a needed column, or has one in another unit.
     """
-    header, rows, lines, said = read_cells(path)
-    sources = {name: [of] if isinstance(of, str) else list(of) for name, of in columns.items()}
+    header, rows, lines, remark = read_cells(path)
+    sources = {name: [given] if isinstance(given, str) else list(given) for name, given in columns.items()}
     table = pd.DataFrame(_named(path, header, rows, sources), index=pd.Index(lines))
-    asked = [name for of in sources.values() for name in of]
+    asked = [name for given in sources.values() for name in given]
     _check_columns(table, [name for name in header if name not in asked], path)
     table = table[~table["press"].isin(list(leave_out))].copy()
     if table.empty:
         raise InputError(f"{path} has no press that leave_out does not name; name fewer.")
     numbers = [name for name in table if name not in ("press", *NAMES)]
-    commas = any(table[name].str.contains(",").any() for name in numbers)
-    if commas and not any(table[name].str.contains(".", regex=False).any() for name in numbers):
+    has_commas = any(table[name].str.contains(",").any() for name in numbers)
+    if has_commas and not any(table[name].str.contains(".", regex=False).any() for name in numbers):
         table[numbers] = table[numbers].apply(lambda texts: texts.str.replace(",", "."))
-        said += ", decimals have commas"
+        remark += ", decimals have commas"
     for name in numbers:
         table[name] = _numbers(table, name, path)
     if (empty := table.index[table["press"].eq("")]).size:
         raise InputError(f"{path}, row {empty[0]}: press is empty; give the name of the press that the row belongs to.")
-    return table, said
+    return table, remark
 
 
 def _plain(name: str) -> str:
@@ -67,21 +67,21 @@ PLAIN = {_plain(name): name for name in COLUMNS}
 def _named(
     path: str, header: list[str], rows: list[list[str]], columns: Mapping[str, Sequence[str]]
 ) -> dict[str, list[str]]:
-    """Return the cells of each of COLUMNS that a file has, by name, found by ``columns`` or in any case and signs.
+    """Return the cells of each of COLUMNS that a file has, by name: as ``columns`` has it, or in any case.
 
     InputError for a name of ``columns`` that is not in the file or has another unit, and for two columns of one name.
     """
-    numbers: dict[str, list[int]] = {}
+    indices_of: dict[str, list[int]] = {}
     for number, name in enumerate(header):
-        numbers.setdefault(PLAIN.get(_plain(name), ""), []).append(number)
-    numbers.pop("", None)
+        indices_of.setdefault(PLAIN.get(_plain(name), ""), []).append(number)
+    indices_of.pop("", None)
     for name, sources in columns.items():
         if name not in COLUMNS:
             raise InputError(f"columns has {name}, which no press has; {suggest(name, list(COLUMNS), 'choose from')}")
-        numbers[name] = []
+        indices_of[name] = []
         for source in sources:
-            there = [number for number, other in enumerate(header) if other == source]
-            if not there:
+            indices = [number for number, title in enumerate(header) if title == source]
+            if not indices:
                 raise InputError(
                     f"{path} lacks the column {source}, which columns.{name} names; {suggest(source, header, 'it has')}"
                 )
@@ -92,16 +92,16 @@ def _named(
                     f"{path}: columns.{name} names {source}, whose name has another unit; convert it to "
                     f"{UNITS[unit]}, and call it {name}."
                 )
-            numbers[name] += there
-    for name, there in numbers.items():
-        names = [header[number] for number in there]
-        if len(there) > len(columns.get(name, [name])):
+            indices_of[name] += indices
+    for name, indices in indices_of.items():
+        names = [header[number] for number in indices]
+        if len(indices) > len(columns.get(name, [name])):
             raise InputError(f"{path} has two columns for {name}, {' and '.join(names)}; leave one of them out.")
-    return {name: [" ".join(row[number] for number in there) for row in rows] for name, there in numbers.items()}
+    return {name: [" ".join(row[number] for number in indices) for row in rows] for name, indices in indices_of.items()}
 
 
 def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> None:
-    """Raise InputError for missing columns, for which ``others`` may stand, and for incomplete or double vectors."""
+    """Raise InputError for missing columns, which names among ``others`` may mean, and incomplete or double vectors."""
     for column in MEASURED:
         stem, _, unit = column.rpartition("_")
         alike = [name for name in others if re.fullmatch(f"{stem}({OTHER_UNITS[unit]})?", _plain(name))]
@@ -118,11 +118,11 @@ def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> Non
             "(--column)."
         )
     for group in (AT, *VECTORS.values()):
-        there = [name for name in group if name in table]
-        if there and len(there) < 3:
-            raise InputError(f"{path} has {there[0]} and not all of {', '.join(group)}; give all three or none.")
-        if there and AT[0] not in table:
-            raise InputError(f"{path} has {there[0]} and no places; give {', '.join(AT)}, or leave it out.")
+        present = [name for name in group if name in table]
+        if present and len(present) < 3:
+            raise InputError(f"{path} has {present[0]} and not all of {', '.join(group)}; give all three or none.")
+        if present and AT[0] not in table:
+            raise InputError(f"{path} has {present[0]} and no places; give {', '.join(AT)}, or leave it out.")
     if all(group[0] in table for group in VECTORS.values()):
         raise InputError(f"{path} has directions and normals; leave one of them out.")
 
@@ -131,16 +131,16 @@ def _numbers(table: pd.DataFrame, column: str, path: str) -> pd.Series:
     """Return a column of texts as numbers; InputError for a cell that is empty or no number."""
     fractions = table[column].str.match(r"[-+]?0\d")  # digits behind a decimal comma that has divided a cell
     numbers = pd.to_numeric(table[column], errors="coerce").astype(float).mask(fractions)
-    wrong = numbers.index[~np.isfinite(numbers)]
-    if not len(wrong):
+    bad_lines = numbers.index[~np.isfinite(numbers)]
+    if not len(bad_lines):
         return numbers
-    if column not in (*NEEDED, "time_s") and table.loc[wrong, column].eq("").all():
-        bare = table.loc[wrong, "press"].nunique()
+    if column not in (*NEEDED, "time_s") and table.loc[bad_lines, column].eq("").all():
+        presses_without = table.loc[bad_lines, "press"].nunique()
         raise InputError(
-            f"{path}, row {wrong[0]}: {column} is empty, and other rows have it; give the places and directions of "
-            f"all presses, or of none ({bare} of {table['press'].nunique()} lack some)."
+            f"{path}, row {bad_lines[0]}: {column} is empty, and other rows have it; give the places and directions of "
+            f"all presses, or of none ({presses_without} of {table['press'].nunique()} lack some)."
         )
-    cell = table.at[wrong[0], column] or "empty"
+    cell = table.at[bad_lines[0], column] or "empty"
     raise InputError(
-        f"{path}, row {wrong[0]}: {column} is {cell}, which is no number; correct it or leave the row out."
+        f"{path}, row {bad_lines[0]}: {column} is {cell}, which is no number; correct it or leave the row out."
     )

@@ -120,36 +120,36 @@ def _without_baseline(records: PressRecords) -> PressRecords:
     lines = [
         line_before(press.depth_m[:end], press.force_n[:end]) for press, end in zip(records.presses, ends, strict=True)
     ]
-    own = [line for line in lines if line is not None]
-    if not own:
+    fits = [line for line in lines if line is not None]
+    if not fits:
         return records
-    middle, presses, errors = np.median(own, axis=0), [], []
+    median, presses, errors = np.median(fits, axis=0), [], []
     for press, end, line in zip(records.presses, ends, lines, strict=True):
-        zero, slope, error_of_slope = middle if line is None else line
+        zero, slope, error_of_slope = median if line is None else line
         force, half_depth = press.force_n - zero - slope * press.depth_m, 0.5 * press.depth_m[end - 1]
         if line is not None:
             force_there = np.interp(half_depth, press.depth_m[:end], force[:end])
             errors.append(error_of_slope * half_depth / max(abs(force_there), 1e-300))
         presses.append(replace(press, force_n=force))
-    rest = ", the median where a press has none of its own" if len(own) < len(lines) else ""
-    said = (
-        f"{records.source}: {len(own)} of {len(presses)} presses have rows before contact; their line, in the median "
-        f"{1e3 * middle[0]:.3g} mN at depth 0 and {middle[1]:.3g} mN/mm (± {middle[2]:.2g}), is subtracted from all "
-        f"forces{rest}"
+    note = ", the median where a press has none of its own" if len(fits) < len(lines) else ""
+    text = (
+        f"{records.source}: {len(fits)} of {len(presses)} presses have rows before contact; their line, in the median "
+        f"{1e3 * median[0]:.3g} mN at depth 0 and {median[1]:.3g} mN/mm (± {median[2]:.2g}), is subtracted from all "
+        f"forces{note}"
     )
     common = float(np.median(errors) / np.sqrt(len(errors)))
-    return replace(records, presses=tuple(presses), found=(*records.found, said), force_error=common)
+    return replace(records, presses=tuple(presses), found=(*records.found, text), force_error=common)
 
 
 def join(records: Sequence[PressRecords]) -> PressRecords:
     """Return the presses of several files by the same instrument; InputError for a name that two of them have."""
-    owner: dict[str, str] = {}
+    source_of: dict[str, str] = {}
     for part, press in [(each, press) for each in records for press in each.presses]:
-        if press.name in owner:
+        if press.name in source_of:
             raise InputError(
-                f"{part.source} and {owner[press.name]} both have a press {press.name}; rename one of them."
+                f"{part.source} and {source_of[press.name]} both have a press {press.name}; rename one of them."
             )
-        owner[press.name] = part.source
+        source_of[press.name] = part.source
     return PressRecords(
         records[0].instrument, tuple(press for part in records for press in part.presses),
         ", ".join(part.source for part in records), tuple(line for part in records for line in part.found),
@@ -159,10 +159,10 @@ def join(records: Sequence[PressRecords]) -> PressRecords:
 
 def doubts(records: PressRecords) -> Iterator[str]:
     """Yield a sentence for each oddity of presses: forces that fall or pull, small depths, moduli of no organ."""
-    if weak := [press.name for press in records.presses if not _rises(press)]:
+    if flat := [press.name for press in records.presses if not _rises(press)]:
         yield (
-            f"{records.source}: the force does not rise with depth in {len(weak)} of {len(records.presses)} presses "
-            f"({_some(weak)}); see whether they touch the tissue."
+            f"{records.source}: the force does not rise with depth in {len(flat)} of {len(records.presses)} presses "
+            f"({_some(flat)}); see whether they touch the tissue."
         )
     at_first_touch = [
         press.force_n[(press.depth_m > 0.0) & (press.depth_m <= FIRST * press.depth_m.max())]
@@ -186,9 +186,9 @@ def doubts(records: PressRecords) -> Iterator[str]:
     moduli = _hertz_moduli(records, ball)
     modulus = float(np.median(moduli))
     unlike = (moduli >= UNLIKE * modulus) | (moduli <= modulus / UNLIKE)
-    if apart := [records.presses[i].name for i in np.flatnonzero(unlike) if _rises(records.presses[i])]:
+    if names := [records.presses[i].name for i in np.flatnonzero(unlike) if _rises(records.presses[i])]:
         yield (
-            f"{records.source}: {_some(apart)} of {len(records.presses)} presses are {UNLIKE:g} times as stiff or soft "
+            f"{records.source}: {_some(names)} of {len(records.presses)} presses are {UNLIKE:g} times as stiff or soft "
             "as the middle one, or more; see whether all are in newtons and metres."
         )
     if not USUAL_PA[0] < modulus < USUAL_PA[1]:
@@ -235,22 +235,22 @@ def _rows_of_presses(table: pd.DataFrame, path: str) -> Iterator[pd.DataFrame]:
 
 
 def _press(rows: pd.DataFrame, path: str) -> Press:
-    """Return the press of ``rows`` of a file; InputError for what no single press has."""
+    """Return the press of ``rows`` of a file; InputError for rows that cannot be of one press."""
     lines, first = rows.index, rows.iloc[0]
-    name, place = first["press"], f"{path}: the press {first['press']}"
+    name, label = first["press"], f"{path}: the press {first['press']}"
     if len(rows) < LEAST_POINTS:
-        raise InputError(f"{place} has {len(rows)} points, fewer than {LEAST_POINTS}; measure more, or leave it out.")
+        raise InputError(f"{label} has {len(rows)} points, fewer than {LEAST_POINTS}; measure more, or leave it out.")
     for column in ("thickness_m", *AT, *VECTORS["direction"], *VECTORS["normal"], *NAMES):
-        if column in rows and len(other := lines[rows[column] != first[column]]):
+        if column in rows and len(unlike := lines[rows[column] != first[column]]):
             raise InputError(
-                f"{path}, row {other[0]}: {column} of the press {name} differs from that in the row above; give two "
+                f"{path}, row {unlike[0]}: {column} of the press {name} differs from that in the row above; give two "
                 "presses two names."
             )
     depth, force = rows["depth_m"].to_numpy(), rows["force_n"].to_numpy()
     time = rows["time_s"].to_numpy() if "time_s" in rows else None
     if not depth.max() > 0.0:
         raise InputError(
-            f"{place} is nowhere deeper than {depth.max() + 0.0:g} m; give depth_m as the way into the tissue since "
+            f"{label} is nowhere deeper than {depth.max() + 0.0:g} m; give depth_m as the way into the tissue since "
             "first touch, or name the press under leave_out."
         )
     back = np.flatnonzero(np.diff(depth) < -UNEVEN * depth.max())
@@ -259,22 +259,22 @@ def _press(rows: pd.DataFrame, path: str) -> Press:
             f"{path}, row {lines[back[0] + 1]}: depth_m falls from {depth[back[0]]:g} to {depth[back[0] + 1]:g} m in "
             f"the press {name}; keep the way down only, give time_s, or give two presses two names."
         )
-    if time is not None and len(still := np.flatnonzero(np.diff(time) <= 0.0)):
+    if time is not None and len(stops := np.flatnonzero(np.diff(time) <= 0.0)):
         raise InputError(
-            f"{path}, row {lines[still[0] + 1]}: time_s of the press {name} goes from {time[still[0]]:g} to "
-            f"{time[still[0] + 1]:g} s; sort its rows by time, or give two presses two names."
+            f"{path}, row {lines[stops[0] + 1]}: time_s of the press {name} goes from {time[stops[0]]:g} to "
+            f"{time[stops[0] + 1]:g} s; sort its rows by time, or give two presses two names."
         )
-    at = first[list(AT)].to_numpy(dtype=float) if AT[0] in rows else None
+    point = first[list(AT)].to_numpy(dtype=float) if AT[0] in rows else None
     direction = None
     for group, sign in (("direction", 1.0), ("normal", -1.0)):
         if VECTORS[group][0] in rows:
             vector = sign * first[list(VECTORS[group])].to_numpy(dtype=float)
             length = float(np.linalg.norm(vector))
             if not length > 0.0:
-                raise InputError(f"{place} has the direction 0 0 0; give the way of the instrument.")
+                raise InputError(f"{label} has the direction 0 0 0; give the way of the instrument.")
             direction = vector / length
     return Press(
-        name, at_m=at, direction=direction, time_s=time, depth_m=depth, force_n=force,
+        name, at_m=point, direction=direction, time_s=time, depth_m=depth, force_n=force,
         thickness_m=float(first["thickness_m"]) if "thickness_m" in rows else None,
         **{column: first.get(column, "").strip() for column in NAMES},
     )  # fmt: skip
@@ -282,11 +282,11 @@ def _press(rows: pd.DataFrame, path: str) -> Press:
 
 def _places(presses: Sequence[Press]) -> tuple[Press, ...]:
     """Name the places of presses without one: by the first press at the same coordinates, else by the press itself."""
-    first: dict[tuple, str] = {}
+    first_press_at: dict[tuple, str] = {}
     placed = []
     for press in presses:
         key: tuple = (press.name,) if press.at_m is None else (press.specimen, *press.at_m)
-        placed.append(replace(press, place=press.place or first.setdefault(key, press.name)))
+        placed.append(replace(press, place=press.place or first_press_at.setdefault(key, press.name)))
     return tuple(placed)
 
 

@@ -73,13 +73,13 @@ class Hold:
 
         basis : force over time for each spline of depth; weight : as in ``fit``
         """
-        begin = self.held + 1
-        normal, right = basis[:begin].T @ basis[:begin], basis[:begin].T @ self.force[:begin]
+        first_held = self.held + 1
+        normal, right_side = basis[:first_held].T @ basis[:first_held], basis[:first_held].T @ self.force[:first_held]
         if weight > 0.0:
-            normal += weight**2 * (basis[begin:].T @ basis[begin:])
-            right += weight**2 * (basis[begin:].T @ self.force[begin:])
+            normal += weight**2 * (basis[first_held:].T @ basis[first_held:])
+            right_side += weight**2 * (basis[first_held:].T @ self.force[first_held:])
         normal.flat[:: len(normal) + 1] += RIDGE * normal.trace()  # where no sample sees a spline
-        return np.linalg.solve(normal, right)
+        return np.linalg.solve(normal, right_side)
 
     def error(self, kernel: Kernel) -> np.ndarray:
         """Return predicted less measured force while the depth is held, over the largest force."""
@@ -97,25 +97,25 @@ def hold_of(press: Press) -> Hold:
 
     Raises InputError if it has no times, or is not held for LEAST_HELD_S at its last depth.
     """
-    place = f"the press {press.name}"
+    label = f"the press {press.name}"
     if press.time_s is None:
-        raise InputError(f"{place} has no times; give time_s, or do not ask for its relaxation.")
+        raise InputError(f"{label} has no times; give time_s, or do not ask for its relaxation.")
     depth, peak = press.depth_m, float(press.force_n.max())
     moving = np.flatnonzero(np.abs(depth - depth[-1]) > HELD * abs(depth[-1]))
     held = int(moving[-1]) + 1 if len(moving) else 0
-    lasts = float(press.time_s[-1] - press.time_s[held])
-    if held < LEAST_LOADING_POINTS or len(depth) - held <= LEAST_HELD_POINTS or lasts < LEAST_HELD_S:
+    held_s = float(press.time_s[-1] - press.time_s[held])
+    if held < LEAST_LOADING_POINTS or len(depth) - held <= LEAST_HELD_POINTS or held_s < LEAST_HELD_S:
         raise InputError(
-            f"{place} is at its last depth, {depth[-1]:.3g} m, for {lasts:.2g} s after {held} samples of loading; "
+            f"{label} is at its last depth, {depth[-1]:.3g} m, for {held_s:.2g} s after {held} samples of loading; "
             f"relaxation needs {LEAST_HELD_S:g} s and {LEAST_HELD_POINTS} samples at a depth that is held, and "
             f"{LEAST_LOADING_POINTS} before."
         )
     if not peak > 0.0:
-        raise InputError(f"{place} has no positive force; leave it out.")
+        raise InputError(f"{label} has no positive force; leave it out.")
     # cubic B-splines on even knots from depth 0 to the largest
-    count, most = max(4, min(COEFFICIENTS, held // 2)), float(depth.max())
-    knots = np.concatenate([np.zeros(3), np.linspace(0.0, most, count - 2), np.full(3, most)])
-    curves = BSpline.design_matrix(np.clip(depth, 0.0, most), knots, 3).toarray()
+    count, deepest_m = max(4, min(COEFFICIENTS, held // 2)), float(depth.max())
+    knots = np.concatenate([np.zeros(3), np.linspace(0.0, deepest_m, count - 2), np.full(3, deepest_m)])
+    curves = BSpline.design_matrix(np.clip(depth, 0.0, deepest_m), knots, 3).toarray()
     return Hold(press, press.time_s, curves, press.force_n / peak, held)
 
 
@@ -133,15 +133,14 @@ def holds_of(records: PressRecords) -> tuple[list[Hold], list[str]]:
 def relaxed(hold: Hold, kernel: Branches) -> Press:
     """Return the loading of a press with the forces of tissue that has time to relax at each depth.
 
-    The measured forces are scaled by the ratio of the relaxed to the relaxing force of the fit, so that their errors
-    stay as they are.
+    Measured forces are scaled by the fit's relaxed force over its force in the loading, so that they keep their errors.
     """
     basis = kernel.respond(hold.time_s, hold.curves)
-    factors = hold.coefficients(basis, 1.0)
+    spline_factors = hold.coefficients(basis, 1.0)
     loading = slice(0, hold.held + 1)
-    relaxing, instantaneous = (basis @ factors)[loading], (hold.curves @ factors)[loading]
-    long_after = 1.0 - sum(kernel.series.shares)
-    ratio = np.clip(long_after * instantaneous / np.where(relaxing > 0.0, relaxing, np.inf), long_after, 1.0)
+    relaxing, instantaneous = (basis @ spline_factors)[loading], (hold.curves @ spline_factors)[loading]
+    relaxed_share = 1.0 - sum(kernel.series.shares)
+    ratio = np.clip(relaxed_share * instantaneous / np.where(relaxing > 0.0, relaxing, np.inf), relaxed_share, 1.0)
     press = hold.press
     return replace(
         press, time_s=hold.time_s[loading], depth_m=press.depth_m[loading], force_n=ratio * press.force_n[loading]
@@ -163,12 +162,12 @@ EVALUATIONS, TOLERANCE = 40, 1e-5
 def weight_of(kernel: Kernel, holds: Sequence[Hold]) -> float:
     """Return the weight of samples at the held depth: scatter of the loading over that of the hold, 1 at most.
 
-    Forces at the held depth differ from those of one kernel by more than noise where tissue differs.
+    It is below 1 where tissue differs, as forces at the held depth then differ from one kernel's by more than noise.
     """
     loading = [hold.residuals(kernel, 0.0)[: hold.held + 1] for hold in holds]
     held = np.concatenate([hold.residuals(kernel, 1.0)[hold.held + 1 :] for hold in holds])
-    freedom = sum(max(len(part) - hold.curves.shape[1], 1) for part, hold in zip(loading, holds, strict=True))
-    scatter = np.sqrt(sum(float(part @ part) for part in loading) / freedom)
+    degrees = sum(max(len(part) - hold.curves.shape[1], 1) for part, hold in zip(loading, holds, strict=True))
+    scatter = np.sqrt(sum(float(part @ part) for part in loading) / degrees)
     return float(np.clip(scatter / max(np.sqrt(np.mean(held**2)), 1e-12), LEAST_WEIGHT, 1.0))
 
 
@@ -178,21 +177,21 @@ def fit_branches(
     """Fit ``count`` branches to all presses by weighted least squares, in the order of their times.
 
     start : branches to start the search from; weight : of the samples at the held depth, None for ``weight_of``
-    Shares are positive and their sum below LARGEST_SUM.
+    Unknowns are logs of times, and of shares over what all leave of LARGEST_SUM: shares are positive, their sum less.
     """
     if weight is None:
-        first = fit_branches(holds, count, start, 1.0)
-        return fit_branches(holds, count, first.series, weight_of(first, holds))
+        unweighted = fit_branches(holds, count, start, 1.0)
+        return fit_branches(holds, count, unweighted.series, weight_of(unweighted, holds))
     step, span = _time_scales(holds)
     if start is None:
         times = np.geomspace(3.0 * step, span, count) if count > 1 else np.array([np.sqrt(step * span)])
         start = Series([0.8 / count] * count, times.tolist())
     shares, times = np.array(start.shares, dtype=float), np.array(start.times_s, dtype=float)
-    low, high = np.log(SHORTEST * step), np.log(LONGEST * span)
+    log_shortest, log_longest = np.log(SHORTEST * step), np.log(LONGEST * span)
     unknowns = np.append(np.log(shares / (LARGEST_SUM - shares.sum())), np.log(times))
-    bounds = np.repeat([-9.0, low], count), np.repeat([9.0, high], count)
-    inside = np.clip(unknowns, bounds[0] + 1e-3, bounds[1] - 1e-3)
-    return _branches(_least_squares(_branches, inside, bounds, holds, weight))
+    bounds = np.repeat([-9.0, log_shortest], count), np.repeat([9.0, log_longest], count)
+    start_inside = np.clip(unknowns, bounds[0] + 1e-3, bounds[1] - 1e-3)
+    return _branches(_least_squares(_branches, start_inside, bounds, holds, weight))
 
 
 def _branches(unknowns: np.ndarray) -> Branches:
@@ -241,7 +240,7 @@ class Noise(NamedTuple):
 
 
 def noise_of(error: np.ndarray, time_s: np.ndarray) -> Noise:
-    """Fit the process to errors (k,) at ``time_s`` (k,) [s], by maximum likelihood."""
+    """Fit an autoregressive process of first order to errors (k,) at ``time_s`` (k,) [s], by maximum likelihood."""
     steps = np.diff(time_s)
 
     def likelihood(log_memory: float) -> tuple[float, float]:
@@ -249,13 +248,13 @@ def noise_of(error: np.ndarray, time_s: np.ndarray) -> Noise:
         correlation = np.exp(-steps / np.exp(log_memory))
         innovations = (error[1:] - correlation * error[:-1]) / np.sqrt(1.0 - correlation**2)
         variance = max(float(np.mean(np.append(error[0], innovations) ** 2)), 1e-30)
-        of_steps = float(np.log1p(-(correlation**2)).sum())
-        return len(error) * (np.log(2.0 * np.pi * variance) + 1.0) + of_steps, variance
+        log_variances = float(np.log1p(-(correlation**2)).sum())
+        return len(error) * (np.log(2.0 * np.pi * variance) + 1.0) + log_variances, variance
 
     bounds = np.log([0.1 * steps.min(), 10.0 * (time_s[-1] - time_s[0])])
-    best = minimize_scalar(lambda log_memory: likelihood(log_memory)[0], bounds=bounds, method="bounded").x
-    minus2, variance = likelihood(best)
-    return Noise(float(np.sqrt(variance)), float(np.exp(best)), minus2)
+    best_log = minimize_scalar(lambda log_memory: likelihood(log_memory)[0], bounds=bounds, method="bounded").x
+    minus2, variance = likelihood(best_log)
+    return Noise(float(np.sqrt(variance)), float(np.exp(best_log)), minus2)
 
 
 def information(hold: Hold, kernel: Branches) -> float:
@@ -313,32 +312,32 @@ def draw_branches(holds: Sequence[Hold], kernel: Branches, draws: int, rng: np.r
     Whole specimens are drawn with all their presses, or presses where there are fewer than LEAST_GROUPS specimens.
     Where there are fewer presses, too, errors about the fit to each press are drawn.
     """
-    count, weight = len(kernel.series.shares), weight_of(kernel, holds)
+    branch_count, weight = len(kernel.series.shares), weight_of(kernel, holds)
     groups: dict[str, list[Hold]] = {}
     for hold in holds:
         groups.setdefault(hold.press.specimen or hold.press.name, []).append(hold)
     kinds = {"specimens": list(groups.values()), "presses": [[hold] for hold in holds]}
-    for drawn, parts in kinds.items():
-        if len(parts) >= LEAST_GROUPS:
-            picks = (rng.integers(len(parts), size=len(parts)) for _ in range(draws))
-            chosen = ([one for i in pick for one in parts[i]] for pick in picks)
-            return Draws(tuple(fit_branches(each, count, kernel.series, weight) for each in chosen), drawn)
+    for drawn, candidates in kinds.items():
+        if len(candidates) >= LEAST_GROUPS:
+            picks = (rng.integers(len(candidates), size=len(candidates)) for _ in range(draws))
+            drawn_holds = ([member for i in pick for member in candidates[i]] for pick in picks)
+            return Draws(tuple(fit_branches(each, branch_count, kernel.series, weight) for each in drawn_holds), drawn)
     simulators = [_simulator(hold, kernel) for hold in holds]
     simulated = ([simulate(rng) for simulate in simulators] for _ in range(draws))
-    return Draws(tuple(fit_branches(each, count, kernel.series, weight) for each in simulated), "errors")
+    return Draws(tuple(fit_branches(each, branch_count, kernel.series, weight) for each in simulated), "errors")
 
 
 def _simulator(hold: Hold, kernel: Branches) -> Callable[[np.random.Generator], Hold]:
-    """Return a function that simulates a press: its best fit plus errors of the autoregressive process of its own."""
-    best = hold.fit(kernel, 1.0)
-    noise = noise_of(hold.force - best, hold.time_s)
+    """Return a function that simulates a press: its best fit plus random errors as correlated as its residuals."""
+    best_fit_force = hold.fit(kernel, 1.0)
+    noise = noise_of(hold.force - best_fit_force, hold.time_s)
     correlation = np.exp(-np.diff(hold.time_s) / noise.memory_s)
 
     def simulate(rng: np.random.Generator) -> Hold:
-        errors = noise.scatter * rng.normal(size=len(best))
+        errors = noise.scatter * rng.normal(size=len(best_fit_force))
         errors[1:] *= np.sqrt(1.0 - correlation**2)
         for k in range(1, len(errors)):
             errors[k] += correlation[k - 1] * errors[k - 1]
-        return replace(hold, force=best + errors)
+        return replace(hold, force=best_fit_force + errors)
 
     return simulate

@@ -51,12 +51,12 @@ def compare_sessions(records: PressRecords) -> list[Comparison]:
     for specimen in dict.fromkeys(press.specimen for press in records.presses):
         presses = [press for press in records.presses if press.specimen == specimen]
         for first, second in combinations(dict.fromkeys(press.session for press in presses), 2):
-            one = [press for press in presses if press.session == first]
-            other = [press for press in presses if press.session == second]
-            logs = [log for a, b in _pairs(one, other, records) if (log := _log_ratio(a, b)) is not None]
+            group_a = [press for press in presses if press.session == first]
+            group_b = [press for press in presses if press.session == second]
+            logs = [log for a, b in _pairs(group_a, group_b, records) if (log := _log_ratio(a, b)) is not None]
             if logs:
                 spread = 1.4826 * float(np.median(np.abs(np.array(logs) - np.median(logs))))
-                error = 1.2533 * spread / np.sqrt(len(logs))  # of a median of normal values
+                error = 1.2533 * spread / np.sqrt(len(logs))  # of the median, as of normal values
                 comparisons.append(
                     Comparison(specimen, first, second, len(logs), float(np.exp(np.median(logs))), error)
                 )
@@ -68,35 +68,35 @@ def consistent_parts(records: PressRecords, comparisons: list[Comparison]) -> li
 
     Each part has a name, that of its specimen and session; a single one is called all.
     """
-    apart = {one.specimen for one in comparisons if one.contradicts}
-    keys = [(press.specimen, press.session if press.specimen in apart else "") for press in records.presses]
+    divided = {each.specimen for each in comparisons if each.contradicts}
+    keys = [(press.specimen, press.session if press.specimen in divided else "") for press in records.presses]
     parts = []
     for key in dict.fromkeys(keys):
-        presses = tuple(press for press, own in zip(records.presses, keys, strict=True) if own == key)
+        presses = tuple(press for press, press_key in zip(records.presses, keys, strict=True) if press_key == key)
         words = [word for word in key if word and len(presses) < len(keys)]
         parts.append((" ".join(words) or "all", replace(records, presses=presses)))
     return parts
 
 
-def _pairs(one: list[Press], other: list[Press], records: PressRecords) -> Iterator[tuple[Press, Press]]:
+def _pairs(group_a: list[Press], group_b: list[Press], records: PressRecords) -> Iterator[tuple[Press, Press]]:
     """Yield the presses of two sessions at the same place, by its name or by a distance of at most NEAR_RADII."""
-    named = {press.place: press for press in other if press.place}
-    placed = [press for press in other if press.at_m is not None]
+    by_name = {press.place: press for press in group_b if press.place}
+    placed = [press for press in group_b if press.at_m is not None]
     tree = cKDTree([press.at_m for press in placed]) if placed else None
     near = NEAR_RADII * (records.instrument.radius_m if records.instrument else 0.0)
-    for press in one:
-        if press.place in named:
-            yield press, named[press.place]
+    for press in group_a:
+        if press.place in by_name:
+            yield press, by_name[press.place]
         elif tree is not None and press.at_m is not None:
-            distance, k = tree.query(press.at_m)
+            distance, nearest = tree.query(press.at_m)
             if distance <= near:
-                yield press, placed[k]
+                yield press, placed[nearest]
 
 
 def _log_ratio(one: Press, other: Press) -> float | None:
     """Return the log of forces of ``other`` over ``one``, at the depth that both reach."""
     (depth, force), (other_depth, other_force) = loading(one), loading(other)
-    deep = min(depth[-1], other_depth[-1])
-    at = np.linspace(0.5, 1.0, 4) * deep
-    a, b = np.interp(at, depth, force).sum(), np.interp(at, other_depth, other_force).sum()
-    return float(np.log(b / a)) if a > 0.0 and b > 0.0 else None
+    common_depth = min(depth[-1], other_depth[-1])
+    depths = np.linspace(0.5, 1.0, 4) * common_depth
+    sum_one, sum_other = np.interp(depths, depth, force).sum(), np.interp(depths, other_depth, other_force).sum()
+    return float(np.log(sum_other / sum_one)) if sum_one > 0.0 and sum_other > 0.0 else None

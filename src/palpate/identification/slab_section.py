@@ -9,7 +9,7 @@ FAR_RADII = 2000.0
 WIDE = 10.0
 """Radius of a slab over its thickness, where it is held: what a press does there falls exponentially."""
 WIDEST = 0.05
-"""Largest width of a ring near the place, over the radius of what is near."""
+"""Largest width of a ring in the finely meshed part, over the radius of that part."""
 STEEP = 1.8
 """Largest growth of a ring over the one before it, far from the contact."""
 
@@ -18,8 +18,7 @@ class Section(NamedTuple):
     """A mesh of the half-section of a slab, and its parts.
 
     nodes : (n, 2) r and z [m], z = 0 at the surface; quads : (m, 9), nodes row by row of a 3 × 3 grid
-    surface, held, axis : numbers of the nodes of the surface from the axis outward, of the base and the outer rim,
-        and at r = 0
+    surface, held, axis : numbers of nodes of the surface from the axis outward, of base and outer rim, and at r = 0
     """
 
     nodes: np.ndarray
@@ -29,21 +28,21 @@ class Section(NamedTuple):
     axis: np.ndarray
 
 
-def _with_more_rings(radii: list[float], ratio: float, near: float, last: float) -> list[float]:
-    """Return ``radii`` of rings and further ones up to ``last``, which grow by ``ratio`` to ``near``, then ever faster.
+def _with_more_rings(radii: list[float], ratio: float, fine_radius: float, last_radius: float) -> list[float]:
+    """Return ``radii`` of rings [m] and those of more rings, up to ``last_radius``.
 
-    Up to ``near`` rings are at most WIDEST of it wide.
+    They grow by ``ratio`` up to ``fine_radius``, in rings at most WIDEST of it wide, then ever faster.
     """
     grown, width = radii.copy(), radii[-1] - radii[-2]
-    while grown[-1] < last:
-        if grown[-1] < near:
-            width = min((ratio - 1.0) * grown[-1], WIDEST * near)
+    while grown[-1] < last_radius:
+        if grown[-1] < fine_radius:
+            width = min((ratio - 1.0) * grown[-1], WIDEST * fine_radius)
         else:
             width = min(1.3 * width, (STEEP - 1.0) * grown[-1])
         grown.append(grown[-1] + width)
-    if len(grown) > len(radii) + 1 and last - grown[-2] < 0.4 * width:
-        grown.pop()
-    grown[-1] = last
+    if len(grown) > len(radii) + 1 and last_radius - grown[-2] < 0.4 * width:
+        grown.pop()  # as the last ring would be narrow
+    grown[-1] = last_radius
     return grown
 
 
@@ -57,32 +56,32 @@ def slab_section(
     Rings are circles near the axis, and squares at the slab's thickness; outside of that they are lines across it.
     """
     layered = np.isfinite(thickness)
-    end = far or (WIDE * thickness + near if layered else FAR_RADII * near)
-    ends = _with_more_rings([0.0, first], ratio, near, min(thickness, end))
+    outer_radius = far or (WIDE * thickness + near if layered else FAR_RADII * near)
+    ring_radii = _with_more_rings([0.0, first], ratio, near, min(thickness, outer_radius))
     if layered:
-        ends = _with_more_rings(ends, ratio, near, end)
-    # with the radii of nodes in the middle of rings
-    radii = np.insert(ends, np.arange(1, len(ends)), 0.5 * (np.array(ends[:-1]) + ends[1:]))
+        ring_radii = _with_more_rings(ring_radii, ratio, near, outer_radius)
+    # radii of nodes: those of rings, and of the middle of each ring
+    radii = np.insert(ring_radii, np.arange(1, len(ring_radii)), 0.5 * (np.array(ring_radii[:-1]) + ring_radii[1:]))
     angle = np.linspace(0.0, 0.5 * np.pi, 2 * angles + 1)
     circle = np.stack([np.cos(angle), -np.sin(angle)], axis=1)
     square = circle / np.abs(circle).max(axis=1, keepdims=True)
     circle[-1, 0] = square[-1, 0] = 0.0
-    places, counts = [np.zeros((1, 2))], [1]
+    node_blocks, counts = [np.zeros((1, 2))], [1]
     for radius in radii[1:]:
         if radius <= thickness:
-            share = (radius / thickness) ** 2
-            places.append(radius * ((1.0 - share) * circle + share * square))
+            squareness = (radius / thickness) ** 2
+            node_blocks.append(radius * ((1.0 - squareness) * circle + squareness * square))
         else:
             depths = thickness * square[: angles + 1, 1]
-            places.append(np.stack([np.full(angles + 1, radius), depths], axis=1))
-        counts.append(len(places[-1]))
+            node_blocks.append(np.stack([np.full(angles + 1, radius), depths], axis=1))
+        counts.append(len(node_blocks[-1]))
     starts = np.cumsum([0, *counts])
     quads = []
     for ring in range(0, len(radii) - 2, 2):
         for k in range(0, min(counts[ring + 1 : ring + 3]) - 1, 2):
             rows = [[starts[ring + i] + (k + j if ring + i else 0) for j in range(3)] for i in range(3)]
             quads.append(np.ravel(rows))
-    nodes = np.concatenate(places)
+    nodes = np.concatenate(node_blocks)
     # radially outward and then downward is clockwise: the two directions change places
     grids = np.array(quads).reshape(-1, 3, 3).transpose(0, 2, 1).reshape(-1, 9)
     outermost = np.arange(starts[-2], starts[-1])

@@ -98,8 +98,8 @@ def choose(name: str, entry: File | Ct, hold: str | None = None, say: Callable[[
     fault = _too_few_nodes(entry, kind, hold)
     bed = _bed(entry.path if isinstance(entry, File) else name, coarse, sides_of(kind, hold), fault)
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
-    softer = entry.young_pa / MATERIAL["young_pa"]
-    chosen = entry.but(refinements=refinements, bed=bed.but(stiffness_n_m3=softer * bed.stiffness_n_m3))
+    ratio = entry.young_pa / MATERIAL["young_pa"]
+    chosen = entry.but(refinements=refinements, bed=bed.but(stiffness_n_m3=ratio * bed.stiffness_n_m3))
     say(f"a mesh that is refined {refinements} times")
     body = make_body(name, chosen)
     pressable = len(pressed_contacts(body, contacts_of(body)))
@@ -127,29 +127,29 @@ def _with_coarse_mesh(entry: File | Ct, say: Callable[[str], object]) -> tuple[F
     if isinstance(entry, File) and entry.surface_nodes is None:
         say("a mesh of the file's own surface")
         with warnings.catch_warnings(action="ignore"):
-            own, *_ = bodies.own_mesh(entry)
-        if own is not None:
-            return entry, own, {}
+            own_mesh, *_ = bodies.own_mesh(entry)
+        if own_mesh is not None:
+            return entry, own_mesh, {}
         entry = entry.but(snap=False)
-    made: dict[int, tuple[File | Ct, TetMesh, Likeness]] = {}
+    meshes: dict[int, tuple[File | Ct, TetMesh, Likeness]] = {}
     for count in SURFACE_NODES:
         tried = entry.but(surface_nodes=count)
         say(f"a mesh of {count} surface nodes")
         try:
             mesh = _coarse(tried)
         except InputError as error:
-            if "surface_nodes" not in str(error) or (count == SURFACE_NODES[-1] and not made):
+            if "surface_nodes" not in str(error) or (count == SURFACE_NODES[-1] and not meshes):
                 raise
             continue
-        if made and 8 * len(mesh.tetrahedra) > FINE_TETRAHEDRA:
+        if meshes and 8 * len(mesh.tetrahedra) > FINE_TETRAHEDRA:
             break
-        made[count] = tried, mesh, likeness(mesh, tried)
-        if made[count][2].close:
+        meshes[count] = tried, mesh, likeness(mesh, tried)
+        if meshes[count][2].close:
             break
     # the coarsest mesh that is close to the data or, where none is, hardly worse than the best
-    least = min(like.penalty for _, _, like in made.values())
-    chosen, mesh, _ = next(each for each in made.values() if each[2].penalty <= max(1.0, WORSE * least))
-    return chosen, mesh, {count: like for count, (*_, like) in made.items()}
+    least = min(like.penalty for _, _, like in meshes.values())
+    chosen, mesh, _ = next(each for each in meshes.values() if each[2].penalty <= max(1.0, WORSE * least))
+    return chosen, mesh, {count: like for count, (*_, like) in meshes.items()}
 
 
 def _coarse(entry: File | Ct) -> TetMesh:
@@ -172,8 +172,8 @@ def _depth_to_bed(body: Body) -> float:
     """
     mesh = body.coarse
     pressed = pressed_contacts(body, contacts_of(body))
-    under = body.anchors[0] if body.bed is None else inner_nodes(mesh, body.bed)
-    offsets = mesh.nodes[None, under] - mesh.nodes[pressed, None]
+    bed_nodes = body.anchors[0] if body.bed is None else inner_nodes(mesh, body.bed)
+    offsets = mesh.nodes[None, bed_nodes] - mesh.nodes[pressed, None]
     distances = np.linalg.norm(offsets, axis=2)
     inward = -np.einsum("cai,ci->ca", offsets, mesh.normals[pressed]) > distances * math.sqrt(0.5)
     return float(distances[inward].min(initial=np.inf))
@@ -196,7 +196,7 @@ def _too_few_nodes(entry: File | Ct, kind: str, hold: str | None) -> str:
 
 
 def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> BedSettings:
-    """Choose the bed under all that faces the broadest of ``sides``; raise InputError with ``fault`` if there is none.
+    """Choose the bed under what faces the broadest of ``sides``; raise InputError with ``fault`` for nodes in a line.
 
     An organ lies on soft tissue. Trap: nailed nodes end at a rim where stress is singular, so that elements converge by
     the order of 1 only; springs that fade do not.
@@ -243,13 +243,13 @@ def _bed_on_side(mesh: TetMesh, axis: str, side: str) -> tuple[Bed, float]:
     facing = np.zeros(3)
     facing["xyz".index(axis)] = 1.0 if side == "max" else -1.0
     stiffness = MATERIAL["young_pa"] / (BED_THICKNESS * mesh.size)
-    endless = Bed(mesh.nodes.mean(axis=0), np.inf, float(f"{stiffness:.2g}"), facing)
-    turned = mesh.triangles[endless.faces(mesh.nodes, mesh.triangles)]
-    if not len(turned):
-        return endless, 0.0
-    areas = 0.5 * area_normals(mesh.nodes, turned) @ facing
-    middles = mesh.nodes[turned].mean(axis=1)
+    unbounded = Bed(mesh.nodes.mean(axis=0), np.inf, float(f"{stiffness:.2g}"), facing)
+    on_side = mesh.triangles[unbounded.faces(mesh.nodes, mesh.triangles)]
+    if not len(on_side):
+        return unbounded, 0.0
+    areas = 0.5 * area_normals(mesh.nodes, on_side) @ facing
+    middles = mesh.nodes[on_side].mean(axis=1)
     mean = np.average(middles, axis=0, weights=areas)
     center = middles[np.argmin(np.linalg.norm(middles - mean, axis=1))]
-    reach = float(np.linalg.norm(mesh.nodes[np.unique(turned)] - center, axis=1).max())
-    return Bed(center, rounded(1.01 * reach), endless.stiffness_n_m3, facing), float(areas.sum())
+    reach = float(np.linalg.norm(mesh.nodes[np.unique(on_side)] - center, axis=1).max())
+    return Bed(center, rounded(1.01 * reach), unbounded.stiffness_n_m3, facing), float(areas.sum())

@@ -67,15 +67,15 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
     with warnings.catch_warnings(record=True) as caught, ticking("the data") as say:
         warnings.simplefilter("always")
         choice = choose(data.name, data.entry, hold or data.lies or None, say)
-    said = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
+    messages = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
     try:
-        with write_whole(file.with_name(PICTURE)) as part:
-            draw_mesh_levels([choice.body]).savefig(part)
-        with write_whole(file) as part:  # the last, as it is what tells that a folder is in use
-            part.write_text(config_text(data, choice, file), encoding="utf-8")
+        with write_whole(file.with_name(PICTURE)) as temporary:
+            draw_mesh_levels([choice.body]).savefig(temporary)
+        with write_whole(file) as temporary:  # the last, as it is what tells that a folder is in use
+            temporary.write_text(config_text(data, choice, file), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{file} cannot be written ({error.strerror}); give another folder with --folder.") from error
-    return _report(choice, list(said), file, hold)
+    return _report(choice, list(messages), file, hold)
 
 
 def init_each(
@@ -91,20 +91,20 @@ def init_each(
 
     Raises InputError after the last one if there are labels that make no body.
     """
-    done, left_out = [], []
-    for one in labels_of(paths, label):
-        name = body_name(one if isinstance(one, str) else f"label {one}")
+    reports, left_out = [], []
+    for each in labels_of(paths, label):
+        name = body_name(each if isinstance(each, str) else f"label {each}")
         try:
-            data = recognise(paths, [one], threshold_hu, mri=mri, scale_m=scale_m)
-            done.append(init(data, folder / name if folder else None, hold))
+            data = recognise(paths, [each], threshold_hu, mri=mri, scale_m=scale_m)
+            reports.append(init(data, folder / name if folder else None, hold))
         except InputError as error:
-            left_out.append(f"left out {one}: {error}")
-    if left_out and done:
-        print(*done, *left_out, sep="\n")
+            left_out.append(f"left out {each}: {error}")
+    if left_out and reports:
+        print(*reports, *left_out, sep="\n")
         raise InputError(f"{paths[1]}: {len(left_out)} labels are left out, as said above; the others are done.")
     if left_out:
         raise InputError(left_out[0].partition(": ")[2])
-    return "\n".join(done)
+    return "\n".join(reports)
 
 
 def run_of(file: Path) -> str:
@@ -126,7 +126,8 @@ def program() -> str:
     return shlex.quote(relpath(beside) if beside.is_relative_to(Path.cwd()) else str(beside))
 
 
-def _report(choice: Choice, said: list[str], file: Path, hold: str | None) -> list[str]:
+def _report(choice: Choice, messages: list[str], file: Path, hold: str | None) -> list[str]:
+    """Return lines on the body, what it lies on, its material, and the ``messages`` of warnings."""
     body, entry = choice.body, choice.entry
     sides = " × ".join(f"{side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
     volume = f"{1e6 * choice.coarse.volumes.sum():.4g} mL"
@@ -139,12 +140,13 @@ def _report(choice: Choice, said: list[str], file: Path, hold: str | None) -> li
         f"{how} it {lies_on(choice)}{'' if hold else '; else give --hold'}",
         f"assumed  Young's modulus {entry.young_pa} Pa, Poisson's ratio {entry.poisson}, "
         f"density {entry.density_kg_m3} kg/m³, a fingertip of {radius} radius",
-        *(f"warning: {line}" for line in said),
+        *(f"warning: {line}" for line in messages),
         f"wrote    {file.with_name(PICTURE)}, a picture of it, with what it lies on",
     ]
 
 
 def _compared(choice: Choice) -> list[str]:
+    """Return a line on how far volume and surface of a mesh made anew are from the data's; a warning if far."""
     like = choice.likeness
     if like is None:
         return []
@@ -165,14 +167,14 @@ def _compared(choice: Choice) -> list[str]:
 @contextmanager
 def ticking(step: str, every_s: float = 4.0) -> Iterator[Callable[[str], None]]:
     """Print every few seconds the step and the time that the block has taken; yield what begins the next step."""
-    begun, over = perf_counter(), threading.Event()
+    begun, ended = perf_counter(), threading.Event()
 
     def say(words: str) -> None:
         nonlocal step
         step = words
 
     def tick() -> None:
-        while not over.wait(every_s):
+        while not ended.wait(every_s):
             print(f"         {step}, {perf_counter() - begun:.0f} s so far in all", flush=True)
 
     thread = threading.Thread(target=tick, daemon=True)
@@ -180,7 +182,7 @@ def ticking(step: str, every_s: float = 4.0) -> Iterator[Callable[[str], None]]:
     try:
         yield say
     finally:
-        over.set()
+        ended.set()
         thread.join()
 
 
@@ -192,8 +194,8 @@ def config_text(data: Data, choice: Choice, file: Path) -> str:
     folder, entry = file.parent, choice.entry
     sides = " × ".join(f"{1e3 * side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
     schema = Path(relpath(ROOT / ".venv/settings.schema.json", file.resolve().parent)).as_posix()
-    given = {name: plain(getattr(entry, name)) for name in entry.model_fields_set | {"kind"}}
-    given |= {name: Path(relpath(path, folder)) for name, path in entry.paths(Path()).items()}
+    settings = {name: plain(getattr(entry, name)) for name in entry.model_fields_set | {"kind"}}
+    settings |= {name: Path(relpath(path, folder)) for name, path in entry.paths(Path()).items()}
     environment = templates(Path(__file__).parent)
     environment.filters |= {"yaml": _yaml, "two_digits": "{:.2g}".format}
     text = environment.get_template(TEMPLATE).render(
@@ -203,7 +205,7 @@ def config_text(data: Data, choice: Choice, file: Path) -> str:
         data=data,
         sides=sides,
         volume=f"{1e6 * choice.coarse.volumes.sum():.4g}",
-        given=given,
+        given=settings,
         choice=choice,
         lies_on=lies_on(choice),
     )

@@ -95,8 +95,8 @@ def identify_file(
         print("warning:", doubt, flush=True)
     relaxation = relaxation_of(records)
     if relaxation is not None:
-        if lost := len(records.presses) - relaxation.holds:
-            print(f"warning: {lost} presses were not held, and are left out", flush=True)
+        if unheld := len(records.presses) - relaxation.holds:
+            print(f"warning: {unheld} presses were not held, and are left out", flush=True)
         records = without_time(records, relaxation.kernel)
     comparisons = compare_sessions(records)
     answer = list(compared(comparisons))
@@ -110,16 +110,16 @@ def identify_file(
         warnings.simplefilter("ignore", RuntimeWarning)  # of scipy's line search, which tries what overflows
         progress = Progress(lambda what, sequence: steps(say, what)(sequence), pool.map)
         try:
-            for name, part, how, ways in fits:
-                one, predictions_of_part = identify_and_predict(part, request, how, ways, folder / CURVES, progress)
+            for name, part, chosen, ways in fits:
+                fit, predictions_of_part = identify_and_predict(part, request, chosen, ways, folder / CURVES, progress)
                 predictions.append(predictions_of_part.assign(part=name))
                 if ways == (SPECIMEN,):
-                    answer += predicted(predictions_of_part, one.law)
+                    answer += predicted(predictions_of_part, fit.law)
                     continue
                 answer += [f"{name}:"] if len(parts) > 1 else []
-                answer += [*uncertain(one, line_of(one)), *sentences(one, predictions_of_part)]
-                rows += table_rows(one, name)
-                identified_parts.append((name, one))
+                answer += [*uncertain(fit, line_of(fit)), *sentences(fit, predictions_of_part)]
+                rows += table_rows(fit, name)
+                identified_parts.append((name, fit))
         except NotConverged as failure:
             small = " or, where the ball is small beside the body, --body" if request.body is not None else ""
             raise InputError(f"{presses}: {failure}; leave out presses that touch nothing{small}.") from failure
@@ -159,8 +159,8 @@ def _exported(identified: Identified, request: Asked, relaxation: Relaxation | N
     presses = [identified.records.presses[k] for k in model.data.order]
     if body.bed is not None:
         file = folder / f"{body.name}_palpate.yaml"
-        with write_whole(file) as part:
-            part.write_text(snippet(numbers, body.bed.stiffness_n_m3 / body.material.young_pa), encoding="utf-8")
+        with write_whole(file) as temporary:
+            temporary.write_text(snippet(numbers, body.bed.stiffness_n_m3 / body.material.young_pa), encoding="utf-8")
         return [f"Engines have no bed, on which the organ lies here: only settings of palpate are written, to {file}."]
     level, forward = engine_level(body), model.table.forward
     try:
@@ -183,28 +183,28 @@ def write_results(
     judged = pd.concat(summary(rows).assign(part=name) for name, rows in predictions.groupby("part", sort=False))
     tables = {"identified": identified, "predictions": predictions[["part", *COLUMNS]]}
     for name, table in (tables | {"prediction_summary": judged}).items():
-        with write_whole(folder / f"{name}.csv") as part:
-            table.to_csv(part, index=False)
-    for name, one in parts:
-        plain = re.sub(r"[^\w-]+", "_", name)
-        file = "identified.png" if len(parts) == 1 else f"identified_{plain}.png"
-        with write_whole(folder / file) as part:
-            draw_identified(one).savefig(part)
+        with write_whole(folder / f"{name}.csv") as temporary:
+            table.to_csv(temporary, index=False)
+    for name, fit in parts:
+        words = re.sub(r"[^\w-]+", "_", name)
+        file = "identified.png" if len(parts) == 1 else f"identified_{words}.png"
+        with write_whole(folder / file) as temporary:
+            draw_identified(fit).savefig(temporary)
 
 
 def _slab(records: PressRecords, request: Asked) -> Iterator[str]:
     """Yield a sentence on the thickness that a file has; InputError where another is asked for."""
-    each = [press.thickness_m for press in records.presses if press.thickness_m is not None]
-    if not each:
+    thicknesses = [press.thickness_m for press in records.presses if press.thickness_m is not None]
+    if not thicknesses:
         return
-    has = f"{records.source}: thickness_m is {min(each):g} to {max(each):g} m"
+    has = f"{records.source}: thickness_m is {min(thicknesses):g} to {max(thicknesses):g} m"
     if request.body is not None:
         yield f"{has}; it is not used, as --body says how thick the tissue is"
     elif request.thickness_m is None:
         yield f"{has}, of slabs that lie on something rigid; --thickness takes another"
     else:
         low, high = request.thickness_m
-        if not low <= min(each) <= max(each) <= high:
+        if not low <= min(thicknesses) <= max(thicknesses) <= high:
             raise InputError(f"{has}, and --thickness {low:g} to {high:g} m; correct or leave out one of them.")
 
 
@@ -212,9 +212,9 @@ def _refuse(folder: Path) -> None:
     """Raise InputError for a folder that cannot be written to, or that holds something else."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give another folder with --folder.")
-    above = next(place for place in (folder, *folder.absolute().parents) if place.is_dir())
-    if not os.access(above, os.W_OK):
-        raise InputError(f"{above} may not be written to; give another folder with --folder.")
-    known = re.compile(r"identified.*|prediction.*|curves|engines|\..+")
-    if folder.is_dir() and (other := [p.name for p in folder.iterdir() if not known.fullmatch(p.name)]):
-        raise InputError(f"{folder} holds {other[0]}, and is kept; give another folder with --folder.")
+    existing = next(place for place in (folder, *folder.absolute().parents) if place.is_dir())
+    if not os.access(existing, os.W_OK):
+        raise InputError(f"{existing} may not be written to; give another folder with --folder.")
+    expected = re.compile(r"identified.*|prediction.*|curves|engines|\..+")
+    if folder.is_dir() and (others := [p.name for p in folder.iterdir() if not expected.fullmatch(p.name)]):
+        raise InputError(f"{folder} holds {others[0]}, and is kept; give another folder with --folder.")

@@ -129,44 +129,45 @@ def recognise(
             raise InputError(f"{mask}: regions need two labels at least; leave --regions out, or name more.")
     data = _ct(image, mask, labels if regions else list(label), threshold_hu, regions, mri)
     assert isinstance(data.entry, Ct)
-    said, lay = described(data.entry)
-    if not lay:
+    lines, side = described(data.entry)
+    if not side:
         data.assumed.append("the patient lay on the back, as the header does not say how; else give --hold")
-    return replace(data, found=said, lies=lay if lay != "back" else "")
+    return replace(data, found=lines, lies=side if side != "back" else "")
 
 
 def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> list[int | str]:
     """Return the labels of the mask among the files that are asked for, or all, the largest first."""
     if len(paths) < 2:
         raise InputError(f"{paths[0]}: bodies or regions by label need a mask; give the mask after the CT.")
-    there = read_labels(paths[1])
-    if missing := [str(one) for one in label if one not in there]:
-        known = ", ".join(map(str, there))
+    in_mask = read_labels(paths[1])
+    if missing := [str(each) for each in label if each not in in_mask]:
+        known = ", ".join(map(str, in_mask))
         raise InputError(f"{paths[1]}: the mask has no label {', '.join(missing)}; it has {known}.")
-    return [one for one in there if not label or one in label]
+    return [each for each in in_mask if not label or each in label]
 
 
 def _mesh(path: Path, scale_m: float | None) -> Data:
+    """Describe the body of a mesh file, whose unit is ``scale_m`` [m] long, or of guessed length where that is None."""
     with warnings.catch_warnings(action="ignore"):  # the frame is said below
         points, triangles, tetrahedra = load_shape(path)
     size = float(np.ptp(points, axis=0).max())
-    scale, how = _scale(path, size, scale_m)
+    scale, source = _scale(path, size, scale_m)
     entry = File(path=str(path), scale_m=scale, **MATERIAL)
-    inside = f"{len(points)} nodes" if tetrahedra is None else f"{len(tetrahedra)} tetrahedra, {len(points)} nodes"
+    counts = f"{len(points)} nodes" if tetrahedra is None else f"{len(tetrahedra)} tetrahedra, {len(points)} nodes"
     length, kind = in_words(scale * size), "surface" if tetrahedra is None else "tetrahedra"
     comments = {
         "kind": "a mesh in a file",
         "path": f"seen from this folder; {kind}, {len(triangles)} triangles on the surface",
-        "scale_m": f"length of the file's unit [m], {how}; the longest side is {length}",
+        "scale_m": f"length of the file's unit [m], {source}; the longest side is {length}",
     }
     if tetrahedra is None and len(points) > KEPT_NODES:
         entry = entry.but(surface_nodes=140, snap=False)
-    lines = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {inside}", *taken(entry, how)]
+    lines = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {counts}", *taken(entry, source)]
     data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, lines, [])
     if scale_m is not None:
         return data
     assumed = (
-        f"a unit of the file is {scale:g} m ({how}), so that its longest side of {size:.4g} is {length}; "
+        f"a unit of the file is {scale:g} m ({source}), so that its longest side of {size:.4g} is {length}; "
         f"--scale {2 * scale:g} makes it twice as long"
     )
     return replace(data, assumed=[assumed], warned=_doubts(path, size, scale))
@@ -188,14 +189,14 @@ def _scale(path: Path, size: float, scale_m: float | None) -> tuple[float, str]:
 
 def _doubts(path: Path, size: float, scale: float) -> list[str]:
     """Return a line if the file's unit may well be another than the assumed one."""
-    others = [
-        f"the {name}, which makes it {in_words(other * size)} long (--scale {other:g})"
-        for name, other in organ_sized(size, UNITS | RARE_UNITS).items()
-        if other != scale
+    phrases = [
+        f"the {name}, which makes it {in_words(unit_m * size)} long (--scale {unit_m:g})"
+        for name, unit_m in organ_sized(size, UNITS | RARE_UNITS).items()
+        if unit_m != scale
     ]
-    if not others and guess_scale(size):
+    if not phrases and guess_scale(size):
         return []
-    unit = f"its unit may be {', or '.join([*others, 'one of its own'])}"
+    unit = f"its unit may be {', or '.join([*phrases, 'one of its own'])}"
     return [f"{path}: {unit}; compare the length with the organ's, and give --scale"]
 
 
@@ -203,24 +204,24 @@ def _ct(
     image: Path, mask: Path | None, label: list[int | str], threshold: Sequence[float] | None, regions: bool, mri: bool
 ) -> Data:
     """Describe the organ of an image; with ``regions`` all labels but the first, the largest, are regions of it."""
-    given: dict[str, Any] = {"modality": "mri"} if mri else {}
+    options: dict[str, Any] = {"modality": "mri"} if mri else {}
     assumed = []
     if mask is not None:
-        given["mask"] = str(mask)
+        options["mask"] = str(mask)
         if label:
-            given["label"] = label[0] if len(label) == 1 else label
+            options["label"] = label[0] if len(label) == 1 else label
     elif threshold:
-        given["threshold" if mri else "threshold_hu"] = list(threshold)
+        options["threshold" if mri else "threshold_hu"] = list(threshold)
     else:
-        given["threshold_hu"] = [30, 120]
+        options["threshold_hu"] = [30, 120]
         assumed.append("the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold")
     if regions:
-        named = {body_name(one if isinstance(one, str) else f"label {one}"): one for one in label[1:]}
-        given["regions"] = {name: Region(label=one, young_pa=MATERIAL["young_pa"]) for name, one in named.items()}
-    first = label[0] if label else ""
-    name = label_names(mask).get(first) if mask is not None and isinstance(first, int) else first
+        named = {body_name(each if isinstance(each, str) else f"label {each}"): each for each in label[1:]}
+        options["regions"] = {name: Region(label=each, young_pa=MATERIAL["young_pa"]) for name, each in named.items()}
+    main = label[0] if label else ""
+    name = label_names(mask).get(main) if mask is not None and isinstance(main, int) else main
     source = re.sub(r"(\.nii)?\.\w+$", "", str(name or (mask or image).name))
-    entry = Ct(image=str(image), surface_nodes=140, snap=False, **given, **MATERIAL)
+    entry = Ct(image=str(image), surface_nodes=140, snap=False, **options, **MATERIAL)
     return Data(body_name(source), entry, {"kind": "an organ in a CT"}, [], assumed)
 
 

@@ -63,8 +63,8 @@ def write_small(config: Path) -> Path:
     about = _ABOUT.format(regime=regime, contacts=contacts, models=len(MODELS), command=run_of(config))
     text = about + yaml.safe_dump(settings, sort_keys=False, allow_unicode=True, width=120)
     file = config.with_name("try.yaml")
-    with write_whole(file) as part:
-        part.write_text(f"{_MARK}{_digest(config, text)}\n{text}", encoding="utf-8")
+    with write_whole(file) as temporary:
+        temporary.write_text(f"{_MARK}{_digest(config, text)}\n{text}", encoding="utf-8")
     return file
 
 
@@ -145,12 +145,12 @@ def _advice(folder: Path) -> list[str]:
 
 
 def _ways_on(file: Path, small: Path, seconds: float) -> list[str]:
-    minutes, rest = divmod(round(seconds), 60)
+    minutes, rest_s = divmod(round(seconds), 60)
     folder, settings = file.parent, read_yaml(small)
     scene = "_".join([*settings["bodies"], *settings["regimes"]])
     return [
         "",
-        f"The report: {folder / 'results/report.html'}   (after {minutes} min {rest} s)",
+        f"The report: {folder / 'results/report.html'}   (after {minutes} min {rest_s} s)",
         f"The diagram of error against time: {folder / f'results/figures/work_precision_{scene}.png'}",
         f"All presses, contacts and models, after a look at the assumptions in {file}:\n  {typed(run_of(file))}",
         f"Press it:\n  {program()} press --config {shlex.quote(str(file))}",

@@ -30,18 +30,18 @@ def digest(call: str, *lazily: str) -> str:
     lazily : modules ("palpate.effects.gravity"), packages ("palpate.effects") or classes ("palpate.models.kinds:FEM")
         that are imported by name at run time
     """
-    named = [each.partition(":") for each in (call, *lazily) if ":" in each]
-    parts = [needed(_parsed(files_of(module)[0]), name) for module, _, name in named]
-    whole = [path for each in lazily if ":" not in each for path in files_of(each)]
-    modules = closure([*modules_of({name for part in parts for name in imports(part)}), *whole])
+    in_modules = [each.partition(":") for each in (call, *lazily) if ":" in each]
+    functions = [needed(_parsed(files_of(module)[0]), name) for module, _, name in in_modules]
+    whole_modules = [path for each in lazily if ":" not in each for path in files_of(each)]
+    modules = closure([*modules_of({name for part in functions for name in imports(part)}), *whole_modules])
     codes = [f"{path.name}{_facts(path)['code']}" for path in sorted(modules)]
-    return sha256("".join([*map(ast.dump, parts), *codes]).encode()).hexdigest()[:16]
+    return sha256("".join([*map(ast.dump, functions), *codes]).encode()).hexdigest()[:16]
 
 
 def closure(paths: Iterable[Path]) -> set[Path]:
     """Return ``paths`` and every module of palpate that they import anywhere, directly or not, wrappers apart.
 
-    What prepares a model imports its class as the type of an argument: a rule names the class, and no other counts.
+    Modules of models import models/kinds.py as types only, which does not count: a rule names the class that it runs.
     """
     files: set[Path] = set()
     waiting = set(paths)
@@ -94,14 +94,14 @@ def needed(tree: ast.Module, name: str) -> ast.Module:
 
     LookupError if the module has none of that name.
     """
-    kept: list[ast.stmt] = []
+    statements: list[ast.stmt] = []
     wanted = {name}
-    while fresh := [line for line in tree.body if line not in kept and _bound(line) & wanted]:
-        kept += fresh
-        wanted |= {node.id for line in fresh for node in ast.walk(line) if isinstance(node, ast.Name)}
-    if not kept:
+    while new := [line for line in tree.body if line not in statements and _bound(line) & wanted]:
+        statements += new
+        wanted |= {node.id for line in new for node in ast.walk(line) if isinstance(node, ast.Name)}
+    if not statements:
         raise LookupError(f"a rule calls {name}, which its module does not have")
-    return ast.Module([line for line in tree.body if line in kept], [])
+    return ast.Module([line for line in tree.body if line in statements], [])
 
 
 def _bound(line: ast.stmt) -> set[str]:
@@ -116,12 +116,12 @@ def _bound(line: ast.stmt) -> set[str]:
 @cache
 def _facts(path: Path) -> dict:
     """Return what a file imports, and a digest of its code; kept, as each process of a run would parse all anew."""
-    kept = KEPT / f"{sha256(path.read_bytes()).hexdigest()}.json"
+    store = KEPT / f"{sha256(path.read_bytes()).hexdigest()}.json"
     with suppress(OSError, ValueError):
-        return json.loads(kept.read_text())
+        return json.loads(store.read_text())
     tree = _parsed(path)
     facts = {"imports": sorted(imports(tree)), "code": sha256(ast.dump(tree).encode()).hexdigest()}
-    with suppress(OSError), write_whole(kept) as temporary:
+    with suppress(OSError), write_whole(store) as temporary:
         temporary.write_text(json.dumps(facts))
     return facts
 

@@ -35,10 +35,10 @@ def job(log: str | Path, warned: str | None = None) -> Iterator[Callable[[str], 
             print(line, file=file)
 
         try:
-            with _warnings_to(say) as kept:
+            with _warnings_to(say) as messages:
                 yield say
             if warned is not None:
-                save_warnings(kept, warned)
+                save_warnings(messages, warned)
         except (InputError, NotConverged) as error:
             print(f"error: {error}", file=file)
             raise SystemExit(1) from None
@@ -54,22 +54,19 @@ def job(log: str | Path, warned: str | None = None) -> Iterator[Callable[[str], 
 
 @contextmanager
 def _warnings_to(say: Callable[[str], None]) -> Iterator[list[str]]:
-    """Print warnings of palpate, which puts them into the log; those of other packages go where they went.
-
-    Yields the list that those of palpate are added to.
-    """
+    """Say palpate's warnings, and yield the list that they are added to; those of other packages go where they went."""
     with warnings.catch_warnings():
-        others, kept = warnings.showwarning, []
+        show_others, ours = warnings.showwarning, []
 
         def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
             if category is UserWarning:
-                kept.append(" ".join(str(message).split()))
-                say(f"warning: {kept[-1]}")
+                ours.append(" ".join(str(message).split()))
+                say(f"warning: {ours[-1]}")
             else:
-                others(message, category, *where, **more)
+                show_others(message, category, *where, **more)
 
         warnings.showwarning = show
-        yield kept
+        yield ours
 
 
 def kernel_cache() -> Path:
@@ -89,10 +86,10 @@ def steps(say: Callable[[str], None], what: str) -> Callable[[Sequence], Iterato
     """Wrap a sequence, as ``tqdm`` does, and say at most every five seconds how far it has come."""
 
     def wrapped(sequence: Sequence) -> Iterator:
-        said = -math.inf
+        last_said = -math.inf
         for number, item in enumerate(sequence, start=1):
-            if time.monotonic() - said >= 5 or number == len(sequence):
-                said = time.monotonic()
+            if time.monotonic() - last_said >= 5 or number == len(sequence):
+                last_said = time.monotonic()
                 say(f"{what} {number} of {len(sequence)}")
             yield item
 
@@ -101,12 +98,12 @@ def steps(say: Callable[[str], None], what: str) -> Callable[[Sequence], Iterato
 
 def rarely(say: Callable[[str], None], what: str) -> Callable[..., None]:
     """Return a function that prints ``what`` and the numbers it is called with, at most every five seconds."""
-    said = -math.inf
+    last_said = -math.inf
 
     def tell(*values: float) -> None:
-        nonlocal said
-        if time.monotonic() - said >= 5:
-            said = time.monotonic()
+        nonlocal last_said
+        if time.monotonic() - last_said >= 5:
+            last_said = time.monotonic()
             say(f"{what} {', '.join(f'{value:g}' for value in values)}")
 
     return tell
@@ -121,10 +118,10 @@ def free_mb() -> float:
     """Return the free memory [MB] of the machine, or of this process's control group where that is less."""
     import psutil
 
-    free, group = psutil.virtual_memory().available / 1e6, Path("/sys/fs/cgroup")
+    free, cgroup = psutil.virtual_memory().available / 1e6, Path("/sys/fs/cgroup")
     with suppress(OSError, ValueError):
-        most, used = (float((group / name).read_text()) for name in ("memory.max", "memory.current"))
-        free = min(free, (most - used) / 1e6)
+        limit, used = (float((cgroup / name).read_text()) for name in ("memory.max", "memory.current"))
+        free = min(free, (limit - used) / 1e6)
     return free
 
 

@@ -121,9 +121,9 @@ def complete(given: dict, file: Path, needs_study: bool = True) -> Any:
     needs_study : whether bodies alone are refused
     """
     given = {name: {} if value is None and name != "studies" else value for name, value in given.items()}
-    asked = asked_for(given)
+    studies = asked_for(given)
     try:
-        config: Any = _model(*asked).model_validate(given)
+        config: Any = _model(*studies).model_validate(given)
     except ValidationError as error:
         raise InputError(f"{file}: {explain(error.errors(), given, json_schema())}") from None
     if place := _null(given, config):
@@ -134,13 +134,13 @@ def complete(given: dict, file: Path, needs_study: bool = True) -> Any:
         from palpate.models.model_registry import check_own
 
         check_own(file, config.own_models)
-    if needs_study and not asked:
+    if needs_study and not studies:
         raise InputError(f"{file}: nothing is asked for; add the block of a study: {', '.join(STUDIES)}.")
-    if lacking := [name for name in config.studies or [] if name not in asked]:
+    if lacking := [name for name in config.studies or [] if name not in studies]:
         raise InputError(
             f"{file}: studies names {lacking[0]}, which has no block; add {lacking[0]}:, or remove the name."
         )
-    for study in asked:
+    for study in studies:
         if check := getattr(_module(study), "check", None):
             check(config, file)
     return config
@@ -180,17 +180,17 @@ def _null(given: Any, made: Any, place: str = "") -> str:
     A key without a value asks for defaults as well as for nothing, which are not the same.
     """
     if isinstance(given, list):
-        inside = [(f"{place}[{i}]", *both) for i, both in enumerate(zip(given, made, strict=True))]
+        parts = [(f"{place}[{i}]", *both) for i, both in enumerate(zip(given, made, strict=True))]
     elif not isinstance(given, dict):
         return ""
     elif isinstance(made, BaseModel):
         for name in given:
             if given[name] is None and type(made).model_fields[name].validate_default is False:
                 return f"{place}.{name}".removeprefix(".")
-        inside = [(f"{place}.{name}", given[name], getattr(made, name)) for name in given]
+        parts = [(f"{place}.{name}", given[name], getattr(made, name)) for name in given]
     else:
-        inside = [(f"{place}.{name}", given[name], made[name]) for name in given]
-    nulls = (_null(inner, kept, at.removeprefix(".")) for at, inner, kept in inside)
+        parts = [(f"{place}.{name}", given[name], made[name]) for name in given]
+    nulls = (_null(inner, made_inner, inner_place.removeprefix(".")) for inner_place, inner, made_inner in parts)
     return next(filter(None, nulls), "")
 
 

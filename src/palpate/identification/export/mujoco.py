@@ -28,27 +28,27 @@ contact softer, as its impedances end at 0.9999."""
 def scene(mesh: EngineMesh, mesh_file: str, touch: Touch) -> str:
     """Return the MJCF text of a scene with the body of ``mesh_file`` and the ball of ``touch`` at first touch.
 
-    Without ``refsafe="disable"`` contacts would be softer, so that their time constant is that of a step.
+    Without ``refsafe="disable"`` MuJoCo would soften contacts until their time constant is that of a step.
     """
     body, level, pose = mesh.corrected, mesh.level, touch.poses[mesh.body]
     elements, material = LinearElements(body.levels[level], body.tissue(level)), body.material
     contact, step_s = _contact(elements, material.density_kg_m3)
     mass = material.density_kg_m3 * elements.volumes.sum()
-    at = " ".join(f"{each:.9g}" for each in pose.tip)
-    # of a ball the axes do not matter, but that of its middle does
+    tip = " ".join(f"{each:.9g}" for each in pose.tip)
+    # the ball's centre lies off its tip along its third axis
     x, y, z = touch.instrument.radius_m * pose.axes[2]
     geom = f'type="sphere" size="{touch.instrument.radius_m - THICKNESS_M}" pos="{x:.9g} {y:.9g} {z:.9g}"'
-    said = mesh.comment.replace("--", "-") + (
+    comment = mesh.comment.replace("--", "-") + (
         f" The step of {step_s:.3g} s is for presses at rest, where a damping of a step settles contact: for motion"
         f" take steps of milliseconds and damping={mesh.numbers.damping_s:.4g}, and contact that goes with them."
     )
     return f"""<mujoco>
-  <!-- {said} -->
+  <!-- {comment} -->
   <option timestep="{step_s}" gravity="0 0 0" integrator="discrete" solver="CG" iterations="{ITERATIONS}"
     tolerance="{TOLERANCE}"><flag refsafe="disable"/></option>
   <size memory="{STORE}"/>
   <worldbody>
-    <body name="ball" mocap="true" pos="{at}"><geom {geom} {contact}/></body>
+    <body name="ball" mocap="true" pos="{tip}"><geom {geom} {contact}/></body>
     <flexcomp name="body" type="gmsh" file="{mesh_file}" dim="3" dof="full" radius="{THICKNESS_M}" mass="{mass}">
       <edge equality="false"/>
       <elasticity young="{material.young_pa}" poisson="{material.poisson}" damping="{step_s}"/>

@@ -67,14 +67,14 @@ class EngineMesh:
     def comment(self) -> str:
         """The comment of every exported file: where its numbers are from, and what they lack."""
         poisson = self.numbers.poisson
-        said = f"Identified: E = {self.numbers.young_pa:.6g} Pa, nu = {poisson:.4g}, law {self.numbers.law}. "
-        said += f"E = {self.young_pa:.6g} Pa below: {self.stiffer.sentence}. "
+        text = f"Identified: E = {self.numbers.young_pa:.6g} Pa, nu = {poisson:.4g}, law {self.numbers.law}. "
+        text += f"E = {self.young_pa:.6g} Pa below: {self.stiffer.sentence}. "
         if self.stiffer.poisson < poisson:
-            said += f"nu = {self.stiffer.poisson:g} below, as linear elements lock above. "
+            text += f"nu = {self.stiffer.poisson:g} below, as linear elements lock above. "
         damping = f"loses what the identified relaxation loses at {FREQUENCY_HZ:g} Hz, and does not creep"
         if self.numbers.relaxation is None:
             damping = f"relaxation was not identified; {USUAL_DAMPING_S:g} s is palpate's usual damping"
-        return said + f"Damping: {damping}. SI units: m, kg, s, Pa."
+        return text + f"Damping: {damping}. SI units: m, kg, s, Pa."
 
     @property
     def corrected(self) -> Body:

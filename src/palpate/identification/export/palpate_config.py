@@ -10,7 +10,7 @@ def snippet(numbers: Numbers, bed_n_m3: float | None = None) -> str:
 
     bed_n_m3 : stiffness of a bed for Young's modulus 1 Pa [N/m³], which is in proportion to it, None without a bed
     """
-    said = "# Identified from presses. palpate's quadratic elements need no correction for their mesh.\n"
+    heading = "# Identified from presses. palpate's quadratic elements need no correction for their mesh.\n"
     lines = ["bodies:", f"  {numbers.name}:"]
     rate = "" if numbers.relaxation is None else f"  # at rest; {numbers.young_pa:.6g} Pa at the rate of the presses"
     lines += [
@@ -28,4 +28,4 @@ def snippet(numbers: Numbers, bed_n_m3: float | None = None) -> str:
         )
         lines += ["scenes:", f"  {numbers.name}_relaxes:  # add prony to its effects", f"    body: {numbers.name}"]
         lines += [f"    prony: {{shares: {shares}, times_s: {times}}}"]
-    return said + "\n".join(lines) + "\n"
+    return heading + "\n".join(lines) + "\n"

@@ -76,9 +76,9 @@ def pressed(body: Body, level: int, law: str, poisson: float, touches: Sequence[
         try:
             ratios[i] = mesh_force(elastic, level, touch, touch.poses[body]) / organ_n[i]
         except NotConverged as failure:
-            last = failure
+            last_failure = failure
     if not np.isfinite(ratios).any():
-        raise NotConverged(f"no press has an answer on the mesh for engines: {last}", last.history)
+        raise NotConverged(f"no press has an answer on the mesh for engines: {last_failure}", last_failure.history)
     return Stiffer(law, poisson, np.array([touch.depth_m for touch in touches]), ratios)
 
 
@@ -99,20 +99,20 @@ def filling_points(mesh: Mesh, young_pa: float, center: np.ndarray, radius_m: fl
     NotConverged where there are none.
     """
     corners = mesh.nodes[mesh.triangles]
-    chosen = np.flatnonzero(near_ball(corners, center, 1.5 * radius_m))
-    if not len(chosen):
+    near = np.flatnonzero(near_ball(corners, center, 1.5 * radius_m))
+    if not len(near):
         raise NotConverged("no part of the surface is near the instrument", [float("nan")])
-    sides = np.linalg.norm(corners[chosen] - np.roll(corners[chosen], 1, axis=1), axis=2)
+    sides = np.linalg.norm(corners[near] - np.roll(corners[near], 1, axis=1), axis=2)
     along = int(np.clip(np.ceil(sides.max() / (SPACING * radius_m)), 1, MOST_ALONG))
-    places = np.array([[i, j, along - i - j] for i in range(along + 1) for j in range(along + 1 - i)]) / along
-    triangles, count = np.repeat(chosen, len(places)), len(places)
-    near = mesh.triangles[chosen]
-    at_rest = np.linalg.norm(area_normals(mesh.nodes, near), axis=1)
+    barycentric = np.array([[i, j, along - i - j] for i in range(along + 1) for j in range(along + 1 - i)]) / along
+    triangles, per_triangle = np.repeat(near, len(barycentric)), len(barycentric)
+    near_corners = mesh.triangles[near]
+    at_rest = np.linalg.norm(area_normals(mesh.nodes, near_corners), axis=1)
 
     def stretch(x: np.ndarray) -> np.ndarray:
-        return np.repeat(np.linalg.norm(area_normals(x, near), axis=1) / at_rest, count)
+        return np.repeat(np.linalg.norm(area_normals(x, near_corners), axis=1) / at_rest, per_triangle)
 
-    areas = np.repeat(0.5 * at_rest / count, count)
-    penalty = np.repeat(PENALTY * young_pa / np.sqrt(at_rest), count)
-    on = surface_interpolation(mesh, triangles, np.tile(places, (len(chosen), 1)), 1)
-    return ContactPoints(on, areas, penalty, stretch, count)
+    areas = np.repeat(0.5 * at_rest / per_triangle, per_triangle)
+    penalty = np.repeat(PENALTY * young_pa / np.sqrt(at_rest), per_triangle)
+    interpolation = surface_interpolation(mesh, triangles, np.tile(barycentric, (len(near), 1)), 1)
+    return ContactPoints(interpolation, areas, penalty, stretch, per_triangle)

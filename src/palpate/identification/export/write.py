@@ -55,8 +55,8 @@ def export(
     repeated = [touch_of(body, instrument, presses[i], float(presses[i].depth_m.max())) for i in chosen]
 
     def organ_n(touches: Sequence[Touch]) -> np.ndarray:
-        asked = zip(chosen, touches, strict=True)
-        return np.array([organ.forces(int(i), np.array([touch.depth_m]), values)[0] for i, touch in asked])
+        pairs = zip(chosen, touches, strict=True)
+        return np.array([organ.forces(int(i), np.array([touch.depth_m]), values)[0] for i, touch in pairs])
 
     def stiffer(law: str) -> Stiffer:
         for share in SHARES:

@@ -28,10 +28,10 @@ def check_places(name: str, experiment: "ExperimentSettings", body: Body) -> Non
     place, nodes = f"measured.experiments.{name}", body.fine.nodes
     box = f"{body.name}, which reaches from {_words(nodes.min(axis=0))} to {_words(nodes.max(axis=0))} m"
     for key, marker in experiment.markers.items():
-        off = float(nearest_on_surface(body.fine, np.array([marker.at_m], dtype=float))[2][0])
-        if off > NEAR_SURFACE * body.fine.size:
+        distance_m = float(nearest_on_surface(body.fine, np.array([marker.at_m], dtype=float))[2][0])
+        if distance_m > NEAR_SURFACE * body.fine.size:
             raise InputError(
-                f"{place}.markers.{key}.at_m is {off:.3g} m off the surface of {box}; "
+                f"{place}.markers.{key}.at_m is {distance_m:.3g} m off the surface of {box}; "
                 "give its place at rest in that frame, in metres."
             )
     for key, case in experiment.cases.items():
@@ -48,10 +48,10 @@ def _check_load(place: str, load: "Load", body: Body, box: str) -> None:
         raise InputError(f"{place}.line_m is as short as a point; give two ends, or at_m with radius_m.")
     if load.radius_m > WIDE * size:
         raise InputError(f"{place}.radius_m is {load.radius_m:g} m, more than half of {box}; give it in metres.")
-    off = float(nearest_on_surface(body.fine, points)[2].max())
-    if off > ON * size:
+    apart_m = float(nearest_on_surface(body.fine, points)[2].max())
+    if apart_m > ON * size:
         raise InputError(
-            f"{place}.{key} is {off:.3g} m off the surface of {box}; give a place on it in that frame, in metres."
+            f"{place}.{key} is {apart_m:.3g} m off the surface of {box}; give a place on it in that frame, in metres."
         )
     surface = body.fine.surface
     nearest = surface[cKDTree(body.fine.nodes[surface]).query(points)[1]]

@@ -42,17 +42,17 @@ def candidates(body: Body, settings: Models) -> Iterator[Candidate]:
     settings : ``measured.models`` of the config; where levels are null, all that the body has are taken
     """
     for order, model, levels in ((1, "fem_p1", settings.fem_p1.levels), (2, "fem_p2", settings.fem_p2.levels)):
-        last = len(body.levels) - order
-        for number, level in enumerate(range(last + 1) if levels is None else levels):
-            made = partial(FemSpecimen, body, level, order)
-            yield Candidate(model, f"level={level}", body, made, extended=order == 2 and number == 0)
+        finest = len(body.levels) - order
+        for number, level in enumerate(range(finest + 1) if levels is None else levels):
+            make = partial(FemSpecimen, body, level, order)
+            yield Candidate(model, f"level={level}", body, make, extended=order == 2 and number == 0)
     if len(body.levels) > 1:
         for poisson in settings.fem_p2.poissons:
-            other = replace(body, material=replace(body.material, poisson=poisson))
-            yield Candidate("fem_p2", f"level=0 poisson={poisson:g}", other, partial(FemSpecimen, other, 0, 2))
+            changed = replace(body, material=replace(body.material, poisson=poisson))
+            yield Candidate("fem_p2", f"level=0 poisson={poisson:g}", changed, partial(FemSpecimen, changed, 0, 2))
         for law in settings.fem_p2.laws:
-            other = replace(body, material=replace(body.material, law=law))
-            yield Candidate("fem_p2", f"level=0 law={law}", other, partial(FemSpecimen, other, 0, 2))
+            changed = replace(body, material=replace(body.material, law=law))
+            yield Candidate("fem_p2", f"level=0 law={law}", changed, partial(FemSpecimen, changed, 0, 2))
     for level in settings.springs.levels:
         yield Candidate("springs", f"level={level}", body, partial(SpringSpecimen, body, level))
 
@@ -117,25 +117,25 @@ def uncertainties(table: pd.DataFrame, experiment: ExperimentSettings, observed:
     """Return the standard uncertainty of each ``error``; NaN where a value is fitted or its exponent is not known.
 
     A displacement is as uncertain as the held state, a frequency as half of the range of the repeats. A fitted softness
-    is as uncertain as the displacement that it was fitted to, and so are predictions from it. Both parts are
-    independent, as the body is held anew in each case.
+    is as uncertain as the displacement that it was fitted to, and passes that on to predictions. ``part`` and
+    ``passed_on`` are independent, as the body is held anew in each case.
     """
     power = table["quantity"].map(POWERS_OF_SOFTNESS).where(~table["fitted"])
     held = table["case"].map({name: seen.uncertainty_m for name, seen in observed.items()}).astype(float)
-    own = held.where(table["quantity"].isin(["sink_m", "move_m"]), 0.5 * table["repeat"].fillna(0.0).astype(float))
+    part = held.where(table["quantity"].isin(["sink_m", "move_m"]), 0.5 * table["repeat"].fillna(0.0).astype(float))
     of_softness, fitted = 0.0, experiment.calibrate_on
     if fitted is not None:
         of_softness = observed[fitted].uncertainty_m / abs(observed[fitted].sink_m)
     passed_on = power.abs() * table["predicted"].astype(float).abs() * of_softness
     passed_on = passed_on.where(table["calibrated"].ne(GIVEN) & power.notna(), 0.0)
-    return np.hypot(own, passed_on).where(power.notna()) / table["measured"].astype(float).abs()
+    return np.hypot(part, passed_on).where(power.notna()) / table["measured"].astype(float).abs()
 
 
 def _rows(candidate: Candidate, experiment: ExperimentSettings, observed: dict[str, Observed]) -> Iterator[Row]:
     """Yield the rows of one model, with Young's modulus as given and as fitted, and its extended predictions."""
-    predictor, own = Predictor(experiment, observed, candidate.make()), candidate.body.material
+    predictor, material = Predictor(experiment, observed, candidate.make()), candidate.body.material
     about: Row = {"model": candidate.model, "setting": candidate.setting, "nodes": len(predictor.specimen.rest)}
-    about |= {"young_pa": own.young_pa, "poisson": own.poisson, "law": own.law, "softness": 1.0}
+    about |= {"young_pa": material.young_pa, "poisson": material.poisson, "law": material.law, "softness": 1.0}
     for row in predictor.rows(GIVEN):
         yield about | row
     fitted = experiment.calibrate_on
@@ -164,9 +164,9 @@ def _suspicions(name: str, experiment: ExperimentSettings, table: pd.DataFrame, 
                 f"{place}: before the release the markers are {1e3 * misfit:.2g} mm (RMS) from their places at rest; "
                 "see markers and held_s."
             )
-        if (most := float(rows["predicted"].abs().max())) > LARGE * size_m:
+        if (deepest := float(rows["predicted"].abs().max())) > LARGE * size_m:
             yield (
-                f"{place}: its markers are predicted to sink by {1e3 * most:.3g} mm, and the body is "
+                f"{place}: its markers are predicted to sink by {1e3 * deepest:.3g} mm, and the body is "
                 f"{1e3 * size_m:.3g} mm long; see weight_n and force_n (in N) and young_pa."
             )
 

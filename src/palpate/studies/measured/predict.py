@@ -33,9 +33,9 @@ def compare_moves(experiment: ExperimentSettings, seen: Observed, moves: np.ndar
         yield _row("sink_m", name, [float(s[i]) for s in sinks], None if sunk is None else float(sunk[i]))
     measured = None if seen.moves is None else _rms(seen.moves)
     repeat = max((_rms(a - b) for a, b in combinations(measured_moves, 2)), default=None)
-    wrong = None if measured is None or moves is None else _rms(moves - seen.moves) / measured
+    error = None if measured is None or moves is None else _rms(moves - seen.moves) / measured
     predicted = None if moves is None else _rms(moves)
-    yield dict(quantity="move_m", marker=ALL, measured=measured, repeat=repeat, predicted=predicted, error=wrong)
+    yield dict(quantity="move_m", marker=ALL, measured=measured, repeat=repeat, predicted=predicted, error=error)
 
 
 def compare_swing(
@@ -78,12 +78,12 @@ def calibrate(sink: Callable[[float], float], wanted: float) -> float:
         if history[-1] <= SINK_TOLERANCE:
             return softness[-1]
         if len(sunk) == 1:
-            following = wanted / sunk[-1]
+            next_softness = wanted / sunk[-1]
         else:
             slope = (sunk[-1] - sunk[-2]) / (softness[-1] - softness[-2])
-            following = softness[-1] + (wanted - sunk[-1]) / slope
+            next_softness = softness[-1] + (wanted - sunk[-1]) / slope
         # never more than four times softer or stiffer at once: a beam that curls up has no slope left
-        softness.append(min(max(following, softness[-1] / 4), 4 * softness[-1]))
+        softness.append(min(max(next_softness, softness[-1] / 4), 4 * softness[-1]))
         sunk.append(sink(softness[-1]))
     raise NotConverged(f"no modulus lets the markers sink by {wanted:.3g} m; see loads, density and down", history)
 
@@ -111,19 +111,19 @@ def natural_frequency(
     for _ in range(MOST_INVERSE_ITERATIONS):
         shape = shape / np.sqrt(np.vdot(shape, masses @ shape))
         pull = multiply(shape)
-        squared = float(np.vdot(shape, pull))
-        residual = squared * (masses @ shape) - pull
+        omega2 = float(np.vdot(shape, pull))
+        residual = omega2 * (masses @ shape) - pull
         residual[specimen.held] = 0.0
         change, _, positive = conjugate_gradients(multiply, precondition, residual, SOLVED, 1000)
         if not positive:
-            unstable = "a body that has come to rest has a way to give in; its equilibrium is not stable"
-            raise NotConverged(unstable, history)
-        history.append(float(np.vdot(residual, change)) / squared)
+            reason = "a body that has come to rest has a way to give in; its equilibrium is not stable"
+            raise NotConverged(reason, history)
+        history.append(float(np.vdot(residual, change)) / omega2)
         if history[-1] <= EIGENVALUE_TOLERANCE:
-            return float(np.sqrt(stiffer * squared)) / (2 * np.pi), shape
+            return float(np.sqrt(stiffer * omega2)) / (2 * np.pi), shape
         shape = shape + change
-    wrong = f"a frequency is still wrong by {history[-1]:.1e} after {MOST_INVERSE_ITERATIONS} steps"
-    raise NotConverged(wrong, history)
+    message = f"a frequency is still wrong by {history[-1]:.1e} after {MOST_INVERSE_ITERATIONS} steps"
+    raise NotConverged(message, history)
 
 
 @dataclass(eq=False)
@@ -230,14 +230,14 @@ def damping_rows(
     about : the row of another quantity of the model
     A mode of frequency ω is damped by the ratio α/2ω with the damping matrix α M, and by β ω/2 with β K.
     """
-    swings, own = predictor.observed[fitted].swings, frequencies.get(fitted)
-    if not swings or own is None:
+    swings, fitted_hz = predictor.observed[fitted].swings, frequencies.get(fitted)
+    if not swings or fitted_hz is None:
         return
     ratio = sum(swing.damping_ratio for swing in swings) / len(swings)
     for kind, power in {"mass": -1.0, "stiffness": 1.0}.items():
         for case in swinging(predictor.experiment):
             hz = frequencies.get(case)
-            predicted = None if hz is None else ratio * (hz / own) ** power
-            known = about | {"case": case, "setting": f"{about['setting']} damping={kind}"}
+            predicted = None if hz is None else ratio * (hz / fitted_hz) ** power
+            row = about | {"case": case, "setting": f"{about['setting']} damping={kind}"}
             ratios = {"damping_ratio": predicted}
-            yield from compare_swing(predictor.observed[case], ratios, known, ratios if case == fitted else ())
+            yield from compare_swing(predictor.observed[case], ratios, row, ratios if case == fitted else ())

@@ -97,8 +97,8 @@ def _elastic(
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         progress = Progress(lambda what, sequence: steps(say, f"{name}: {what}")(sequence), pool.map)
         for part, consistent in consistent_parts(records, compare_sessions(records)):
-            given = asked, Options(seed=seed), entry.held_out, folder / "curves", progress
-            identified, errors = identify_and_predict(consistent, *given)
+            arguments = asked, Options(seed=seed), entry.held_out, folder / "curves", progress
+            identified, errors = identify_and_predict(consistent, *arguments)
             rows += [[name, *row] for row in table_rows(identified, part)]
             predicted.append(errors.assign(entry=name, part=part))
             curves.append(_curves(identified).assign(entry=name, part=part))
@@ -134,12 +134,12 @@ def _in_plane(places: Sequence[np.ndarray | None], directions: Sequence[np.ndarr
     """Project places onto the plane across the mean direction of presses: (n, 2) [m]; NaN if a place is unknown."""
     if any(place is None for place in places):
         return np.full((len(places), 2), np.nan)
-    at = np.array(places)
+    points = np.array(places)
     if any(direction is None for direction in directions):
-        return at[:, :2]
+        return points[:, :2]
     down = np.mean([direction for direction in directions if direction is not None], axis=0)
     down /= np.linalg.norm(down)
-    along = np.eye(3)[np.abs(down).argmin()]
-    along = along - (along @ down) * down
-    along /= np.linalg.norm(along)
-    return at @ np.column_stack([along, np.cross(along, down)])
+    across = np.eye(3)[np.abs(down).argmin()]
+    across = across - (across @ down) * down
+    across /= np.linalg.norm(across)
+    return points @ np.column_stack([across, np.cross(across, down)])

@@ -64,11 +64,11 @@ def read_record(path: str | Path, markers: list[str]) -> tuple[np.ndarray, np.nd
     if len(times) < 2 or not (np.diff(times) > 0.0).all():
         raise InputError(f"{path} has times that do not increase, or fewer than two; sort its rows by time_s.")
     for name, column in zip(wanted[1:], values.T[1:], strict=True):
-        seen = np.isfinite(column)
-        if not seen.mean() >= 1.0 - GAPS:
-            empty = f"{path}: {name} is empty in {1 - seen.mean():.0%} of the rows"
+        visible = np.isfinite(column)
+        if not visible.mean() >= 1.0 - GAPS:
+            empty = f"{path}: {name} is empty in {1 - visible.mean():.0%} of the rows"
             raise InputError(f"{empty}; leave out the marker, or fill it.")
-        column[~seen] = np.interp(times[~seen], times[seen], column[seen])
+        column[~visible] = np.interp(times[~visible], times[visible], column[visible])
     return times, values[:, 1:].reshape(len(times), len(markers), 3)
 
 
@@ -102,8 +102,8 @@ def register(seen: np.ndarray, rest: np.ndarray, place: str) -> Registration:
     left, _, right = np.linalg.svd((rest - rest_middle).T @ (seen - seen_middle))
     rotation = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
     shift = rest_middle - rotation @ seen_middle
-    off = np.linalg.norm(seen @ rotation.T + shift - rest, axis=1)
-    misfit, size = float(np.sqrt(np.mean(off**2))), float(np.linalg.norm(rest - rest_middle, axis=1).mean())
+    distances = np.linalg.norm(seen @ rotation.T + shift - rest, axis=1)
+    misfit, size = float(np.sqrt(np.mean(distances**2))), float(np.linalg.norm(rest - rest_middle, axis=1).mean())
     if not misfit <= MISFIT * size:
         raise InputError(
             f"{place}: the markers before the release are {misfit:.3g} m (RMS) from their places at rest, which are "
@@ -132,8 +132,8 @@ class Oscillation:
 
 def swing_of(times: np.ndarray, along: np.ndarray, place: str, creeps: bool = True) -> Oscillation:
     """Fit an oscillation to the mean displacement ``along`` (n,) [m] of markers, from its largest value on."""
-    first = int(np.argmax(along))
-    return fit_oscillation(times[first:], along[first:], place, creeps)
+    peak = int(np.argmax(along))
+    return fit_oscillation(times[peak:], along[peak:], place, creeps)
 
 
 def fit_oscillation(times: np.ndarray, y: np.ndarray, place: str, creeps: bool = True) -> Oscillation:
@@ -152,20 +152,20 @@ def fit_oscillation(times: np.ndarray, y: np.ndarray, place: str, creeps: bool =
         basis = _basis(t, unknowns, creeps)
         return basis @ np.linalg.lstsq(basis, y, rcond=None)[0] - y
 
-    # from one swing in the record, up to a quarter of the sampling rate
-    most = 0.25 / float(np.median(np.diff(t)))
-    tries = [np.array([f, 0.03, creep]) for f in np.arange(1.0, most * duration, 0.25) / duration]
-    start = min(tries, key=lambda unknowns: float(np.sum(residual(unknowns) ** 2)))
-    low, high = [0.5 * start[0], 0.0, creep / 4], [2.0 * start[0], 0.9, 4 * creep]
+    # frequencies from one swing in the record up to a quarter of the sampling rate
+    highest = 0.25 / float(np.median(np.diff(t)))
+    starts = [np.array([f, 0.03, creep]) for f in np.arange(1.0, highest * duration, 0.25) / duration]
+    start = min(starts, key=lambda unknowns: float(np.sum(residual(unknowns) ** 2)))
+    lower, upper = [0.5 * start[0], 0.0, creep / 4], [2.0 * start[0], 0.9, 4 * creep]
     scale = [0.1 * start[0], 0.01, 0.3 * creep]
-    result = least_squares(residual, start, bounds=(low, high), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    result = least_squares(residual, start, bounds=(lower, upper), x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12)
     basis = _basis(t, result.x, creeps)
-    amounts = np.linalg.lstsq(basis, y, rcond=None)[0]
-    misfit, amplitude = np.sqrt(np.mean(result.fun**2)), np.hypot(*amounts[1:3])
+    factors = np.linalg.lstsq(basis, y, rcond=None)[0]
+    misfit, amplitude = np.sqrt(np.mean(result.fun**2)), np.hypot(*factors[1:3])
     if not misfit < 0.5 * amplitude:
         raise InputError(f"{place} shows no damped oscillation after the release; set swings: false for it.")
     frequency, ratio, constant = map(float, result.x)
-    crept = -float(amounts[3] * np.exp(0.5 / (frequency * constant))) if creeps else 0.0
+    crept = -float(factors[3] * np.exp(0.5 / (frequency * constant))) if creeps else 0.0
     return Oscillation(frequency, ratio, crept, constant)
 
 
@@ -274,8 +274,7 @@ def follow(file: str, experiment: "ExperimentSettings") -> Seen:
 
     The mean displacement of the fixed markers is subtracted, as a clamp gives way; its rotation, which three markers
     side by side hardly show, is not.
-    Raises InputError if the file is no record of the markers, if these do not fit their places at rest, and if they
-    move before the release.
+    Raises InputError if the file is no record of the markers, or these do not fit their places or move when held.
     """
     markers = list(experiment.markers.values())
     times, places = read_record(file, list(experiment.markers))
@@ -287,15 +286,15 @@ def follow(file: str, experiment: "ExperimentSettings") -> Seen:
     held = places[is_held].mean(axis=0)
     frame = register(held, np.array([marker.at_m for marker in markers], dtype=float), file)
     fixed = np.array([marker.fixed for marker in markers])
-    before = frame.apply(held[~fixed])
-    every = frame.apply(places[is_settled].mean(axis=0)) - frame.apply(held)
-    moves = every[~fixed] - (every[fixed].mean(axis=0) if fixed.any() else 0.0)
+    held_places = frame.apply(held[~fixed])
+    all_moves = frame.apply(places[is_settled].mean(axis=0)) - frame.apply(held)
+    moves = all_moves[~fixed] - (all_moves[fixed].mean(axis=0) if fixed.any() else 0.0)
     mean_move = moves.mean(axis=0)
-    along = (frame.apply(places[:, ~fixed]) - before).mean(axis=1) @ unit(mean_move)
-    whole, while_held = np.linalg.norm(mean_move), np.ptp(along[is_held])
-    if not while_held <= STILL * whole:
+    along = (frame.apply(places[:, ~fixed]) - held_places).mean(axis=1) @ unit(mean_move)
+    whole_move, while_held = np.linalg.norm(mean_move), np.ptp(along[is_held])
+    if not while_held <= STILL * whole_move:
         raise InputError(
-            f"{file}: markers move by {while_held:.3g} m within held_s, of {whole:.3g} m in all; "
+            f"{file}: markers move by {while_held:.3g} m within held_s, of {whole_move:.3g} m in all; "
             "shorten held_s to the time before the release."
         )
     return Seen(times, along, moves, frame.rotation @ unit(np.array(experiment.down, dtype=float)), frame.misfit_m)

@@ -110,35 +110,35 @@ def identify_relaxation(
         share = f"{len(refused)} of {len(records.presses)} presses"
         warnings.warn(f"{records.source}: {share} say nothing of relaxation; {refused[0]}", stacklevel=2)
     counts, rng = settings.branches, np.random.default_rng(seed)
-    whole = {count: fit_branches(holds, count) for count in counts}
-    weights = {count: relaxation.weight_of(kernel, holds) for count, kernel in whole.items()}
-    own = [{count: fit_branches([hold], count, weight=1.0) for count in counts} for hold in holds]
-    apart = [
-        (group, {count: fit_branches(group.seen, count, whole[count].series, weights[count]) for count in counts})
+    fits_of_all = {count: fit_branches(holds, count) for count in counts}
+    weights = {count: relaxation.weight_of(kernel, holds) for count, kernel in fits_of_all.items()}
+    own_fits = [{count: fit_branches([hold], count, weight=1.0) for count in counts} for hold in holds]
+    left_out = [
+        (group, {count: fit_branches(group.seen, count, fits_of_all[count].series, weights[count]) for count in counts})
         for group in progress(_groups(holds, settings.held_out))
     ]
-    errors = [row for group, fits in apart for row in _left_out(holds, group, fits, weights[max(counts)])]
-    for hold, fits in zip(holds, own, strict=True):
+    errors = [row for group, fits in left_out for row in _left_out(holds, group, fits, weights[max(counts)])]
+    for hold, fits in zip(holds, own_fits, strict=True):
         for count, kernel in fits.items():
             error = hold.residuals(kernel, 1.0)[hold.held + 1 :]
             errors.append(_error(NOTHING, "", hold, f"{OWN}: {_words(count)}", error))
-    judged = pd.DataFrame(errors, columns=RELAXATION_ERRORS.columns[1:])
-    best = [
+    error_table = pd.DataFrame(errors, columns=RELAXATION_ERRORS.columns[1:])
+    best_counts = [
         min(counts, key=lambda count: relaxation.information(hold, fits[count]))
-        for hold, fits in zip(holds, own, strict=True)
+        for hold, fits in zip(holds, own_fits, strict=True)
     ]
-    chosen = _choose(judged, counts) or int(np.median(best))
-    draws = draw_branches(holds, whole[chosen], settings.draws, rng)
-    span = float(np.median([hold.held_s[-1] for hold in holds]))
+    chosen = _choose(error_table, counts) or int(np.median(best_counts))
+    draws = draw_branches(holds, fits_of_all[chosen], settings.draws, rng)
+    hold_s = float(np.median([hold.held_s[-1] for hold in holds]))
     rows = []
-    for hold, fits, count in zip(holds, own, best, strict=True):
-        early, late = fits[max(counts)].modulus(np.array([EARLY_S, span]))
-        known = hold.press.name, hold.press.specimen, hold.press.session, hold.press.depth_m[-1], hold.press.thickness_m
-        rows.append((*known, hold.loading_s, hold.held_s[-1], hold.held_force[-1], float(late / early), count))
+    for hold, fits, count in zip(holds, own_fits, best_counts, strict=True):
+        early, late = fits[max(counts)].modulus(np.array([EARLY_S, hold_s]))
+        about = hold.press.name, hold.press.specimen, hold.press.session, hold.press.depth_m[-1], hold.press.thickness_m
+        rows.append((*about, hold.loading_s, hold.held_s[-1], hold.held_force[-1], float(late / early), count))
     presses = pd.DataFrame(rows, columns=RELAXATION_PRESSES.columns[1:])
     by_table: tuple[Iterable, ...] = (
-        [row for count in counts for row in _rows(whole[count], holds, count == chosen, draws)],
-        [*_modulus(whole[chosen], draws, span), *_curves(holds, chosen, whole[chosen], apart)],
+        [row for count in counts for row in _rows(fits_of_all[count], holds, count == chosen, draws)],
+        [*_modulus(fits_of_all[chosen], draws, hold_s), *_curves(holds, chosen, fits_of_all[chosen], left_out)],
         errors,
         rows,
         _trends(presses, rng),
@@ -146,7 +146,7 @@ def identify_relaxation(
     tables = {
         table.name: table.frame([entry, *row] for row in rows) for table, rows in zip(TABLES, by_table, strict=True)
     }
-    return tables, whole[chosen]
+    return tables, fits_of_all[chosen]
 
 
 def _groups(holds: Sequence[Hold], kinds: Sequence[str]) -> list[Group]:
@@ -160,10 +160,10 @@ def _groups(holds: Sequence[Hold], kinds: Sequence[str]) -> list[Group]:
             names = [getattr(hold.press, kind) for hold in holds]
         else:
             continue
-        several = dict.fromkeys(names) if len(set(names)) > 1 else ()
-        for name in (each for each in several if each or kind != DEPTH):
-            seen = [hold for own, hold in zip(names, holds, strict=True) if own != name]
-            unseen = [hold for own, hold in zip(names, holds, strict=True) if own == name]
+        groups_of_kind = dict.fromkeys(names) if len(set(names)) > 1 else ()
+        for name in (each for each in groups_of_kind if each or kind != DEPTH):
+            seen = [hold for group_name, hold in zip(names, holds, strict=True) if group_name != name]
+            unseen = [hold for group_name, hold in zip(names, holds, strict=True) if group_name == name]
             groups.append(Group(kind, name, seen, unseen))
     return groups
 
@@ -179,14 +179,14 @@ def _left_out(holds: Sequence[Hold], group: Group, fits: Mapping[int, Branches],
         for hold in group.unseen:
             yield _error(group.kind, group.name, hold, name, hold.error(kernel))
     for hold in group.unseen:
-        start, related = hold.force[hold.held], (hold.press.specimen, hold.press.session)
-        yield _error(group.kind, group.name, hold, HELD, start - hold.held_force)
+        start_force, session_key = hold.force[hold.held], (hold.press.specimen, hold.press.session)
+        yield _error(group.kind, group.name, hold, HELD, start_force - hold.held_force)
         siblings = [
-            other for other in holds if other is not hold and (other.press.specimen, other.press.session) == related
+            other for other in holds if other is not hold and (other.press.specimen, other.press.session) == session_key
         ]
         for name, others in ((MEAN, group.seen), (SIBLINGS, siblings)):
             if others:
-                error = start * _mean_curve(others, hold.held_s) - hold.held_force
+                error = start_force * _mean_curve(others, hold.held_s) - hold.held_force
                 yield _error(group.kind, group.name, hold, name, error)
 
 
@@ -216,10 +216,10 @@ def _choose(judged: pd.DataFrame, counts: Sequence[int]) -> int | None:
         rows = judged[judged["left_out"].eq(kind) & judged["model"].isin([_words(count) for count in counts])]
         if len(rows):
             errors_of = rows.pivot_table(index="press", columns="model", values="error")
-            best = errors_of[errors_of.mean().idxmin()]
+            best_errors = errors_of[errors_of.mean().idxmin()]
             for count in sorted(counts):
-                more = errors_of[_words(count)] - best
-                if more.mean() <= more.std() / np.sqrt(len(more)) or len(more) < 2:
+                excess = errors_of[_words(count)] - best_errors
+                if excess.mean() <= excess.std() / np.sqrt(len(excess)) or len(excess) < 2:
                     return count
     return None
 
@@ -230,8 +230,8 @@ def _rows(kernel: Branches, holds: Sequence[Hold], chosen: bool, draws: Draws) -
     misfit = float(np.median([np.sqrt(np.mean(hold.error(kernel) ** 2)) for hold in holds]))
     count = len(series.shares)
     empty = np.full((2, count), np.nan)
-    shares = draws.interval(lambda one: np.array(one.series.shares)) if chosen else empty
-    times = draws.interval(lambda one: np.array(one.series.times_s)) if chosen else empty
+    shares = draws.interval(lambda drawn: np.array(drawn.series.shares)) if chosen else empty
+    times = draws.interval(lambda drawn: np.array(drawn.series.times_s)) if chosen else empty
     for i in range(count):
         values = series.shares[i], *shares[:, i], series.times_s[i], *times[:, i]
         yield count, i + 1, chosen, *values, draws.drawn if chosen else "", misfit
@@ -241,36 +241,36 @@ def _modulus(kernel: Branches, draws: Draws, span: float) -> Iterator[tuple]:
     """Yield the rows of RELAXATION_CURVES of the modulus over time, relative to that at EARLY_S."""
     times = np.geomspace(0.05, 3.0 * span, TIMES)
 
-    def relative(one: Branches) -> np.ndarray:
-        return one.modulus(times) / one.modulus(np.array(EARLY_S))
+    def relative(branches: Branches) -> np.ndarray:
+        return branches.modulus(times) / branches.modulus(np.array(EARLY_S))
 
-    ends = draws.interval(relative)
-    for time, value, low, high in zip(times, relative(kernel), *ends, strict=True):
+    interval = draws.interval(relative)
+    for time, value, low, high in zip(times, relative(kernel), *interval, strict=True):
         yield "", "", time, np.nan, value, low, high
 
 
 def _curves(
-    holds: Sequence[Hold], chosen: int, whole: Branches, apart: Sequence[tuple[Group, Mapping[int, Branches]]]
+    holds: Sequence[Hold], chosen: int, of_all: Branches, left_out: Sequence[tuple[Group, Mapping[int, Branches]]]
 ) -> Iterator[tuple]:
     """Yield the rows of RELAXATION_CURVES of each held press, predicted by branches of the other specimens."""
-    without = {
-        hold.press.name: fits[chosen] for group, fits in apart if group.kind == SPECIMEN for hold in group.unseen
+    without_specimen = {
+        hold.press.name: fits[chosen] for group, fits in left_out if group.kind == SPECIMEN for hold in group.unseen
     }
     for hold in holds:
-        kernel = without.get(hold.press.name, whole)
+        kernel = without_specimen.get(hold.press.name, of_all)
         predicted = hold.fit(kernel)[hold.held + 1 :]
         times = hold.held_s
-        wanted = np.geomspace(times[0], times[-1], SHOWN)
-        for k in np.unique(np.abs(times[:, None] - wanted).argmin(axis=0)):
+        shown_times = np.geomspace(times[0], times[-1], SHOWN)
+        for k in np.unique(np.abs(times[:, None] - shown_times).argmin(axis=0)):
             name, specimen = hold.press.name, hold.press.specimen
             yield name, specimen, times[k], hold.held_force[k], predicted[k], np.nan, np.nan
 
 
 def _trends(presses: pd.DataFrame, rng: np.random.Generator) -> Iterator[tuple]:
     """Yield a row of RELAXATION_TRENDS for each quantity that late_over_early should not depend on."""
-    known = presses.assign(strain=presses["depth_m"] / presses["thickness_m"].astype(float))
-    for over in ("depth_m", "strain", "thickness_m", "loading_s"):
-        rows = known[[over, "late_over_early"]].astype(float).dropna()
+    with_strain = presses.assign(strain=presses["depth_m"] / presses["thickness_m"].astype(float))
+    for quantity in ("depth_m", "strain", "thickness_m", "loading_s"):
+        rows = with_strain[[quantity, "late_over_early"]].astype(float).dropna()
         x, y = rows.to_numpy().T
         if len(rows) < 8 or not np.ptp(x) > 0.0:
             continue
@@ -278,6 +278,6 @@ def _trends(presses: pd.DataFrame, rng: np.random.Generator) -> Iterator[tuple]:
         picks = rng.integers(len(x), size=(DRAWN_TRENDS, len(x)))
         slopes = [span * np.polyfit(x[pick], y[pick], 1)[0] for pick in picks if np.ptp(x[pick]) > 0.0]
         correlation = pearsonr(x, y)
-        ends = np.quantile(slopes, [0.05, 0.95])
-        values = span * np.polyfit(x, y, 1)[0], *ends, correlation.statistic, correlation.pvalue
-        yield over, len(x), *map(float, values)
+        interval = np.quantile(slopes, [0.05, 0.95])
+        values = span * np.polyfit(x, y, 1)[0], *interval, correlation.statistic, correlation.pvalue
+        yield quantity, len(x), *map(float, values)

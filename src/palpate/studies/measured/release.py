@@ -71,8 +71,8 @@ class Release:
         masses and loads, which give the same motion, as its regions would have to be softened one by one.
         """
         particles, mesh = particles_of(self.body, self.level, surface=False), self.body.levels[self.level]
-        size = float(np.linalg.norm(gravity))
-        hung = hung_masses(mesh, loads, size, order=1).sum(axis=1)
+        gravity_m_s2 = float(np.linalg.norm(gravity))
+        hung = hung_masses(mesh, loads, gravity_m_s2, order=1).sum(axis=1)
         particles = replace(particles, masses=self.softness * (particles.masses + hung))
         law = particles.material.law
         with locking_is_measured():
@@ -80,7 +80,7 @@ class Release:
         effects: dict[str, hooks.Effect] = {law: elastic}
         effects |= {"gravity": Gravity(particles, gravity), "held": Held(particles.held)}
         if forces := [load for load in loads if load.force_n is not None]:
-            force = nodal_loads(mesh, forces, gravity / size, order=1)
+            force = nodal_loads(mesh, forces, gravity / gravity_m_s2, order=1)
             effects["load"] = DeadLoad(self.softness * force)
         if self.prony is not None:
             effects["prony"] = effect("prony").make(particles, self.prony, elastic)
@@ -104,19 +104,18 @@ def release_rows(
 ) -> Iterator[Row]:
     """Yield the rows of releases by linear elements, with each of the time steps, whose modulus is fitted to one case.
 
-    settings : ``measured.models.releases``; with ``creep``, also a release with one Prony branch that is fitted to the
-        creep of that case
+    settings : ``measured.models.releases``; with ``creep``, also a release with one Prony branch, fitted to that case.
     A release that fails has rows with a message.
     """
     level, steps, creep = settings.level, settings.steps_s, settings.creep
-    fitted, own, seen = experiment.calibrate_on, body.material, None
+    fitted, material, crept = experiment.calibrate_on, body.material, None
     if creep is not None and fitted is not None and observed[fitted].creep_m > 0.0:
-        seen = observed[fitted]
-    if not (steps or seen):
+        crept = observed[fitted]
+    if not (steps or crept):
         return
     predictor = Predictor(experiment, dict(observed), FemSpecimen(body, level, 1))
-    about: Row = {"model": "fem_p1", "nodes": len(predictor.specimen.rest), "young_pa": own.young_pa}
-    about |= {"poisson": own.poisson, "law": own.law, "calibrated": GIVEN if fitted is None else fitted}
+    about: Row = {"model": "fem_p1", "nodes": len(predictor.specimen.rest), "young_pa": material.young_pa}
+    about |= {"poisson": material.poisson, "law": material.law, "calibrated": GIVEN if fitted is None else fitted}
     try:
         softness = 1.0 if fitted is None else predictor.softness(fitted)
     except NotConverged as failure:
@@ -126,8 +125,8 @@ def release_rows(
     for step_s in steps:
         release = Release(body, level, predictor.bench, softness, step_s, settings.duration_s)
         yield from _rows(release, predictor, about | {"setting": f"level={level} step_s={step_s:g}"})
-    if seen and creep:
-        prony = _fitted_branch(seen, own.poisson)
+    if crept and creep:
+        prony = _fitted_branch(crept, material.poisson)
         release = Release(body, level, predictor.bench, softness, CREEP_STEP_S, creep.duration_s, prony)
         about |= {"setting": f"level={level} prony step_s={CREEP_STEP_S:g}"}
         yield from _rows(release, predictor, about)

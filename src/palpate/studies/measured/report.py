@@ -28,7 +28,7 @@ def numbers(report: Report) -> dict[str, Any]:
     table = table.assign(of=[named(row) for row in table.itertuples()])
     silent = table[table["message"].fillna("") != ""]
     return {
-        "experiments": [_experiment(str(one), rows) for one, rows in table.groupby("experiment", sort=False)],
+        "experiments": [_experiment(str(name), rows) for name, rows in table.groupby("experiment", sort=False)],
         "silent": silent.drop_duplicates(["experiment", "case", "model", "setting"]),
         "pressed": list(_pressed(report)),
         "relaxing": list(_relaxing(report)),
@@ -38,26 +38,26 @@ def numbers(report: Report) -> dict[str, Any]:
 def _experiment(key: str, rows: pd.DataFrame) -> dict[str, Any]:
     """Return the rows of one experiment by what they answer: predictions, locking, laws, creep, and damping."""
     rows = rows[rows["marker"].eq("all")].assign(case=rows["case"].map(spaced))
-    every = rows[rows["error"].notna()]
-    quantity, setting = every["quantity"], every["setting"]
-    fitted = every["calibrated"].ne(GIVEN) & every["case"].ne(every["calibrated"].map(spaced))
+    judged = rows[rows["error"].notna()]
+    quantity, setting = judged["quantity"], judged["setting"]
+    fitted = judged["calibrated"].ne(GIVEN) & judged["case"].ne(judged["calibrated"].map(spaced))
     plain = setting.str.fullmatch(PLAIN)
-    free = every[every["calibrated"].eq(GIVEN) & quantity.eq("sink_m") & plain]
-    finest = every[fitted & quantity.eq("sink_m") & plain].sort_values("nodes", kind="stable")
-    repeats = every.drop_duplicates(["case", "quantity"]).dropna(subset=["repeat"])
+    as_given = judged[judged["calibrated"].eq(GIVEN) & quantity.eq("sink_m") & plain]
+    finest = judged[fitted & quantity.eq("sink_m") & plain].sort_values("nodes", kind="stable")
+    repeats = judged.drop_duplicates(["case", "quantity"]).dropna(subset=["repeat"])
     return {
         "key": key,
-        "predicted": _predicted(every[fitted & plain & every["model"].eq("fem_p2")]),
-        "crept": every[setting.str.endswith(" creep") & quantity.eq("frequency_hz")],
-        "branched": every[setting.str.contains(" prony ") & quantity.eq("creep_m")],
-        "given": free[free["case"].isin(free["case"].head(1))],
+        "predicted": _predicted(judged[fitted & plain & judged["model"].eq("fem_p2")]),
+        "crept": judged[setting.str.endswith(" creep") & quantity.eq("frequency_hz")],
+        "branched": judged[setting.str.contains(" prony ") & quantity.eq("creep_m")],
+        "given": as_given[as_given["case"].isin(as_given["case"].head(1))],
         "finest": finest.drop_duplicates(["case", "model"], keep="last"),
-        "laws": every[
-            fitted & quantity.eq("sink_m") & every["model"].eq("fem_p2") & setting.str.fullmatch(OF_ONE_MESH)
+        "laws": judged[
+            fitted & quantity.eq("sink_m") & judged["model"].eq("fem_p2") & setting.str.fullmatch(OF_ONE_MESH)
         ],
-        "stepped": every[quantity.eq("damping_ratio") & setting.str.contains("step_s=", regex=False)],
-        "damped": every[
-            quantity.eq("damping_ratio") & setting.str.contains("damping=", regex=False) & every["fitted"].eq(False)
+        "stepped": judged[quantity.eq("damping_ratio") & setting.str.contains("step_s=", regex=False)],
+        "damped": judged[
+            quantity.eq("damping_ratio") & setting.str.contains("damping=", regex=False) & judged["fitted"].eq(False)
         ],
         "repeats": repeats[repeats["quantity"].isin(QUANTITIES)].replace({"quantity": QUANTITIES}),
         "untested": rows[rows["measured"].isna() & rows["predicted"].notna()],
@@ -90,16 +90,16 @@ def _pressed(report: Report) -> Iterator[dict[str, Any]]:
 
 def _part(rows: pd.DataFrame) -> dict[str, Any]:
     """Return the law of a part, and its quantities with intervals."""
-    best = rows[rows["reported"].eq(True)]
-    values = best.set_index("quantity")
+    reported = rows[rows["reported"].eq(True)]
+    values = reported.set_index("quantity")
     ranged = values[values["low"].notna() & ~values.index.isin(["exponent_excess"])]
-    others = rows[rows["quantity"].eq("exponent_excess")]
+    excesses = rows[rows["quantity"].eq("exponent_excess")]
     return {
         "name": rows["part"].iloc[0],
-        "law": spaced(str(best["law"].iloc[0])),
+        "law": spaced(str(reported["law"].iloc[0])),
         "young": values.loc["young_pa", ["low", "best", "high"]].tolist(),
         "unknown": [spaced(str(name)) for name, row in ranged.iterrows() if not row["known"]],
-        "excess": [(spaced(str(row.law)), row.low, row.high) for row in others.itertuples()],
+        "excess": [(spaced(str(row.law)), row.low, row.high) for row in excesses.itertuples()],
         "scatter": float(values.loc["place_scatter", "best"]),
     }
 
@@ -127,14 +127,14 @@ def _relaxing(report: Report) -> Iterator[dict[str, Any]]:
         )
         chosen = rows[rows["chosen"].eq(True)]
         model = f"{len(chosen)} branch{'es' if len(chosen) > 1 else ''}"
-        own = errors[errors["left_out"].eq(NOTHING)].assign(model=errors["model"].str.removeprefix(f"{OWN}: "))
+        own_fits = errors[errors["left_out"].eq(NOTHING)].assign(model=errors["model"].str.removeprefix(f"{OWN}: "))
         kinds = [kind for kind in dict.fromkeys(errors["left_out"]) if kind != NOTHING]
         yield {
             "key": entry,
             "name": spaced(entry),
             "presses": presses,
             "branches": chosen,
-            "own": own.groupby("model", sort=False)["error"].median(),
+            "own": own_fits.groupby("model", sort=False)["error"].median(),
             "predicted": [_judged(errors, kind, model) for kind in kinds],
             "trends": trends.assign(over=trends["over"].map(TRENDS)),
         }
@@ -144,6 +144,7 @@ TRENDS = {"depth_m": "depth", "strain": "depth over thickness", "thickness_m": "
 
 
 def _judged(errors: pd.DataFrame, kind: str, model: str) -> dict[str, Any]:
+    """Return the median error of ``model`` where a ``kind`` of presses is left out, and those of its rivals."""
     medians = errors[errors["left_out"].eq(kind)].groupby("model", sort=False)["error"].median()
     rivals = [(name, medians[name]) for name in medians.index if name != model and name != SIBLINGS]
     order = {MEAN: 1, POWER: 2}

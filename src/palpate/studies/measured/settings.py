@@ -208,8 +208,8 @@ def check(config: Any, file: Path) -> None:
             if body.kind == "box":
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore")  # the job that makes the body warns
-                    made = make_body(entry.body, body.but(refinements=0))
-                check_places(name, entry, made)
+                    coarse = make_body(entry.body, body.but(refinements=0))
+                check_places(name, entry, coarse)
         except InputError as error:
             raise InputError(f"{file}: {error}") from error
         for case_name, case in entry.cases.items():
@@ -217,10 +217,10 @@ def check(config: Any, file: Path) -> None:
                 files = f"{place}.cases.{case_name}.files"
                 check_file(files, path, (file.parent / path).is_file())
                 try:
-                    seen = follow(str(file.parent / path), entry)
+                    record = follow(str(file.parent / path), entry)
                 except InputError as error:
                     raise InputError(f"{files}: {error}") from error
-                sunk = float(seen.moves.mean(axis=0) @ seen.down)
+                sunk = float(record.moves.mean(axis=0) @ record.down)
                 if sunk < 0.0 and all(load.force_n is None for load in case.loads):
                     raise InputError(
                         f"{files}: {path}: the markers rise by {-sunk:.3g} m against down, {entry.down}, and no force "
@@ -247,8 +247,8 @@ def _check_presses(bodies: Mapping[str, Body], file: Path, place: str, entry: Pr
     try:
         records = presses_of(entry, file.parent)
         if "relaxation" in entry.ask:
-            held, refused = holds_of(records)
-            if not held:
+            holds, refused = holds_of(records)
+            if not holds:
                 raise InputError(f"ask has relaxation, and {refused[0]}")
     except InputError as error:
         raise InputError(f"{place}: {error}") from error
@@ -257,11 +257,11 @@ def _check_presses(bodies: Mapping[str, Body], file: Path, place: str, entry: Pr
 def _check_levels(place: str, models: Models, body: str, levels: int) -> None:
     """Raise InputError for a level that a body does not have; quadratic elements need one more."""
     settings = (("fem_p1", models.fem_p1, 0), ("fem_p2", models.fem_p2, 1), ("springs", models.springs, 0))
-    wanted = [(f"{name}.levels", level, more) for name, block, more in settings for level in block.levels or []]
-    for part, level, more in [*wanted, ("releases.level", models.releases.level, 0)]:
-        if level + more >= levels:
+    wanted = [(f"{name}.levels", level, finer) for name, block, finer in settings for level in block.levels or []]
+    for setting, level, finer in [*wanted, ("releases.level", models.releases.level, 0)]:
+        if level + finer >= levels:
             raise InputError(
-                f"{place}.{part} names level {level}, and the body {body} has levels 0 to {levels - 1}"
-                f"{', of which quadratic elements leave out the last' if more else ''}; "
+                f"{place}.{setting} names level {level}, and the body {body} has levels 0 to {levels - 1}"
+                f"{', of which quadratic elements leave out the last' if finer else ''}; "
                 f"choose another, or give bodies.{body} more refinements."
             )

@@ -35,17 +35,17 @@ def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_arr
     """
     corners = mesh.nodes[mesh.triangles]
     middles = corners.mean(axis=1)
-    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
-    chosen, weights = np.empty(len(points), dtype=np.int64), np.empty((len(points), 3))
+    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)  # of a triangle from its middle
+    triangles, weights = np.empty(len(points), dtype=np.int64), np.empty((len(points), 3))
     for i, point in enumerate(points):
-        away = np.linalg.norm(middles - point, axis=1)
-        near = np.flatnonzero(away - reach <= (away + reach).min())  # no other triangle can be the nearest
+        distances = np.linalg.norm(middles - point, axis=1)
+        near = np.flatnonzero(distances - reach <= (distances + reach).min())  # no other can be nearest
         x = np.vstack([point, corners[near].reshape(-1, 3)])
         stencils = np.column_stack([np.zeros(len(near), dtype=np.int64), 1 + np.arange(3 * len(near)).reshape(-1, 3)])
         distance, coordinates, _ = closest_points(np.full(len(near), POINT_TRIANGLE), stencils, x)
         best = int(np.argmin(distance))
-        chosen[i], weights[i] = near[best], -coordinates[best, 1:]
-    return surface_interpolation(mesh, chosen, weights, order)
+        triangles[i], weights[i] = near[best], -coordinates[best, 1:]  # of point less place
+    return surface_interpolation(mesh, triangles, weights, order)
 
 
 def disc_points(mesh: Mesh, center: np.ndarray, radius: float, order: int) -> tuple[sparse.csr_array, np.ndarray]:
@@ -79,9 +79,9 @@ def nodal_loads(mesh: Mesh, loads: Sequence[Load], down: np.ndarray, order: int)
     """Return the forces (n, 3) [N] of ``loads`` on nodes of elements of ``order``; gravity is along ``down`` (3,)."""
     total = np.zeros_like(rest_of(mesh, order))
     for load in loads:
-        interpolation, parts = _load_points(mesh, load, order)
+        interpolation, shares = _load_points(mesh, load, order)
         force = np.array(load.force_n, dtype=float) if load.weight_n is None else load.weight_n * down
-        total += np.outer(interpolation.T @ parts, force)
+        total += np.outer(interpolation.T @ shares, force)
     return total
 
 
@@ -94,16 +94,16 @@ def hung_masses(mesh: Mesh, loads: Sequence[Load], gravity_m_s2: float, order: i
     total = sparse.csr_array((count, count))
     for load in loads:
         if load.weight_n is not None:
-            at_points, parts = _load_points(mesh, load, order)
-            total = total + at_points.T @ sparse.diags_array(load.weight_n / gravity_m_s2 * parts) @ at_points
+            at_points, shares = _load_points(mesh, load, order)
+            total = total + at_points.T @ sparse.diags_array(load.weight_n / gravity_m_s2 * shares) @ at_points
     return total.tocsr()
 
 
 def _load_points(mesh: Mesh, load: Load, order: int) -> tuple[sparse.csr_array, np.ndarray]:
     """Return the interpolation (k, n) from nodes to points that carry a load, and the fraction (k,) of it at each."""
     if load.line_m is not None:
-        first, last = np.array(load.line_m, dtype=float)
-        points = first + (np.arange(POINTS)[:, None] + 0.5) / POINTS * (last - first)
+        start, end = np.array(load.line_m, dtype=float)
+        points = start + (np.arange(POINTS)[:, None] + 0.5) / POINTS * (end - start)
         return nearest_points(mesh, points, order), np.full(POINTS, 1.0 / POINTS)
     center = nearest_points(mesh, np.array([load.at_m], dtype=float), order)
     if load.radius_m == 0.0:
@@ -210,8 +210,8 @@ class Bench:
 
     def load(self, loads: Sequence[Load], down: np.ndarray) -> np.ndarray:
         """Return the forces (n, 3) [N] of gravity along ``down`` (3,) and of ``loads``."""
-        own = GRAVITY_M_S2 * np.outer(self._own, down)
-        return own + nodal_loads(self.specimen.mesh, loads, down, self.specimen.order)
+        weight = GRAVITY_M_S2 * np.outer(self._own, down)
+        return weight + nodal_loads(self.specimen.mesh, loads, down, self.specimen.order)
 
     def masses(self, loads: Sequence[Load]) -> sparse.csr_array:
         """Return the mass matrix (n, n) [kg] of the body and of what hangs on it."""

@@ -18,8 +18,7 @@ FELT = "#aa0000"
 def draw_palpation(palpation) -> Figure:
     """Draw force over depth of three places, and how much stiffer each is than without regions over its distance.
 
-    A row of panels for each body. The places of curves are the two nearest to a region and the farthest; their colours
-    are those of the distance.
+    A row of panels for each body. Curves are of the two places nearest to a region and of the farthest, by colour.
     """
     names = tables.bodies(palpation)
     figure, axes = style.panels(len(names), 2, (9.5, 3.6 * len(names)))
@@ -81,9 +80,9 @@ def draw_palpation_limits(palpation_limits) -> Figure:
     left.legend(title="depth of the ball's top", loc="upper left", ncols=2)
     left.set_ylim(0.0, 140 * palpation_limits["stiffer"].max())
     contrasts = least_contrasts(palpation_limits)
-    known = {cover: contrast for cover, contrast in contrasts.items() if np.isfinite(contrast)}
-    right.plot([1e3 * cover for cover in known], list(known.values()), color=style.INK, marker="o", ms=4)
-    for cover in set(contrasts) - set(known):
+    felt = {cover: contrast for cover, contrast in contrasts.items() if np.isfinite(contrast)}
+    right.plot([1e3 * cover for cover in felt], list(felt.values()), color=style.INK, marker="o", ms=4)
+    for cover in set(contrasts) - set(felt):
         right.axvline(1e3 * cover, color=FELT, ls="--", lw=1)
         right.annotate("never felt", (1e3 * cover, 0.95), (-3, 0), ("data", "axes fraction"), "offset points",
                        ha="right", va="top", rotation=90, color=FELT)  # fmt: skip

@@ -65,11 +65,11 @@ class PressCurves:
         inward = -self._body.fine.normals[contact]
         unit = nodal_load(self._body, self._level, contact, inward, self._radius_m, order=2)
         problem, depths = self._problem(regions), []
-        rest, moved, last = problem.mesh.nodes, np.zeros_like(unit), 1.0
+        rest, moved, last_force = problem.mesh.nodes, np.zeros_like(unit), 1.0
         for force in forces:
-            # from the press before, as if displacements grew with the force
-            solution = problem.solve(force * unit, TOLERANCE, start=rest + moved * (force / last))
-            moved, last = solution.x - rest, force
+            # the search starts from the last displacements, scaled by the force
+            solution = problem.solve(force * unit, TOLERANCE, start=rest + moved * (force / last_force))
+            moved, last_force = solution.x - rest, force
             self.products += solution.products
             depths.append(float(np.vdot(unit, moved)))
         return np.array(depths)
@@ -132,17 +132,17 @@ def ball_in_slab(slab: Slab, ball_radius_m: float, cover_m: float, finger_m: flo
     with gmsh_session() as gmsh:
         ball = _mesh(gmsh, np.array(slab.sizes_m), center, ball_radius_m, finger_m)
         nodes, elements = gmsh_mesh(gmsh)
-        every, inside = (gmsh.model.mesh.getElementsByType(TETRAHEDRON, tag)[0] for tag in (-1, ball))
-    region = np.isin(every, inside).astype(np.int64)
+        all_tags, ball_tags = (gmsh.model.mesh.getElementsByType(TETRAHEDRON, tag)[0] for tag in (-1, ball))
+    region = np.isin(all_tags, ball_tags).astype(np.int64)
     mesh = TetMesh(nodes, check_tetrahedra("slab", nodes, elements[TETRAHEDRON]))
-    own = Material(slab.young_pa, slab.poisson, 1000.0)  # the density has no effect on a press
+    material = Material(slab.young_pa, slab.poisson, 1000.0)  # the density has no effect on a press
     held = np.flatnonzero(nodes[:, 2] < 1e-6 * z)
-    return nest("slab", mesh, 1, held, own, regions=_ball_in(own, contrast, region))
+    return nest("slab", mesh, 1, held, material, regions=_ball_in(material, contrast, region))
 
 
-def _ball_in(own: Material, contrast: float, region: np.ndarray) -> Tissue:
-    """Return the tissue of a slab of material ``own``, ``contrast`` times as stiff in elements of ``region`` 1."""
-    return Tissue((own, replace(own, young_pa=contrast * own.young_pa)), region)
+def _ball_in(material: Material, contrast: float, region: np.ndarray) -> Tissue:
+    """Return the tissue of a slab of ``material``, ``contrast`` times as stiff in elements of ``region`` 1."""
+    return Tissue((material, replace(material, young_pa=contrast * material.young_pa)), region)
 
 
 def _mesh(gmsh: Any, sizes: np.ndarray, center: np.ndarray, radius: float, finger: float) -> int:
@@ -151,8 +151,8 @@ def _mesh(gmsh: Any, sizes: np.ndarray, center: np.ndarray, radius: float, finge
     box, ball, top = occ.addBox(0.0, 0.0, 0.0, *sizes), occ.addSphere(*center, radius), occ.addPoint(*middle)
     occ.fragment([(3, box)], [(3, ball), (0, top)])
     occ.synchronize()
-    near = [(center, radius, IN_BALL * radius), (middle, finger, UNDER_FINGER * finger)]
-    set_sizes(gmsh, near, COARSENED * sizes[2])
+    fine_balls = [(center, radius, IN_BALL * radius), (middle, finger, UNDER_FINGER * finger)]
+    set_sizes(gmsh, fine_balls, COARSENED * sizes[2])
     for option in ("MeshSizeFromPoints", "MeshSizeExtendFromBoundary", "MeshSizeFromCurvature"):
         gmsh.option.setNumber(f"Mesh.{option}", 0)
     gmsh.model.mesh.generate(3)
@@ -208,14 +208,14 @@ def least_contrasts(table: pd.DataFrame) -> dict[float, float]:
     for cover, rows in table[table["contrast"] >= 1.0].groupby("cover_m"):
         rows = rows.sort_values("contrast")
         # a ball as stiff as the slab changes nothing
-        stiffer, log = np.append(0.0, rows["stiffer"]), np.append(0.0, np.log(rows["contrast"]))
-        edge = rows["threshold"].iloc[0]
-        first = int(np.argmax(stiffer >= edge))
-        if not first:
+        stiffer, logs = np.append(0.0, rows["stiffer"]), np.append(0.0, np.log(rows["contrast"]))
+        threshold = rows["threshold"].iloc[0]
+        above = int(np.argmax(stiffer >= threshold))
+        if not above:
             least[float(cover)] = np.inf
             continue
-        part = (edge - stiffer[first - 1]) / (stiffer[first] - stiffer[first - 1])
-        least[float(cover)] = float(np.exp(log[first - 1] + part * (log[first] - log[first - 1])))
+        fraction = (threshold - stiffer[above - 1]) / (stiffer[above] - stiffer[above - 1])
+        least[float(cover)] = float(np.exp(logs[above - 1] + fraction * (logs[above] - logs[above - 1])))
     return least
 
 

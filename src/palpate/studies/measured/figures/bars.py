@@ -20,39 +20,39 @@ def figure_of_errors(
 
     by, error : columns of ``rows``: what is left out, and a share of what ``over`` names
     ways, names : words for what is left out and for models, in their order
-    floors : models that are no models but the spread of the data; widths : of the grid's columns
+    floors : names of models that only show the spread of the data; widths : of the grid's columns
     """
-    known = rows[rows[by].isin(ways) & rows["model"].isin(names)].groupby([by, "model"])[error]
-    lines = known.ngroups + 2 * sum(way in set(rows[by]) for way in ways)
+    groups = rows[rows[by].isin(ways) & rows["model"].isin(names)].groupby([by, "model"])[error]
+    lines = groups.ngroups + 2 * sum(way in set(rows[by]) for way in ways)
     figure = Figure(figsize=(10.0, max(6.4, HEIGHT * lines)), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=widths)
-    axis, places, labels, at = figure.add_subplot(grid[:, 1]), [], [], 0.0
-    shown = 100.0 * known.quantile(0.9)
-    most = min(float(shown.max()), 3.0 * float((100.0 * known.median()).median()))
+    axis, ticks, labels, y = figure.add_subplot(grid[:, 1]), [], [], 0.0
+    p90 = 100.0 * groups.quantile(0.9)
+    longest = min(float(p90.max()), 3.0 * float((100.0 * groups.median()).median()))
     for way, title in ways.items():
-        part = rows[rows[by].eq(way)]
-        if part.empty:
+        of_way = rows[rows[by].eq(way)]
+        if of_way.empty:
             continue
-        axis.text(0.0, at, f"left out: {title}", va="center", fontsize="small", weight="bold")
-        at += 1.0
+        axis.text(0.0, y, f"left out: {title}", va="center", fontsize="small", weight="bold")
+        y += 1.0
         for model, label in names.items():
-            errors = 100.0 * part.loc[part["model"].eq(model), error].dropna()
+            errors = 100.0 * of_way.loc[of_way["model"].eq(model), error].dropna()
             if errors.empty:
                 continue
             colour = "#b5b5b5" if model in floors else "#0072b2"
-            axis.barh(at, errors.median(), height=0.7, color=colour)
-            if errors.median() > 1.15 * most:
+            axis.barh(y, errors.median(), height=0.7, color=colour)
+            if errors.median() > 1.15 * longest:
                 axis.text(
-                    1.14 * most, at, f"{errors.median():.0f} % ", va="center", ha="right", fontsize=7, color="white"
+                    1.14 * longest, y, f"{errors.median():.0f} % ", va="center", ha="right", fontsize=7, color="white"
                 )
-            axis.plot([errors.median(), errors.quantile(0.9)], [at, at], color=style.INK, lw=1)
-            places.append(at)
+            axis.plot([errors.median(), errors.quantile(0.9)], [y, y], color=style.INK, lw=1)
+            ticks.append(y)
             labels.append(label)
-            at += 1.0
-        at += 0.4
-    axis.set_yticks(places, labels)
-    axis.set_ylim(at - 0.2, -0.8)
-    axis.set_xlim(0.0, 1.15 * most)
+            y += 1.0
+        y += 0.4
+    axis.set_yticks(ticks, labels)
+    axis.set_ylim(y - 0.2, -0.8)
+    axis.set_xlim(0.0, 1.15 * longest)
     axis.grid(axis="y", visible=False)
     axis.set(xlabel=f"error {over} [%]: median; line to 90th percentile")
     return figure, grid

@@ -20,7 +20,7 @@ ROW = 0.19  # [inch]
 
 @style.figure("measured", tables=("measured",))
 def draw_measured(measured, *, scene: str) -> Figure:
-    """Draw every model's errors in one experiment; dark: as repeats differ; light: its uncertainty.
+    """Draw every model's errors in one experiment, on a dark band as wide as repeats differ, a light of uncertainty.
 
     measured : the table of this name; scene : the experiment. Cases that nobody measured have no errors, and no panels.
     """
@@ -61,18 +61,18 @@ def named(row) -> str:
 
 def _panel(axis: Axes, rows: pd.DataFrame, kinds: pd.DataFrame) -> None:
     """Draw the errors of one quantity in one case over the models; a note where nothing was measured."""
-    seen = rows.dropna(subset=["measured"])
-    if seen.empty:
+    measured = rows.dropna(subset=["measured"])
+    if measured.empty:
         axis.text(0.5, 0.5, "not measured", transform=axis.transAxes, ha="center", color=style.FAINT)
         return
-    apart = float(np.nan_to_num(seen["repeat"].iloc[0])) / abs(float(seen["measured"].iloc[0]))
-    known = 100.0 * float(np.nan_to_num(seen["uncertainty"].max()))
-    axis.axvspan(-known, known, color=WIDE, lw=0, zorder=0)
-    axis.axvspan(-50 * apart, 50 * apart, color=BAND, lw=0, zorder=0)
-    axis.text(0.98, 0.01, f"repeats: {percent(apart)}", transform=axis.transAxes, ha="right", color=style.FAINT)
+    repeat_range = float(np.nan_to_num(measured["repeat"].iloc[0])) / abs(float(measured["measured"].iloc[0]))
+    uncertainty = 100.0 * float(np.nan_to_num(measured["uncertainty"].max()))
+    axis.axvspan(-uncertainty, uncertainty, color=WIDE, lw=0, zorder=0)
+    axis.axvspan(-50 * repeat_range, 50 * repeat_range, color=BAND, lw=0, zorder=0)
+    axis.text(0.98, 0.01, f"repeats: {percent(repeat_range)}", transform=axis.transAxes, ha="right", color=style.FAINT)
     axis.axvline(0.0, color=style.INK, lw=0.8)
     places = {key: y for y, key in enumerate(zip(kinds["model"], kinds["setting"], strict=True))}
-    for row in seen.dropna(subset=["error"]).itertuples():
+    for row in measured.dropna(subset=["error"]).itertuples():
         shown = look(row.model)
         face = "white" if row.calibrated == GIVEN else shown.colour
         marker = "x" if row.fitted else shown.marker

@@ -37,6 +37,7 @@ def draw_presses(press_curves, press_predictions, *, scene: str) -> Figure:
 
 
 def _forces(axis: Axes, curves: pd.DataFrame) -> None:
+    """Draw force over depth of SHOWN presses, spread over their strength: as measured, and as fitted with errors."""
     strength = curves.groupby(["part", "press"], sort=False)["measured_n"].max().sort_values()
     chosen = strength.index[evenly(len(strength), SHOWN)]
     for number, (part, press) in enumerate(chosen):
@@ -52,7 +53,7 @@ def _forces(axis: Axes, curves: pd.DataFrame) -> None:
 
 
 def _places(figure: Figure, axis: Axes, curves: pd.DataFrame) -> None:
-    """Draw the fitted force at a depth that nine tenths of the presses reach, over the places."""
+    """Draw the fitted force at a depth that nine tenths of the presses reach, over the places of the last part."""
     deepest = curves.groupby(["part", "press"])["depth_m"].max()
     depth = float(deepest.quantile(0.1))
     forces = []
@@ -63,11 +64,11 @@ def _places(figure: Figure, axis: Axes, curves: pd.DataFrame) -> None:
     if not forces:
         axis.set_visible(False)
         return
-    last = forces[-1][0]
-    x, y, force = np.array([row[1:] for row in forces if row[0] == last], dtype=float).T
+    name = forces[-1][0]
+    x, y, force = np.array([row[1:] for row in forces if row[0] == name], dtype=float).T
     force = np.maximum(force, 1e-3 * force.max())
     norm = "log" if force.max() > FAR_APART * force.min() else "linear"
     drawn = axis.scatter(x, y, c=force, cmap=style.DISPLACEMENT, norm=norm, s=30, edgecolors=style.FAINT, lw=0.5)
     axis.margins(0.1)
     figure.colorbar(drawn, ax=axis, label=f"force at {1e3 * depth:.2g} mm [N]")
-    axis.set(xlabel="[mm]", ylabel="[mm]", title=f"places{f' of {last}' if last != 'all' else ''}", aspect="equal")
+    axis.set(xlabel="[mm]", ylabel="[mm]", title=f"places{f' of {name}' if name != 'all' else ''}", aspect="equal")

@@ -41,17 +41,17 @@ def write(
     Raises InputError naming the first part, table, figure, template or number that is missing.
     """
     report = Report(results, studies, scenes, cts, driven, more)
-    parts, studied = {}, {study: report.part(study) for study in studies}
-    for study, part in studied.items():
+    parts, part_of_study = {}, {study: report.part(study) for study in studies}
+    for study, part in part_of_study.items():
         if sections := part.sections + closing.own_claims(report, study):
             parts[study] = part._replace(sections=sections)
         elif part.introduction:
             parts[study] = part
-    parts |= closing.parts(report, studied.values(), left_out=left_out) if studies else {}
+    parts |= closing.parts(report, part_of_study.values(), left_out=left_out) if studies else {}
     page = _page(parts, warned, taken, alone)
-    if heavy := too_heavy(page, {name: part.sections for name, part in parts.items()}):
-        warnings.warn(heavy, stacklevel=2)
-        page = _page(parts, [*warned, heavy], taken, alone)
+    if warning := too_heavy(page, {name: part.sections for name, part in parts.items()}):
+        warnings.warn(warning, stacklevel=2)
+        page = _page(parts, [*warned, warning], taken, alone)
     for file, text in ((out, page), (Path(out).with_suffix(".md"), _markdown(report))):
         with write_whole(file) as temporary:
             temporary.write_text(text, encoding="utf-8")
@@ -79,11 +79,11 @@ def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str]
     answering = {name: part for name, part in parts.items() if part.answer[0]}
     links = {name: "All scenes and limits" for name in list(answering)[:1]}
     links |= {name: part.invitation for name, part in parts.items() if part.invitation}
-    said = [("warnings", "Warnings", warned), ("taken", "Taken from files", taken)]
+    notes = [("warnings", "Warnings", warned), ("taken", "Taken from files", taken)]
     body = (
         templates(closing.HERE)
         .get_template("page.html")
-        .render(parts=parts, alone=alone, question=QUESTION, lead=lead, answering=answering, links=links, said=said)
+        .render(parts=parts, alone=alone, question=QUESTION, lead=lead, answering=answering, links=links, said=notes)
     )
     body += f"<script>{page_assets.script()}</script>\n"
     return page_assets.document("what accuracy costs", page_assets.style(), body)

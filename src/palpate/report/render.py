@@ -101,22 +101,22 @@ class Stage:
 
     def picture(self, view: View, actors: list) -> np.ndarray:
         """Render ``actors``, functions that are given this stage, as (height, width, 3) uint8."""
-        p = self._plotter
-        p.suppress_rendering = True  # or each actor is rendered as it is added
-        p.clear_actors()
-        p.set_background("white")
+        plotter = self._plotter
+        plotter.suppress_rendering = True  # or each actor is rendered as it is added
+        plotter.clear_actors()
+        plotter.set_background("white")
         for actor in actors:
             actor(self)
-        width, height = p.window_size
-        p.camera.focal_point = view.centre
-        p.camera.position = view.centre + view.axes[2] * 10 * (view.width + view.height)
-        p.camera.up = view.axes[1]
-        p.camera.parallel_projection = True
-        p.camera.parallel_scale = max(view.height, view.width * height / width) / 2
-        p.renderer.ResetCameraClippingRange()
-        p.suppress_rendering = False
-        p.render()
-        return p.screenshot(return_img=True)
+        width, height = plotter.window_size
+        plotter.camera.focal_point = view.centre
+        plotter.camera.position = view.centre + view.axes[2] * 10 * (view.width + view.height)
+        plotter.camera.up = view.axes[1]
+        plotter.camera.parallel_projection = True
+        plotter.camera.parallel_scale = max(view.height, view.width * height / width) / 2
+        plotter.renderer.ResetCameraClippingRange()
+        plotter.suppress_rendering = False
+        plotter.render()
+        return plotter.screenshot(return_img=True)
 
     def surface(self, nodes, triangles, values, limits, cmap, log=False, edges=False) -> None:
         """Add a surface, nodes (n, 3) [m], coloured by one value per node (n,) or, if None, in plain grey."""

@@ -162,21 +162,21 @@ _GAP = 0.05  # of a picture's width, between pictures
 def grid(
     rows: int, columns: int, aspect: float, inches: float, bare: bool = False, caption: float = _CAPTION
 ) -> tuple[Figure, np.ndarray]:
-    """Make a figure with (rows, columns) axes for pictures ``inches`` wide and ``inches``/``aspect`` high.
+    """Make a figure with (rows, columns) axes for pictures, each ``inches`` wide and ``inches``/``aspect`` high.
 
     Unless ``bare``, there is space for titles of two lines above and for ``colour_bar`` below.
     caption : space below each picture [inch]
     """
-    row = inches / aspect + caption
+    row_height = inches / aspect + caption
     title = 0.1 if bare else _TITLE
-    height = title + rows * row + (-_SPARE if bare else _BAR)
+    height = title + rows * row_height + (-_SPARE if bare else _BAR)
     width = _SIDE + inches * columns
     figure = Figure(figsize=(width, height))
     axes = np.empty((rows, columns), dtype=object)
     for r in range(rows):
         for c in range(columns):
             left = (_SIDE + inches * (c + _GAP / 2)) / width
-            bottom = 1 - (title + (r + 1) * row - caption) / height
+            bottom = 1 - (title + (r + 1) * row_height - caption) / height
             size = (inches * (1 - _GAP) / width, inches / aspect / height)
             axes[r, c] = figure.add_axes((left, bottom, *size))
             axes[r, c].set(xticks=[], yticks=[])

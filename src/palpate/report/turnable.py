@@ -74,7 +74,7 @@ def write(turnable: Turnable, path: str | Path) -> None:
 
 
 def _thinned(turnable: Turnable, count: int) -> Turnable:
-    """Keep at most ``count`` frames of a motion."""
+    """Keep at most ``count`` evenly spaced frames of a motion, with their times and the nearest to its start frame."""
     kept = evenly(len(turnable.positions), count)
     times = [turnable.frames["times_s"][i] for i in kept]
     start = int(np.argmin(np.abs(np.array(kept) - turnable.frames["start"])))
@@ -83,27 +83,27 @@ def _thinned(turnable: Turnable, count: int) -> Turnable:
 
 
 def _json(turnable: Turnable) -> str:
-    """Encode positions as integers of the bounding cube, take differences between frames, group bytes and compress."""
-    low = turnable.positions.min(axis=(0, 1))
-    size = float((turnable.positions.max(axis=(0, 1)) - low).max())
-    places = np.round((turnable.positions - low) * (_STEPS / size)).astype(np.int32)
-    body = _planes(_changes(places).astype(np.int16)) + _planes(turnable.triangles.astype(np.uint32))
-    body += _planes(_changes(turnable.shades))
+    """Return JSON: positions as integers in the bounding cube, as changes between frames, by byte and compressed."""
+    corner = turnable.positions.min(axis=(0, 1))
+    size = float((turnable.positions.max(axis=(0, 1)) - corner).max())
+    places = np.round((turnable.positions - corner) * (_STEPS / size)).astype(np.int32)
+    packed = _planes(_changes(places).astype(np.int16)) + _planes(turnable.triangles.astype(np.uint32))
+    packed += _planes(_changes(turnable.shades))
     frames, vertices, _ = places.shape
     view = turnable.view
-    head = {
+    fields = {
         "counts": [frames, vertices, len(turnable.triangles)],
         "bare": turnable.bare,
-        "origin": low.round(9).tolist(),
+        "origin": corner.round(9).tolist(),
         "step": size / _STEPS,
         "axes": view.axes.round(9).tolist(),
         "centre": view.centre.round(9).tolist(),
         "window": [round(view.width, 9), round(view.height, 9)],
         "legend": turnable.legend,
         "frames": turnable.frames,
-        "packed": base64_of(zlib.compress(body, 9)),
+        "packed": base64_of(zlib.compress(packed, 9)),
     }
-    return json.dumps(head, separators=(",", ":"))
+    return json.dumps(fields, separators=(",", ":"))
 
 
 def _changes(values: np.ndarray) -> np.ndarray:
@@ -132,13 +132,13 @@ def write_gif(pictures: list[np.ndarray], times: np.ndarray, path: str | Path) -
     It runs in real time unless a loop would then last less than 1 s or more than 8 s; the strip above each picture
     shows the time, and the factor by which the loop is slower or faster. The same pictures give the same bytes.
     """
-    slow, note = pace(float(np.ptp(times)))
+    slowdown, note = pace(float(np.ptp(times)))
     images = [_labelled(picture, f"{time:.2f} s{note}") for picture, time in zip(pictures, times, strict=True)]
     for count, colours in _QUALITIES:
-        shown = evenly(len(images), count)
-        ends = np.round(100 * slow * (times[shown] - times[0]))  # hundredths of a second, the unit of the format
-        lasting = 10 * np.maximum(np.diff(ends, append=ends[-1] + 100 * _REST_S), 2).astype(int)
-        encoded = _encoded([images[i] for i in shown], colours, lasting.tolist())
+        kept = evenly(len(images), count)
+        ends = np.round(100 * slowdown * (times[kept] - times[0]))  # hundredths of a second, the unit of the format
+        durations_ms = 10 * np.maximum(np.diff(ends, append=ends[-1] + 100 * _REST_S), 2).astype(int)
+        encoded = _encoded([images[i] for i in kept], colours, durations_ms.tolist())
         if len(encoded) <= _GIF_BYTES:
             break
     with write_whole(path) as part:
@@ -151,12 +151,12 @@ def evenly(length: int, count: int) -> list[int]:
 
 
 def pace(duration_s: float) -> tuple[float, str]:
-    """Return the seconds of the loop per second of the scene, and a note on it."""
-    low, high = _LOOP_S
-    if duration_s < low:
-        pace = next((p for p in _PACES if p * duration_s >= low), _PACES[-1])
+    """Return how many seconds a loop takes for a second of a scene of ``duration_s``, by _LOOP_S, and a note on it."""
+    shortest_s, longest_s = _LOOP_S
+    if duration_s < shortest_s:
+        pace = next((p for p in _PACES if p * duration_s >= shortest_s), _PACES[-1])
         return pace, f", {pace}× slower"
-    pace = next((p for p in _PACES if duration_s / p <= high), _PACES[-1])
+    pace = next((p for p in _PACES if duration_s / p <= longest_s), _PACES[-1])
     return 1 / pace, f", {pace}× faster" if pace > 1 else ""
 
 

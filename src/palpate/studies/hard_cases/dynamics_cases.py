@@ -90,17 +90,17 @@ def _begins_to_sag(h: float, model: str) -> Answer:
 def linear_displacement(system: System, time_s: float) -> np.ndarray:
     """Compute the displacement (n, 3) [m] that the weight causes within ``time_s`` of the system linearised at rest.
 
-    The state (u, v, 1) of free nodes obeys a linear equation, whose solution is a matrix exponential.
+    The state (displacement u, velocity, 1) of free nodes obeys a linear equation, solved by a matrix exponential.
     """
     rest, free = system.particles.nodes, np.repeat(system.free, 3)
-    inverse = 1.0 / np.repeat(system.masses, 3)[free, None]
+    inverse_masses = 1.0 / np.repeat(system.masses, 3)[free, None]
     matrices = (system.stiffness(rest, True), system.damping(rest))
-    zero, one = np.zeros((free.sum(), free.sum())), np.eye(int(free.sum()))
-    k, c = (zero if m is None else inverse * m.toarray()[np.ix_(free, free)] for m in matrices)
-    load = inverse * stage.weight(system).reshape(-1, 1)[free]
-    rows = [zero, one, 0.0 * load], [-k, -c, load], [0.0 * load.T, 0.0 * load.T, np.zeros((1, 1))]
+    zeros, identity = np.zeros((free.sum(), free.sum())), np.eye(int(free.sum()))
+    stiffness, damping = (zeros if m is None else inverse_masses * m.toarray()[np.ix_(free, free)] for m in matrices)
+    load = inverse_masses * stage.weight(system).reshape(-1, 1)[free]
+    rows = [zeros, identity, 0.0 * load], [-stiffness, -damping, load], [0.0 * load.T, 0.0 * load.T, np.zeros((1, 1))]
     u = np.zeros(len(free))
-    u[free] = expm(time_s * np.block([list(row) for row in rows]))[: len(one), -1]
+    u[free] = expm(time_s * np.block([list(row) for row in rows]))[: len(identity), -1]
     return u.reshape(rest.shape)
 
 
@@ -136,8 +136,8 @@ def _heavy_half(model: str) -> Answer:
     drift = stage.coasting_distance(model, step_s, steps) * (masses @ v) / masses.sum()
 
     def error(a: np.ndarray) -> float:
-        of_centre = np.linalg.norm(masses @ (a - particles.nodes) / masses.sum() - drift) / np.linalg.norm(drift)
-        return max(stage.edge_error(particles, a), float(of_centre))
+        centre_error = np.linalg.norm(masses @ (a - particles.nodes) / masses.sum() - drift) / np.linalg.norm(drift)
+        return max(stage.edge_error(particles, a), float(centre_error))
 
     return Answer(end, particles.nodes, error)
 
@@ -189,11 +189,11 @@ def _released(model: str) -> Answer:
     """
     particles, motions = stage.bar_particles(), []
     start = particles.nodes * [2.0, 1.0, 1.0]
-    for h in (1e-5, 2.0):
-        more = {"held": True, "velocity_damping": {"rate_1_s": 0.05 / h}}  # 5 % damping per step for every step size
-        stepper, x, v, positions = stage.Stepper(model, particles, more), start, np.zeros_like(start), []
+    for step_s in (1e-5, 2.0):
+        effects = {"held": True, "velocity_damping": {"rate_1_s": 0.05 / step_s}}  # 5 % damping in a step of any length
+        stepper, x, v, positions = stage.Stepper(model, particles, effects), start, np.zeros_like(start), []
         for steps in (2, 3, 5, 990):
-            x, v = stepper.advance(x, v, h, steps)
+            x, v = stepper.advance(x, v, step_s, steps)
             positions.append(x)
         motions.append(np.array(positions))
     expected, scale = motions[0], float(np.abs(start - particles.nodes).max())
@@ -203,13 +203,13 @@ def _released(model: str) -> Answer:
 
 def _degenerate(axes: list[int], model: str) -> Answer:
     """Release random particles whose rest shape has an extent along the ``axes`` that are 1 only."""
-    random = np.random.default_rng(4).uniform(-0.1, 0.1, (20, 3))
-    particles = stage.point_masses("cloud", random * axes)
+    scattered = np.random.default_rng(4).uniform(-0.1, 0.1, (20, 3))
+    particles = stage.point_masses("cloud", scattered * axes)
 
     def error(a: np.ndarray) -> float:
-        return float(np.abs(pdist(a) - pdist(particles.nodes)).max() / pdist(random).max())
+        return float(np.abs(pdist(a) - pdist(particles.nodes)).max() / pdist(scattered).max())
 
-    return stage.recovery(model, particles, random, stage.one_cluster(model), error)
+    return stage.recovery(model, particles, scattered, stage.one_cluster(model), error)
 
 
 def _alone(model: str) -> Answer:
@@ -260,11 +260,11 @@ def _push(body: Body, times: float) -> settings.Loads:
 
 def _pushed(body: Body, times: float) -> Answer:
     """Push a body and let it go, in modes, and compare with quadratic elements of the next level in the same steps."""
-    loads, h, surface = _push(body, times), DURATION_S / (2 * FRAMES), body.fine.surface
+    loads, step_s, surface = _push(body, times), DURATION_S / (2 * FRAMES), body.fine.surface
     reduced = prepare(BodyAtRest(body, 10), loads, RAYLEIGH, 3, 0.02)
     frames = move(ReducedMotion(reduced, loads, RAYLEIGH), DURATION_S, FRAMES, 2 * FRAMES).moved
     elements = QuadraticMotion(with_midpoints(body, 1), 1, loads, RAYLEIGH)
-    steps = list(elements.steps(h, 2 * FRAMES, 1e-3))[1::2]
+    steps = list(elements.steps(step_s, 2 * FRAMES, 1e-3))[1::2]
     expected = np.array([(reached.x - elements.rest)[surface] for reached in steps])
     peak = float(np.linalg.norm(expected, axis=2).max())
 

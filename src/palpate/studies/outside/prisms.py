@@ -55,12 +55,12 @@ def plate_frequencies(cells: int) -> tuple[float, float]:
     stiffness = sparse.csc_array(plate.elements.stiffness(plate.nodes))[free][:, free]
     masses = sparse.csc_array(sparse.kron(plate.masses(), sparse.eye_array(3)))[free][:, free]
     # the shift keeps the matrix definite, as nothing holds the plate in its plane
-    squares, modes = eigsh(stiffness, MODES, masses, sigma=-1e4, v0=np.ones(free.sum()))
-    whole = np.zeros((len(free), MODES))
-    whole[free] = modes
-    across = np.einsum("nk,nk->k", whole[2::3], plate.masses() @ whole[2::3])
-    flat = np.sort(squares[(across < OUT_OF_PLANE) & (squares > 1.0)])
-    return tuple(np.sqrt(flat[:2]) / (2.0 * np.pi))
+    squared_frequencies, modes = eigsh(stiffness, MODES, masses, sigma=-1e4, v0=np.ones(free.sum()))
+    all_modes = np.zeros((len(free), MODES))
+    all_modes[free] = modes
+    energy_across = np.einsum("nk,nk->k", all_modes[2::3], plate.masses() @ all_modes[2::3])
+    in_plane = np.sort(squared_frequencies[(energy_across < OUT_OF_PLANE) & (squared_frequencies > 1.0)])
+    return tuple(np.sqrt(in_plane[:2]) / (2.0 * np.pi))
 
 
 def cook(cells: int, material: Material, plane: bool, asked: tuple[float, float], settles: bool) -> float:
@@ -84,8 +84,8 @@ def cook(cells: int, material: Material, plane: bool, asked: tuple[float, float]
     membrane = Supported(mesh, material, held)
     membrane.press(lambda p: p[:, 0] > 48.0 - ON_FACE, np.array([0.0, 1.0 / 16.0, 0.0]))
     moved = membrane.settle() if settles else membrane.respond()
-    face = np.linalg.norm(membrane.nodes - [*asked, 0.0 if plane else thickness], axis=1)
-    return float(moved[np.argmin(face), 1])
+    distances = np.linalg.norm(membrane.nodes - [*asked, 0.0 if plane else thickness], axis=1)
+    return float(moved[np.argmin(distances), 1])
 
 
 def cook_incompressible(cells: int) -> float:

@@ -121,12 +121,12 @@ def assumed(ball_m: float, deep: bool) -> str:
 
 def _modulus(identified: Identified) -> Iterator[str]:
     young = identified.young_pa
-    where = (
+    places = (
         f"in the median of {identified.model.data.places} places"
         if identified.model.data.places > 1
         else "at the one place"
     )
-    yield f"E is {_in_pascals(young)}, 90 % by profile likelihood, {where}."
+    yield f"E is {_in_pascals(young)}, 90 % by profile likelihood, {places}."
     modulus = identified.intervals.get(MODULUS)
     if modulus is not None and modulus.high / modulus.low < young.high / young.low:
         yield f"E/(1 − ν²), which these presses determine better, is {_in_pascals(modulus)}."
@@ -167,13 +167,13 @@ def _law(identified: Identified) -> Iterator[str]:
         side = "above" if bend == "steeper" else "below"
         yield f"The curve is {bend} {than}: the exponent of depth is {excess} {side} its."
         return
-    same = [spaced(name) for name in identified.same_law[1:]]
-    beaten = [spaced(score.law) for score in others if score.law not in identified.same_law]
+    indistinguishable = [spaced(name) for name in identified.same_law[1:]]
+    worse = [spaced(score.law) for score in others if score.law not in identified.same_law]
     line = f"The law {spaced(best.law)} follows the curve (exponent within {_ends(best.excess)} of it)"
-    if same:
-        line += f"; {listed(same)} cannot be told from it"
-    if beaten:
-        line += f"; {listed(beaten)} fits worse"
+    if indistinguishable:
+        line += f"; {listed(indistinguishable)} cannot be told from it"
+    if worse:
+        line += f"; {listed(worse)} fits worse"
     yield line + "."
 
 
@@ -188,8 +188,8 @@ def _scatter(identified: Identified) -> Iterator[str]:
         yield f"{line}; noise is {noise} (deviations)."
     if (offset := identified.intervals.get(OFFSET)) is not None:
         low, best, high = (two_digits(1e3 * value) for value in offset[:3])
-        apart = two_digits(1e3 * scatter["offset_scatter_m"])
-        line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {apart} mm between presses"
+        deviation_mm = two_digits(1e3 * scatter["offset_scatter_m"])
+        line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {deviation_mm} mm between presses"
         yield f"{line}{'; that cannot be told from these presses' if not offset.known else ''}."
     if scatter["relative_error"] > 0.0:
         yield f"The model's own error of {percent(scatter['relative_error'])} in force is part of these intervals."
@@ -229,7 +229,7 @@ def predicted(predictions: pd.DataFrame, law: str) -> Iterator[str]:
 
 
 def _first(words: str) -> str:
-    """Begin a sentence; a symbol stays as it is."""
+    """Begin a sentence with ``words``, capitalised unless they are a symbol."""
     return words if words == WORDS["poisson"] else capital(words)
 
 

@@ -141,12 +141,12 @@ class Stage:
 
     def level(self, view: View, mesh, held: np.ndarray) -> np.ndarray:
         """Render ``mesh`` in grey with its edges, and the nodes of ``held`` on its surface."""
-        seen = mesh.nodes[np.intersect1d(held, mesh.surface)]
-        shown = [
+        held_nodes = mesh.nodes[np.intersect1d(held, mesh.surface)]
+        actors = [
             lambda s: s.surface(mesh.nodes, mesh.triangles, None, None, None, edges=True),
-            lambda s: s.dots(seen, 0.011 * mesh.size),
+            lambda s: s.dots(held_nodes, 0.011 * mesh.size),
         ]
-        return self.picture(view, shown)
+        return self.picture(view, actors)
 
     def dots(self, points, radius) -> None:
         """Add held nodes, (n, 3) [m], as dark balls."""

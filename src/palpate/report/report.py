@@ -59,6 +59,6 @@ class Report:
     def check(self, names: Collection[str], kind: str, wanted: Sequence[str]) -> None:
         """Raise InputError if one of the tables ``names`` has no rows of a scene or body in ``wanted``."""
         for name in names:
-            for one in wanted:
-                if one not in set(self.tables[name][kind]):
-                    raise InputError(f"{name}.csv has no rows of the {kind} {one}; delete it and type make.")
+            for entry in wanted:
+                if entry not in set(self.tables[name][kind]):
+                    raise InputError(f"{name}.csv has no rows of the {kind} {entry}; delete it and type make.")

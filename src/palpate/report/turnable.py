@@ -52,9 +52,9 @@ def legend(label: str, norm: Normalize, colours: str) -> dict:
     palette = matplotlib.colormaps[colours](np.linspace(0, 1, _SHADES))[:, :3]
     palette = np.vstack([palette, [0xB3 / 255, 0xBF / 255, 0xCA / 255], [0.2, 0.2, 0.2]])
     locator = LogLocator() if isinstance(norm, LogNorm) else MaxNLocator(4)
-    low, high = norm.vmin, norm.vmax
-    assert low is not None and high is not None  # a norm with limits
-    places = [value for value in locator.tick_values(low, high) if low <= value <= high]
+    least, most = norm.vmin, norm.vmax
+    assert least is not None and most is not None  # a norm with limits
+    places = [value for value in locator.tick_values(least, most) if least <= value <= most]
     ticks = [[round(float(norm(value)), 4), f"{value:g}"] for value in places]
     return {"label": label, "palette": base64_of(np.round(255 * palette).astype(np.uint8).tobytes()), "ticks": ticks}
 
@@ -75,11 +75,11 @@ def write(turnable: Turnable, path: str | Path) -> None:
 
 def _thinned(turnable: Turnable, count: int) -> Turnable:
     """Keep at most ``count`` evenly spaced frames of a motion, with their times and the nearest to its start frame."""
-    kept = evenly(len(turnable.positions), count)
-    times = [turnable.frames["times_s"][i] for i in kept]
-    start = int(np.argmin(np.abs(np.array(kept) - turnable.frames["start"])))
+    chosen = evenly(len(turnable.positions), count)
+    times = [turnable.frames["times_s"][i] for i in chosen]
+    start = int(np.argmin(np.abs(np.array(chosen) - turnable.frames["start"])))
     frames = turnable.frames | {"times_s": times, "start": start}
-    return replace(turnable, positions=turnable.positions[kept], shades=turnable.shades[kept], frames=frames)
+    return replace(turnable, positions=turnable.positions[chosen], shades=turnable.shades[chosen], frames=frames)
 
 
 def _json(turnable: Turnable) -> str:
@@ -108,15 +108,15 @@ def _json(turnable: Turnable) -> str:
 
 def _changes(values: np.ndarray) -> np.ndarray:
     """Return the first frame and the differences between frames, contiguous per coordinate; integers may wrap."""
-    moved = values.copy()
-    moved[1:] = values[1:] - values[:-1]
-    return np.ascontiguousarray(np.moveaxis(moved, 0, -1))
+    changes = values.copy()
+    changes[1:] = values[1:] - values[:-1]
+    return np.ascontiguousarray(np.moveaxis(changes, 0, -1))
 
 
 def _planes(values: np.ndarray) -> bytes:
     """Group the bytes of little-endian integers: all first bytes, then all second ones, and so on."""
-    small = np.ascontiguousarray(values).astype(values.dtype.newbyteorder("<"), copy=False)
-    return small.reshape(-1).view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes()
+    little_endian = np.ascontiguousarray(values).astype(values.dtype.newbyteorder("<"), copy=False)
+    return little_endian.reshape(-1).view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes()
 
 
 _GIF_BYTES, _STRIP = 1_500_000, 24

@@ -50,9 +50,9 @@ def method(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 def _premise(body: str, regime: str, shares: pd.Series) -> tuple[str, bool]:
     """Return a premise in words, and whether its deformation is local; shares : moved part of the surface by body."""
-    moved = shares.get(body, np.nan)
-    held = f"{body} {HELD[body]}" + (f", {percent(moved)} of the surface moves" if moved > 0.0 else "")
-    return f"{held}; {regime} loads; coarse nodes of the fine response; random samples held out", moved <= LOCAL
+    share = shares.get(body, np.nan)
+    premise = f"{body} {HELD[body]}" + (f", {percent(share)} of the surface moves" if share > 0.0 else "")
+    return f"{premise}; {regime} loads; coarse nodes of the fine response; random samples held out", share <= LOCAL
 
 
 def _sizes(sizes: pd.DataFrame) -> Iterator[Claim]:

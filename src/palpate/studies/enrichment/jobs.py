@@ -32,7 +32,7 @@ def sweep_sigma(
     regression: Regression,
     seed: int,
 ):
-    """Fit and test all methods on one body's samples, and sweep their kernels' width, for the rule of this name."""
+    """Fit and test methods, and sweep their σ, in ``cases`` (protocol, split); write what those ``shown`` predict."""
     import h5py
 
     from palpate.files import write_whole

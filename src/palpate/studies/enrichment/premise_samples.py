@@ -96,7 +96,7 @@ def hinge_angles(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the nodes (h, 4) of each inner edge, its angle's gradient (h, 4, 3) and stiffness (h,) [N m].
 
-    The stiffness is D l²/ΣA with D = E t³/12(1 − ν²) (Grinspun et al. 2003).
+    The stiffness is D l²/ΣA, l the edge's length and A the areas beside it, D = E t³/12(1 − ν²) (Grinspun et al. 2003).
     Trap: hinges of triangles do not converge to a plate; a strip of mirrored cells bends 1.3 times as far as it should.
     The gradient of the angle is that of Bridson, Marino and Fedkiw (2003); a rotation of both triangles costs nothing.
     """

@@ -233,7 +233,7 @@ def compare_premises(
     for name in steps(say, "premise")([*databases, *settings.cases]):
         if case := settings.cases.get(name):
             body_row, counts, by_split, all_contacts = _linear_samples(name, case, bodies[case.body], settings, seed)
-        else:  # each split holds out others of the same samples
+        else:  # each split holds out different ones of the same samples
             body_settings: Any = bodies[name]
             all_contacts, counts = databases[name], (body_settings.train, body_settings.test)
             body_row, by_split = [name, "nonlinear", "solid", "as the body"], [all_contacts] * settings.splits

@@ -46,7 +46,7 @@ def numbers(report: Report) -> dict[str, Any]:
         "best_sigma": _best_sigma(tables.where(by_name["sigma_sweep"], regime=regime)),
         "splits": _splits(by_name["splits"], paper["splits"]),
         "moves": _moves(contacts, by_name["premise_bodies"]),
-        "cut": (LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()),  # and the nearest on both sides
+        "cut": (LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()),  # and the shares next to it
         "fewer": _fewer(contacts),
         "orders": _orders(by_name["complexity"]),
         "means": by_name["enrichment_timing"].pivot(index="body", columns="method", values="mean_s"),

@@ -88,7 +88,7 @@ def _warn_of_missed(name: str, shares: np.ndarray) -> None:
     """Warn if a load does not reach the wanted peak displacement; shares : (n,) peaks over the wanted ones."""
     missed = shares[np.abs(shares - 1.0) >= LOAD_TOLERANCE]
     if len(missed):
-        least, most = (f"{100 * part:.3g} %" for part in (missed.min(), missed.max()))
+        least, most = (f"{100 * share:.3g} %" for share in (missed.min(), missed.max()))
         reach = least if least == most else f"{least} to {most}"
         warnings.warn(
             f"bodies.{name}: {len(missed)} of {len(shares)} loads do not move the coarse body by the peak that is "

@@ -161,10 +161,10 @@ def _wind(model: str) -> Answer:
     ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], (0.0, 0.2)))
     particles = solid_particles(mesh, ends, stage.SOFT, "rod")
     stepper, x, v = stage.Stepper(model, particles, {"held": True}), mesh.nodes.copy(), np.zeros_like(mesh.nodes)
-    angle = np.where(mesh.nodes[ends, 0] > 0.1, 1.0, -1.0) * np.pi / 20.0
+    angle_per_step = np.where(mesh.nodes[ends, 0] > 0.1, 1.0, -1.0) * np.pi / 20.0
     for _ in range(205):
         x = x.copy()
-        x[ends] = _rotated(x[ends], angle)
+        x[ends] = _rotated(x[ends], angle_per_step)
         x, v = stepper.advance(x, v, 0.05, 1)
     straight = mesh.nodes.copy()
     straight[ends] = x[ends]

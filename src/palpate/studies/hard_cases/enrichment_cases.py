@@ -279,6 +279,6 @@ def _singular(model: str) -> Answer:
 def _at_rest(model: str) -> Answer:
     """Compare the answer to no press with zero, and to 1e-6 of a press with that to 1e-3 of it, in proportion."""
     method, coarse, row = _fitted()[model], pressed()[1].coarse_live[ASKED[:1]], ASKED[:1]
-    mild, milder = (_answers(method, factor * coarse, row, factor) / factor for factor in (1e-6, 1e-3))
+    at_millionth, at_thousandth = (_answers(method, factor * coarse, row, factor) / factor for factor in (1e-6, 1e-3))
     nothing = _answers(method, 0.0 * coarse, row, 0.0)
-    return _compared(np.concatenate([nothing, mild]), np.concatenate([0.0 * nothing, milder]))
+    return _compared(np.concatenate([nothing, at_millionth]), np.concatenate([0.0 * nothing, at_thousandth]))

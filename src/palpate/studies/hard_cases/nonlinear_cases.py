@@ -322,7 +322,7 @@ def _pushed(times: float, model: str) -> Answer:
     disc_nodes, disc_shares = patch_shares(body.coarse, patch_at(body, node, RADIUS_M), 2)
     weights = sparse.csr_array((disc_shares, (np.zeros_like(disc_nodes), disc_nodes)), (1, len(rest)))
     x = push(solver, np.zeros_like(rest), weights, wanted_m[None], 1e-8)[0].x
-    free_motions = np.linalg.qr(np.kron(weights.toarray(), np.eye(3)).T, "complete")[0][:, 3:]  # they leave the disc
+    free_motions = np.linalg.qr(np.kron(weights.toarray(), np.eye(3)).T, "complete")[0][:, 3:]  # the disc stays
     multiply, _ = solver.linearise(x)
     tangent = free_motions.T @ multiply(free_motions.reshape(len(x), 3, -1)).reshape(len(free_motions), -1)
     stable = np.linalg.eigvalsh(tangent)[0] > 0.0

@@ -89,7 +89,7 @@ def _path(
     times_s: Sequence[float] = TIMES_S, shifts_m: Sequence[Sequence[float]] = SHIFTS_M, friction: float = 0.3
 ) -> Contact:
     """Describe FINGER on a path of its own: displacements (k, 3) [m] at ``times_s`` (k,)."""
-    finger = FINGER.but(times_s=list(times_s), shifts_m=[list(each) for each in shifts_m])
+    finger = FINGER.but(times_s=list(times_s), shifts_m=[list(shift) for shift in shifts_m])
     return Contact(friction=friction, instruments=[finger])
 
 

@@ -59,11 +59,11 @@ class Answer:
         Of an answer that is scaled, once up and once down, the smaller error counts.
         """
         offset = self.values - (self.frozen if self.origin is None else self.origin)
-        wrong = {"frozen": [self.frozen], "zero": [self.frozen if self.zero is None else self.zero]}
+        answers = {"frozen": [self.frozen], "zero": [self.frozen if self.zero is None else self.zero]}
         for name, factor in SCALED.items():
-            wrong[name] = [self.values - factor * offset, self.values + factor * offset]
+            answers[name] = [self.values - factor * offset, self.values + factor * offset]
         shape = self.values.shape
-        return {name: min(self._error(np.broadcast_to(each, shape)) for each in some) for name, some in wrong.items()}
+        return {name: min(self._error(np.broadcast_to(each, shape)) for each in some) for name, some in answers.items()}
 
     def _error(self, answer: np.ndarray) -> float:
         try:
@@ -128,13 +128,13 @@ def judge(case: Case, model: str) -> dict:
     exception ``wrong``, since a crash is no refusal; ``message`` is its text. Errors of wrong answers are NaN where the
     model gave no answer. ``sharp`` says whether all of WRONG exceed the bound; it is empty unless the answer is stable.
     """
-    value, message, wrong = math.nan, "", dict.fromkeys((*WRONG, NEARLY), math.nan)
+    value, message, errors = math.nan, "", dict.fromkeys((*WRONG, NEARLY), math.nan)
     bound = case.bounds.get(model, case.bound)
     try:
         answer = case.run(model)
         check_finite(answer.values)
         value = float(answer.error(answer.values))
-        wrong = answer.wrong_errors()
+        errors = answer.wrong_errors()
     except InputError as error:
         outcome, message = "refused", str(error)
     except NotConverged as error:
@@ -145,7 +145,7 @@ def judge(case: Case, model: str) -> dict:
         outcome, message = "wrong", f"{type(error).__name__}: {error}"
     else:
         outcome = "nan" if not math.isfinite(value) else "stable" if value <= bound else "wrong"
-    sharp = all(wrong[name] > bound for name in WRONG) if outcome == "stable" else None
+    sharp = all(errors[name] > bound for name in WRONG) if outcome == "stable" else None
     return {
         "case": case.name,
         "source": case.source,
@@ -155,7 +155,7 @@ def judge(case: Case, model: str) -> dict:
         "measure": case.measure,
         "value": value,
         "bound": bound,
-        **wrong,
+        **errors,
         "sharp": sharp,
         "declared": " or ".join(case.acceptable(model)),
         "passed": outcome in case.acceptable(model) and sharp is not False,

@@ -30,7 +30,7 @@ def draw_organ_springs(organ_springs) -> Figure:
     A dot is a contact and a bar their mean, medians over the seeds
     """
     names = tables.bodies(organ_springs)
-    # the median over the seeds of each search in the place of its seeds
+    # replace the seeds of each search by their median
     run = ["body", "model", "volume_force", "step_s", "contact", "used_in_fit"]
     organ_springs = organ_springs.groupby(run, sort=False)[["rmse_of_peak", "ms_a_second"]].median().reset_index()
     figure, axes = style.panels(len(names), 2, (9.5, 3.9 * len(names)), width_ratios=[1.25, 1])
@@ -68,7 +68,7 @@ def _errors(axis, rows) -> None:
 
 
 def _over_time(axis, rows) -> None:
-    """Draw the mean error at tested contacts over the time of computing a second of motion; springs are APART."""
+    """Draw the mean error at tested contacts over the computing time of a second of motion; for springs see APART."""
     tested = rows[~rows["used_in_fit"] & (rows["model"] != "zero")]
     spring_models = dict(enumerate(dict.fromkeys(model for model in tested["model"] if model in FITS)))
     shifts = {model: number - (len(spring_models) - 1) / 2 for number, model in spring_models.items()}

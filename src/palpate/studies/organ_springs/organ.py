@@ -81,16 +81,16 @@ class Organ:
 
     def spring_settings(self, volume_force: bool) -> Settings:
         """Return the settings of springs, with or without volume force, in steps that are stable for the stiffest."""
-        volume = volume_stiffness(self.model, self.particles(0).material) if volume_force else 0.0
-        once = self.in_steps(1, volume)
-        limit = OF_LIMIT * step_limit(self.particles(0), self.model, once, self.limits.high_pa)
-        return self.in_steps(int(np.ceil(once.step_s / limit)), volume)
+        volume_n_m = volume_stiffness(self.model, self.particles(0).material) if volume_force else 0.0
+        frame_steps = self.in_steps(1, volume_n_m)
+        limit = OF_LIMIT * step_limit(self.particles(0), self.model, frame_steps, self.limits.high_pa)
+        return self.in_steps(int(np.ceil(frame_steps.step_s / limit)), volume_n_m)
 
     def fitnesses(self, settings: Settings, references: list[Reference]) -> list[Fitness]:
         """Return the fitness functions of the fitted presses, which compare the key points ``compared`` only."""
-        seen = replace(settings, keys=KeyPoints(self.keys.corners[self.compared], self.keys.shares[self.compared]))
+        reduced = replace(settings, keys=KeyPoints(self.keys.corners[self.compared], self.keys.shares[self.compared]))
         return [
-            Fitness(self.model, self.press(i, 0), seen, x[:, self.compared], v[:, self.compared])
+            Fitness(self.model, self.press(i, 0), reduced, x[:, self.compared], v[:, self.compared])
             for i, (x, v, _) in enumerate(references[: self.fitted])
         ]
 
@@ -117,7 +117,7 @@ def organ(body: Body, settings: OrganSettings) -> Organ:
     compared = np.unique(np.linspace(0, len(free) - 1, settings.key_points).round().astype(int))
     least, most = YOUNG_OF_BODY
     young = particles.material.young_pa
-    # the nodes themselves, on every level on which they have the same numbers
+    # key points are nodes, with all weight on the first of four corners; nodes have the same numbers on every level
     keys = KeyPoints(np.repeat(free[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(free), 1)))
     limits = Range(least * young, most * young)
     forces = _forces(body, contacts)

@@ -64,6 +64,6 @@ def _found(theirs: np.ndarray) -> Iterator[tuple[str, float, float, float | None
 
 def _limits(cases: list[str], value: Callable, cells: int) -> Iterator[tuple[str, float, float, None]]:
     """Yield each of ``cases``, the limit of ``value`` over 1, 2 and 4 times ``cells``, and its own error over that."""
-    meshes = np.array([np.atleast_1d(value(factor * cells)) for factor in (1, 2, 4)])
-    for case, limit, error in zip(cases, *number_limits(meshes), strict=True):
+    values = np.array([np.atleast_1d(value(factor * cells)) for factor in (1, 2, 4)])
+    for case, limit, error in zip(cases, *number_limits(values), strict=True):
         yield case, float(limit), float(error / abs(limit)), None

@@ -26,7 +26,7 @@ def confined_stress(length: float) -> float:
 
 
 def torsion_constant(cells: int) -> float:
-    """Compute the torsional moment of a square prism of side a over G a⁴ times the twist, sections free to warp."""
+    """Compute the torsional moment of a square prism of side a over G a⁴ and twist per length, free to warp."""
     poisson, length = 0.3, 2.0 / cells
     mesh = block([cells, cells, 2], lambda p: p * [1.0, 1.0, length] - [0.5, 0.5, 0.0])
 
@@ -43,7 +43,7 @@ def torsion_constant(cells: int) -> float:
 
 
 def plate_frequencies(cells: int) -> tuple[float, float]:
-    """Compute the first two frequencies [Hz] in the plane of NAFEMS FV52's plate, 10 × 10 × 1 m, on lower edges."""
+    """Compute the first two frequencies [Hz] of NAFEMS FV52's plate (10 × 10 × 1 m, on lower edges) in its plane."""
     mesh = block([cells, cells, max(1, cells // 4)], lambda p: p * [10.0, 10.0, 1.0])
 
     def held(p: np.ndarray) -> np.ndarray:

@@ -138,7 +138,7 @@ def _forced() -> Claim:
     """Judge that outer forces do not change stability: two runs under the same force differ as they do without it."""
     alpha = 1.0
     force = np.random.default_rng(1).normal(size=RECURSION_STEPS)
-    differences = [_run(1.0, alpha, load) - _run(0.0, alpha, load) for load in (force, 0.0 * force)]
+    differences = [_run(1.0, alpha, pushes) - _run(0.0, alpha, pushes) for pushes in (force, 0.0 * force)]
     error = float(np.abs(differences[0] - differences[1]).max() / np.abs(differences[1]).max())
     claim = "forces that depend on neither position nor velocity leave the stability of goal positions as it is"
     ours = f"two runs part as without the force, within {error:.0e}"
@@ -233,7 +233,7 @@ def held(body_springs: pd.DataFrame) -> pd.DataFrame:
 def pokes(body_springs: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each case and stiffness [N/m]: how deep and wide the surface gives way, and what is left of it.
 
-    depth, left : largest displacement [m] at the end of the hold and of the run; moved, nodes : numbers
+    depth_m, left_m : largest displacement [m] at the end of the hold and of the run; moved, nodes : numbers of nodes
     """
     by_case, last = ["case", "body_springs_n_m"], where(body_springs, time_s=body_springs["time_s"].max())
     depth, left = (rows.groupby(by_case, sort=False)["max_displacement_m"].max() for rows in (held(body_springs), last))

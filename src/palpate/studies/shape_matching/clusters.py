@@ -246,8 +246,8 @@ def _measured_limit(body: Particles, kind: str, overlap: str, beta: float, predi
         return np.inf
     stable, unstable = 0.0, 1.0
     if np.isfinite(predicted):  # nearly there, if theory is right; otherwise the search covers everything
-        for alpha_i in (0.98 * predicted, 1.02 * predicted):
-            stable, unstable = (stable, min(unstable, alpha_i)) if grows(alpha_i) else (max(stable, alpha_i), unstable)
+        for guess in (0.98 * predicted, 1.02 * predicted):
+            stable, unstable = (stable, min(unstable, guess)) if grows(guess) else (max(stable, guess), unstable)
     while unstable - stable > WITHIN * unstable:
         middle = 0.5 * (stable + unstable)
         stable, unstable = (stable, middle) if grows(middle) else (middle, unstable)

@@ -226,26 +226,26 @@ _SHADES = ("#c5e29f", "#8cc63f", "#3f6b12")  # the hue of body springs in style.
 @style.figure("body_springs", tables=("body_springs",))
 def draw_body_springs(body_springs) -> Figure:
     """Draw the displacement at the end of the hold over the distance from the poke, and the largest one over time."""
-    figure, ((near, over_time),) = style.panels(1, 2, (9.5, 3.9))
+    figure, ((by_distance, by_time),) = style.panels(1, 2, (9.5, 3.9))
     handles, shades = [], iter(_SHADES)
     for (case, stiffness), rows in body_springs.groupby(["case", "body_springs_n_m"], sort=False):
         colour, dashes, label = _look(case, stiffness, shades)
         end = held(rows)
         peak = end["max_displacement_m"].max()
-        near.plot(1e3 * end["distance_m"], 1e3 * end["mean_displacement_m"], "o", ls=dashes, ms=4, color=colour)
+        by_distance.plot(1e3 * end["distance_m"], 1e3 * end["mean_displacement_m"], "o", ls=dashes, ms=4, color=colour)
         shares = rows.groupby("time_s")["max_displacement_m"].max() / peak
-        over_time.plot(shares.index, 100 * shares, ls=dashes, color=colour)
+        by_time.plot(shares.index, 100 * shares, ls=dashes, color=colour)
         share = end["moved"].sum() / end["nodes"].sum()
         label = f"{label}\n{100 * share:.0f} % of nodes moved, {1e3 * peak:.1f} mm"
         handles.append(Line2D([], [], color=colour, ls=dashes, marker="o", ms=4, label=label))
     released = body_springs.loc[body_springs["phase"] == "hold", "time_s"].max()
-    over_time.axvline(released, color=style.FAINT, ls=":", lw=1)
+    by_time.axvline(released, color=style.FAINT, ls=":", lw=1)
     place = (released, 0.01), (-3, 2), ("data", "axes fraction"), "offset points"
-    over_time.annotate("release", *place, rotation=90, ha="right", va="bottom", fontsize=7)
-    near.set(xlabel="rest distance from the poke [mm]", ylabel="mean displacement [mm]", title="during the hold")
-    over_time.set(xlabel="time [s]", ylabel="largest displacement [% of that during the hold]", title="over time")
-    over_time.set(yscale="log", ylim=(1e-2, 300))
-    style.plain_log(over_time.yaxis)
+    by_time.annotate("release", *place, rotation=90, ha="right", va="bottom", fontsize=7)
+    by_distance.set(xlabel="rest distance from the poke [mm]", ylabel="mean displacement [mm]", title="during the hold")
+    by_time.set(xlabel="time [s]", ylabel="largest displacement [% of that during the hold]", title="over time")
+    by_time.set(yscale="log", ylim=(1e-2, 300))
+    style.plain_log(by_time.yaxis)
     title = "moved: by more than 10 % of the largest"
     figure.legend(handles=handles, loc="outside right upper", labelspacing=0.9, title=title)
     return figure

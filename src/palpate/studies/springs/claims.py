@@ -28,7 +28,7 @@ PAPERS = {"method": "genetic", "volume_force": False}
 def searches(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims on searches of spring moduli, without volume force and as medians over the seeds."""
     fits, history = (where(tables[name], **PAPERS) for name in ("spring_fit", "spring_history"))
-    fitted, others = (where(fits, used_in_fit=used) for used in (True, False))
+    fitted, others = (where(fits, used_in_fit=in_fit) for in_fit in (True, False))
     count, seeds = int(fitted["generations"].max()), fitted["seed"].nunique()
     runs = f"median of {seeds} seeds" if seeds > 1 else "one seed"
     premise = f"a cube of 120 nodes and 590 springs, fitted to finite elements; {count} generations, {runs}"

@@ -168,12 +168,12 @@ def fit_springs(
     """Fit springs by one method, without and with a volume force, for the rule of this name."""
     method, references = wildcards.method, cube_experiment.load_references(input.reference)
     seeds = range(seed, seed + (searches.seeds if method in SEEDED else 1))
-    for force in ("springs", "volume"):
+    for forces in ("springs", "volume"):
         cube = experiment(calibration, calibration.material.poisson)
-        report = rarely(say, f"{method}, {force}: seed, generation, best fitness")
-        made = tables(cube, method, force == "volume", references, searches, seeds, report)
-        for path in output[force]:
-            write_table(made[Path(path).stem], path)
+        report = rarely(say, f"{method}, {forces}: seed, generation, best fitness")
+        computed = tables(cube, method, forces == "volume", references, searches, seeds, report)
+        for path in output[forces]:
+            write_table(computed[Path(path).stem], path)
 
 
 def measure_spring_floor(say: Callable, calibration: Settings, poissons: list[float], evaluations: int) -> pd.DataFrame:

@@ -151,24 +151,24 @@ def draw_error_over_body(body: Body, database: Database, groups: dict[str, dict[
     groups : maps a heading such as "paper protocol, samples held out" to predictions of JUDGED
     Samples are ranked for each method by itself, by RMSE over the fine surface nodes / peak.
     """
-    shown = {(g, m): ranked(database, groups[g][m]) for g in groups for m in JUDGED}
+    shown = {(heading, judged): ranked(database, groups[heading][judged]) for heading in groups for judged in JUDGED}
     rest = database.nodes_fine_surface
     scale = limits([field for picks in shown.values() for _, field, _, _ in picks])
-    views = render.same_scale([camera(database, i, [rest + moved]) for p in shown.values() for i, _, moved, _ in p])
+    views = render.same_scale([camera(database, i, [rest + moved]) for few in shown.values() for i, _, moved, _ in few])
     aspect = views[0].width / views[0].height
     figure, axes = style.grid(len(JUDGED), 3 * len(groups), aspect, _INCHES)
-    cells = [(r, 3 * c + k) for c in range(len(groups)) for r in range(len(JUDGED)) for k in range(3)]
+    cells = [(row, 3 * c + rank) for c in range(len(groups)) for row in range(len(JUDGED)) for rank in range(3)]
     picks = [pick for picks in shown.values() for pick in picks]
     with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
-        for (r, c), view, (i, field, moved, error) in zip(cells, views, picks, strict=True):
+        for (row, c), view, (i, field, moved, error) in zip(cells, views, picks, strict=True):
             picture = _coloured(stage, view, body, database, 100 * field, moved, scale)
-            style.place(axes[r, c], picture, f"sample {i}: {percent(error)} of peak")
+            style.place(axes[row, c], picture, f"sample {i}: {percent(error)} of peak")
     for axis, method in zip(axes[:, 0], JUDGED, strict=True):
         axis.set_ylabel(model_looks.short(method), fontweight="bold")
     for c, group in enumerate(groups):
         axes[0, 3 * c].set_title(f"{group}\nbest", loc="left")
-        for k, name in enumerate(("median", "worst"), 1):
-            axes[0, 3 * c + k].set_title(name, loc="left")
+        for rank, name in enumerate(("median", "worst"), 1):
+            axes[0, 3 * c + rank].set_title(name, loc="left")
     label = "error at each node [% of the sample's peak displacement]"
     style.colour_bar(figure, LogNorm(*scale), style.ERROR, label, extend="min", format="%g")
     return figure
@@ -217,7 +217,7 @@ def write(database: Database, predictions: dict[str, Prediction], path: str | Pa
     norm = LogNorm(*scale)
     rest = database.nodes_fine_surface
     positions = np.array([rest + moved for _, _, moved, _ in picks])
-    notes = [f"sample {i}: {percent(error)} of peak" for i, _, _, error in picks]
+    notes = [f"sample {sample}: {percent(error)} of peak" for sample, _, _, error in picks]
     methods = [model_looks.short(method).replace("\n", " ") for method in JUDGED]
     choices = {"method": methods, "test sample": ["best", "median", "worst"]}
     shown = turnable.Turnable(

@@ -68,7 +68,7 @@ def tables(study: str) -> dict[str, Table]:
     report = folder(study) / "report.py"
     for statement in ast.parse(report.read_text(encoding="utf-8")).body if report.is_file() else ():
         if isinstance(statement, ast.Assign) and getattr(statement.targets[0], "id", None) == "READS":
-            shared = {one.name: one for path in sorted(_BENCHMARK.glob("*.py")) for one in _tables(path)}
+            shared = {each.name: each for path in sorted(_BENCHMARK.glob("*.py")) for each in _tables(path)}
             declared += [shared[name] for name in ast.literal_eval(statement.value)]
     return {table.name: table for table in declared}
 

@@ -135,10 +135,10 @@ def write_gif(pictures: list[np.ndarray], times: np.ndarray, path: str | Path) -
     slowdown, note = pace(float(np.ptp(times)))
     images = [_labelled(picture, f"{time:.2f} s{note}") for picture, time in zip(pictures, times, strict=True)]
     for count, colours in _QUALITIES:
-        kept = evenly(len(images), count)
-        ends = np.round(100 * slowdown * (times[kept] - times[0]))  # hundredths of a second, the unit of the format
+        frames = evenly(len(images), count)
+        ends = np.round(100 * slowdown * (times[frames] - times[0]))  # hundredths of a second, the unit of the format
         durations_ms = 10 * np.maximum(np.diff(ends, append=ends[-1] + 100 * _REST_S), 2).astype(int)
-        encoded = _encoded([images[i] for i in kept], colours, durations_ms.tolist())
+        encoded = _encoded([images[i] for i in frames], colours, durations_ms.tolist())
         if len(encoded) <= _GIF_BYTES:
             break
     with write_whole(path) as part:

@@ -33,17 +33,17 @@ def draw_hard_cases(hard_cases) -> Figure:
     hard_cases : the table of this name
     """
     tables = [[hard_cases[hard_cases["family"].isin(families)] for families in column] for column in COLUMNS]
-    tables = [[part for part in column if len(part)] for column in tables]
-    model_counts = [max((part["model"].nunique() for part in column), default=0) for column in tables]
-    heights = [sum(_above(part) + CELL * part["case"].nunique() for part in column) for column in tables]
+    tables = [[table for table in column if len(table)] for column in tables]
+    model_counts = [max((table["model"].nunique() for table in column), default=0) for column in tables]
+    heights = [sum(_above(table) + CELL * table["case"].nunique() for table in column) for column in tables]
     width, height = max(sum(LEFT + CELL * count + 0.2 for count in model_counts if count), 6.5), max(heights) + BELOW
     figure, left = Figure(figsize=(width, height)), 0.0
     for column, count in zip(tables, model_counts, strict=True):
         top = height
-        for part in column:
-            rows, columns = CELL * part["case"].nunique(), CELL * part["model"].nunique()
-            top -= _above(part) + rows
-            _matrix(figure.add_axes(((left + LEFT) / width, top / height, columns / width, rows / height)), part)
+        for table in column:
+            rows, columns = CELL * table["case"].nunique(), CELL * table["model"].nunique()
+            top -= _above(table) + rows
+            _matrix(figure.add_axes(((left + LEFT) / width, top / height, columns / width, rows / height)), table)
         left += LEFT + CELL * count + 0.2 if count else 0.0
     figure.legend(handles=_handles(), loc="lower left", ncols=3, bbox_to_anchor=(0.01, 0.0))
     return figure

@@ -158,9 +158,9 @@ def _shapes(pressed: Organ, steps: int, references: list[Reference]) -> pd.DataF
     simplex = np.vstack([start, start + np.diag([0.7, 0.3, -1.0])])
     options = {"maxfev": pressed.settings.shape_evaluations, "initial_simplex": simplex}
     bounds = [(-14.0, 14.0), (0.0, 0.99), (-3.0, 7.0)]
-    best = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options).x
+    fitted = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options).x
     taken_s = perf_counter() - began
-    table = judge_motions(pressed, _shape_motion(pressed, steps, best), references)
+    table = judge_motions(pressed, _shape_motion(pressed, steps, fitted), references)
     return table.assign(model="shape_matching", step_s=pressed.in_steps(steps).step_s, offline_s=taken_s)
 
 

@@ -135,7 +135,7 @@ def formulas(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _forced() -> Claim:
-    """Judge that outer forces do not change stability: two runs under the same force differ as they do without it."""
+    """Judge whether a force changes stability: runs from 1 and from 0 must differ by the same with and without it."""
     alpha = 1.0
     force = np.random.default_rng(1).normal(size=RECURSION_STEPS)
     differences = [_run(1.0, alpha, pushes) - _run(0.0, alpha, pushes) for pushes in (force, 0.0 * force)]

@@ -115,7 +115,7 @@ def draw_clusters(clusters) -> Figure:
     figure, (axes,) = style.panels(1, len(groups) + 1, size, width_ratios=[2.0] * len(groups) + [2.4])
     norm = matplotlib.colors.Normalize(0.0, 100.0 * np.linalg.norm(displacement(clusters), axis=1).max())
     places = 100.0 * np.concatenate([clusters[["rest_x_m", "rest_z_m"]], clusters[["x_m", "z_m"]]])
-    (left, low), (right, high) = places.min(axis=0) - 1.5, places.max(axis=0) + 1.5
+    (left, bottom), (right, top) = places.min(axis=0) - 1.5, places.max(axis=0) + 1.5
     for axis, (count, group), colour in zip(axes, groups, _COLOURS, strict=False):
         _edges(axis, group, "rest_", _FROM_SIDE, style.FAINT, 0.7)
         _edges(axis, group, "", _FROM_SIDE, style.INK, 0.9)
@@ -123,7 +123,7 @@ def draw_clusters(clusters) -> Figure:
         colours = {"c": farther, "norm": norm, "cmap": style.DISPLACEMENT, "edgecolors": style.INK}
         dots = axis.scatter(*(100.0 * group[["x_m", "z_m"]].to_numpy().T), s=18, linewidths=0.4, zorder=3, **colours)
         axis.set_title(f"{count} cluster{'s' if count > 1 else ''}\ntip moves {farther.max():.1f} cm", color=colour)
-        axis.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel="x [cm]")
+        axis.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x [cm]")
         axis.label_outer()
         sideways = 100.0 * (group["x_m"] - group["rest_x_m"]).groupby(group["rest_z_m"]).mean()  # of each layer
         axes[-1].plot(sideways, 100.0 * sideways.index, color=colour, marker="o", ms=3, label=str(count))

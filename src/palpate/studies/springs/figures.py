@@ -58,10 +58,10 @@ def best_so_far(runs, column: str, places: np.ndarray) -> np.ndarray:
     return np.array(curves)
 
 
-def _band(axis, runs, column, look, spread) -> None:
-    """Draw the median and range of the seeds of one search, from the place where all seeds have a value."""
+def _band(axis, runs, column, look, spacing) -> None:
+    """Draw the median and range of the seeds of one search over ``column``, from where all seeds have a value."""
     starts, ends = runs.groupby("seed")[column].agg(["min", "max"]).max()
-    places = spread(starts, ends, _POINTS)
+    places = spacing(starts, ends, _POINTS)
     curves = best_so_far(runs, column, places)
     axis.fill_between(places, curves.min(axis=0), curves.max(axis=0), color=look.colour, alpha=0.25, lw=0)
     axis.plot(places, np.median(curves, axis=0), color=look.colour)

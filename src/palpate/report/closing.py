@@ -100,6 +100,6 @@ def own_claims(report: Report, study: str) -> list[Section]:
     if rows.empty:
         return []
     title = f"{len(rows)} tests of {rows['claim'].nunique()} claims: {joined(counted(rows['verdict']))}"
-    about = "What the paper says, what it was tested on here, and what this run measured"
-    inner = markup.table(shown(rows).drop(columns="paper"), about)
+    caption = "What the paper says, what it was tested on here, and what this run measured"
+    inner = markup.table(shown(rows).drop(columns="paper"), caption)
     return [(f"{study}_claims", "Claims, checked", markup.fold(title, inner))]

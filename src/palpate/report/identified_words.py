@@ -159,16 +159,16 @@ def _parameters(identified: Identified) -> Iterator[str]:
 
 
 def _law(identified: Identified) -> Iterator[str]:
-    best, *others = identified.laws
+    best, *rivals = identified.laws
     excess = f"{abs(best.excess.best):.2f} ({_ends(best.excess)})"
     if not best.follows:
         bend = "steeper" if best.excess.best > 0 else "flatter"
-        than = f"than any law here, of which {spaced(best.law)} comes nearest" if others else f"than {spaced(best.law)}"
+        than = f"than any law here, of which {spaced(best.law)} comes nearest" if rivals else f"than {spaced(best.law)}"
         side = "above" if bend == "steeper" else "below"
         yield f"The curve is {bend} {than}: the exponent of depth is {excess} {side} its."
         return
     indistinguishable = [spaced(name) for name in identified.same_law[1:]]
-    worse = [spaced(score.law) for score in others if score.law not in identified.same_law]
+    worse = [spaced(score.law) for score in rivals if score.law not in identified.same_law]
     line = f"The law {spaced(best.law)} follows the curve (exponent within {_ends(best.excess)} of it)"
     if indistinguishable:
         line += f"; {listed(indistinguishable)} cannot be told from it"

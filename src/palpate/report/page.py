@@ -69,7 +69,7 @@ def _markdown(report: Report) -> str:
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
-def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str], alone: bool) -> str:
+def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str], single: bool) -> str:
     """Return the whole page: the question, and the first answer that a part offers; what was found; all parts.
 
     A page about one study alone has its name in the place of the question.
@@ -83,7 +83,7 @@ def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str]
     body = (
         templates(closing.HERE)
         .get_template("page.html")
-        .render(parts=parts, alone=alone, question=QUESTION, lead=lead, answering=answering, links=links, said=notes)
+        .render(parts=parts, alone=single, question=QUESTION, lead=lead, answering=answering, links=links, said=notes)
     )
     body += f"<script>{page_assets.script()}</script>\n"
     return page_assets.document("what accuracy costs", page_assets.style(), body)
@@ -91,11 +91,11 @@ def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str]
 
 def too_heavy(page: str, parts: Mapping[str, Sequence[Section]]) -> str | None:
     """Return a sentence on ``page`` if it has more than 20 MB, naming the largest of its sections; else None."""
-    if (whole := _megabytes(page)) <= MOST_MB:
+    if (page_mb := _megabytes(page)) <= MOST_MB:
         return None
     sizes = [(_megabytes(content), title) for sections in parts.values() for _, title, content in sections]
     named = ", ".join(f"{title} ({size:.1f} MB)" for size, title in sorted(sizes, reverse=True)[:3])
-    return f"This page has {whole:.0f} MB, more than {MOST_MB:.0f} MB; its largest sections are {named}."
+    return f"This page has {page_mb:.0f} MB, more than {MOST_MB:.0f} MB; its largest sections are {named}."
 
 
 def _megabytes(text: str) -> float:
@@ -105,8 +105,8 @@ def _megabytes(text: str) -> float:
 def write_report(input: Any, output: Any, told: dict[str, Any]) -> None:
     """Write the page of a run from what its studies have made, for the rule of this name."""
     out = Path(output[0])
-    said = sorted(file for file in input.shown if file.endswith(".txt"))
-    taken = [file for file in said if file.endswith("/taken.txt")]
-    warned = load_warnings(file for file in said if file not in taken)
-    made = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
-    write(out.parent, out, warned=warned, taken=load_warnings(taken), more=made, **told)
+    texts = sorted(file for file in input.shown if file.endswith(".txt"))
+    taken = [file for file in texts if file.endswith("/taken.txt")]
+    warned = load_warnings(file for file in texts if file not in taken)
+    tables = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
+    write(out.parent, out, warned=warned, taken=load_warnings(taken), more=tables, **told)

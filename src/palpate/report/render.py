@@ -48,9 +48,9 @@ def directions(nodes: np.ndarray, normal: np.ndarray, up: int | None = None) -> 
 def frame(axes: np.ndarray, clouds: list[np.ndarray], margin: float = 1.08) -> View:
     """Compute the smallest view along ``axes`` that contains all points of all ``clouds``, (n, 3) each."""
     points = np.vstack(clouds) @ axes.T
-    low, high = points.min(axis=0), points.max(axis=0)
-    width, height, _ = (high - low) * margin
-    return View(axes, (low + high) / 2 @ axes, float(width), float(height))
+    lowest, highest = points.min(axis=0), points.max(axis=0)
+    width, height, _ = (highest - lowest) * margin
+    return View(axes, (lowest + highest) / 2 @ axes, float(width), float(height))
 
 
 def same_scale(views: list[View]) -> list[View]:

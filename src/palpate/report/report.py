@@ -50,8 +50,8 @@ class Report:
 
     def values(self, study: str) -> dict[str, Any]:
         """Return what the template of a study names: its tables, what was published, ``numbers`` of its report.py."""
-        own = {name: self.tables[name] for name in declared.tables(study) if name in self.tables}
-        values = {"published": self.published.get(study, {})} | own
+        tables_of_study = {name: self.tables[name] for name in declared.tables(study) if name in self.tables}
+        values = {"published": self.published.get(study, {})} | tables_of_study
         if not (declared.folder(study) / "report.py").is_file():
             return values
         return values | import_module(f"{declared.STUDIES}.{study}.report").numbers(self)

@@ -43,9 +43,9 @@ def write(results: str | Path, docs: str | Path) -> None:
         f"the tables of `make full` of commit {', '.join(commits)}" if len(commits) else "the tables of `make full`"
     )
     machine = {"cores": os.cpu_count(), "processor": _processor(), "python": platform.python_version()}
-    with write_whole(docs / "results.md") as part:
+    with write_whole(docs / "results.md") as temporary:
         head = HEAD.format(source=source, **machine)
-        part.write_text(f"{head}\n{text.replace('](figures/', '](results/')}", encoding="utf-8")
+        temporary.write_text(f"{head}\n{text.replace('](figures/', '](results/')}", encoding="utf-8")
 
 
 def _check_commit(commit: str, folder: Path) -> None:

@@ -149,8 +149,8 @@ def save(figure: Figure, stem: str | Path) -> None:
     """
     stem = Path(stem)
     for suffix, metadata in {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}.items():
-        with write_whole(stem.with_name(f"{stem.name}.{suffix}")) as part:
-            figure.savefig(part, format=suffix, metadata=metadata)
+        with write_whole(stem.with_name(f"{stem.name}.{suffix}")) as temporary:
+            figure.savefig(temporary, format=suffix, metadata=metadata)
         figure.set_layout_engine("none")  # the places of the axes are found, which takes most of the time
 
 

@@ -69,8 +69,8 @@ def write(turnable: Turnable, path: str | Path) -> None:
         if len(text) <= _BYTES:
             break
         text = _json(_thinned(turnable, count))
-    with write_whole(path) as part:
-        part.write_text(text, encoding="ascii")
+    with write_whole(path) as temporary:
+        temporary.write_text(text, encoding="ascii")
 
 
 def _thinned(turnable: Turnable, count: int) -> Turnable:
@@ -136,13 +136,13 @@ def write_gif(pictures: list[np.ndarray], times: np.ndarray, path: str | Path) -
     images = [_labelled(picture, f"{time:.2f} s{note}") for picture, time in zip(pictures, times, strict=True)]
     for count, colours in _QUALITIES:
         frames = evenly(len(images), count)
-        ends = np.round(100 * slowdown * (times[frames] - times[0]))  # hundredths of a second, the unit of the format
-        durations_ms = 10 * np.maximum(np.diff(ends, append=ends[-1] + 100 * _REST_S), 2).astype(int)
+        end_times = np.round(100 * slowdown * (times[frames] - times[0]))  # hundredths of a second, as GIF has them
+        durations_ms = 10 * np.maximum(np.diff(end_times, append=end_times[-1] + 100 * _REST_S), 2).astype(int)
         encoded = _encoded([images[i] for i in frames], colours, durations_ms.tolist())
         if len(encoded) <= _GIF_BYTES:
             break
-    with write_whole(path) as part:
-        part.write_bytes(encoded)
+    with write_whole(path) as temporary:
+        temporary.write_bytes(encoded)
 
 
 def evenly(length: int, count: int) -> list[int]:
@@ -177,13 +177,13 @@ def _encoded(images: list, colours: int, lasting: list[int]) -> bytes:
     """Encode a GIF with one palette for all images, so that static parts take few bytes and do not flicker."""
     from PIL import Image
 
-    some = [images[i] for i in evenly(len(images), 9)]
-    width, height = some[0].size
-    mosaic = Image.new("RGB", (width, height * len(some)), "white")
-    for row, image in enumerate(some):
+    samples = [images[i] for i in evenly(len(images), 9)]
+    width, height = samples[0].size
+    mosaic = Image.new("RGB", (width, height * len(samples)), "white")
+    for row, image in enumerate(samples):
         mosaic.paste(image, (0, row * height))
     palette = mosaic.quantize(colours, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-    first, *others = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
+    first_image, *other_images = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     file = BytesIO()
-    first.save(file, "GIF", save_all=True, append_images=others, duration=lasting, loop=0, optimize=False)
+    first_image.save(file, "GIF", save_all=True, append_images=other_images, duration=lasting, loop=0, optimize=False)
     return file.getvalue()

@@ -14,8 +14,8 @@ def spaced(name: str) -> str:
 
 def listed(parts: Iterable[str]) -> str:
     """Join phrases as a sentence does: "a, b and c"."""
-    *others, last = [*parts] or [""]
-    return f"{', '.join(others)} and {last}" if others else last
+    *others, final = [*parts] or [""]
+    return f"{', '.join(others)} and {final}" if others else final
 
 
 def capital(sentence: str) -> str:

@@ -80,10 +80,10 @@ def mark(shown: Look, marker: str = "", hollow: bool = False, prepared: bool = F
 
 def steps(axis: Axes, drawn: pd.DataFrame, colour: str = style.INK, zorder: int = 1) -> None:
     """Draw the Pareto front of points as steps up to the edge of the panel, which gets no wider from here on."""
-    best, (low, high) = drawn.iloc[front(drawn["time"], drawn["error"])], axis.get_xlim()
-    corners = [*best["time"], high], [*best["error"], *best["error"][-1:]]
+    best, (left, right) = drawn.iloc[front(drawn["time"], drawn["error"])], axis.get_xlim()
+    corners = [*best["time"], right], [*best["error"], *best["error"][-1:]]
     axis.plot(*corners, color=colour, lw=0.9, drawstyle="steps-post", zorder=zorder)
-    axis.set_xlim(low, high)
+    axis.set_xlim(left, right)
 
 
 def own_error(axis: Axes, own: float, of: str = "truth", known: float = np.inf, unknown: str = "") -> None:
@@ -92,10 +92,10 @@ def own_error(axis: Axes, own: float, of: str = "truth", known: float = np.inf, 
     own : error [share] of the truth, or of the reference that ``of`` names, NaN where it is not known;
     known : the largest own error that is small enough; unknown : the note where ``own`` is NaN
     """
-    low, high = axis.get_ylim()
+    bottom, top = axis.get_ylim()
     if axis.get_autoscaley_on():  # once for panels that share an axis
-        low = low * (low / high) ** STRIP
-    axis.set_ylim(np.fmin(low, 50 * own), None)
+        bottom = bottom * (bottom / top) ** STRIP
+    axis.set_ylim(np.fmin(bottom, 50 * own), None)
     text, colour = f"grey: below the error of the {of} itself, {percent(own)}", "#555555"
     if not own <= known:
         own_percent = percent(own) if percent(own) != percent(known) else f"{100 * own:.3g}\u00a0%"
@@ -126,11 +126,11 @@ def nothing(axis: Axes, wrong: float) -> None:
 
 def limits(axis: Axes, named: Mapping[float, str], inside: bool = False) -> None:
     """Draw limits of time in a panel, and their names above it, or upright ``inside`` at its lower edge."""
-    low, high = axis.get_xlim()
+    left, right = axis.get_xlim()
     aligned: dict = {"ha": "right", "va": "bottom", "rotation": 90} if inside else {"ha": "center", "va": "bottom"}
     height, shift = (0, (-1.5, 3)) if inside else (1, (0, 3))
     for time, name in named.items():
-        if low < time < high:
+        if left < time < right:
             axis.axvline(time, color="#b5b5b5", ls=":", lw=1, zorder=1)
             axis.annotate(
                 name, (time, height), shift, xycoords=("data", "axes fraction"), color="#444444", **aligned, **WORDS
@@ -144,8 +144,8 @@ def frames(times_ms: Iterable[float] = FRAMES_MS) -> dict[float, str]:
 
 def panels(axes: list[Axes], drawn: Iterable[pd.DataFrame], owns: Iterable[float], named: Mapping[float, str]) -> None:
     """Draw in each panel its table of points, its truth's error of ``owns`` [share], and the ``named`` limits [ms]."""
-    for axis, part in zip(axes, drawn, strict=True):
-        curves(axis, part)
+    for axis, group in zip(axes, drawn, strict=True):
+        curves(axis, group)
     for axis, own in zip(axes, owns, strict=True):
         own_error(axis, own)
     finish(axes, named)
@@ -165,11 +165,11 @@ def handles(drawn: pd.DataFrame, marks: Mapping[str, str] | None = None, lines: 
     A curve whose points all have markers of their own is a line.
     """
     entries = []
-    for curve, part in drawn.groupby("curve", sort=False):
-        looks = mark(shown := look(str(curve)), prepared=bool(part["prepared"].all())) | {"lw": 1.3 if lines else 0.0}
-        if (part["marker"] != "").all():
+    for curve, group in drawn.groupby("curve", sort=False):
+        looks = mark(shown := look(str(curve)), prepared=bool(group["prepared"].all())) | {"lw": 1.3 if lines else 0.0}
+        if (group["marker"] != "").all():
             looks = {"color": shown.colour, "lw": 3}
-        entries.append(Line2D([], [], ls=LINES[part["line"].iloc[0]] or "-", label=shown.label, **looks))
+        entries.append(Line2D([], [], ls=LINES[group["line"].iloc[0]] or "-", label=shown.label, **looks))
     for marker, meaning in (marks or {}).items():
         entries.append(Line2D([], [], label=meaning, ls="", **mark(Look("", "#777777", marker))))
     return entries

@@ -121,11 +121,11 @@ def _orders(complexity: pd.DataFrame) -> Iterator[Claim]:
     for _, row in complexity.iterrows():
         exponents, too_high, too_low = [], False, False
         for size in "rk":
-            low, high = row[f"exponent_{size}_low"], row[f"exponent_{size}_high"]
+            interval_low, interval_high = row[f"exponent_{size}_low"], row[f"exponent_{size}_high"]
             measured, papers = row[f"exponent_{size}"], row[f"paper_exponent_{size}"]
-            exponents.append(f"{size}^{measured:.2f} [{low:.2f}, {high:.2f}], expected {papers:.2f}")
-            too_high |= papers < low and measured > papers + ORDER_MARGIN
-            too_low |= papers > high and measured < papers - ORDER_MARGIN
+            exponents.append(f"{size}^{measured:.2f} [{interval_low:.2f}, {interval_high:.2f}], expected {papers:.2f}")
+            too_high |= papers < interval_low and measured > papers + ORDER_MARGIN
+            too_low |= papers > interval_high and measured < papers - ORDER_MARGIN
         claim = f"{names[row['operation']]} {row['paper_order']}"
         judged = BOUND if too_low and not too_high else verdict(not too_high)
         premise = "random features, r entries of k samples"
@@ -208,10 +208,10 @@ def premises(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _described(premise: Any) -> str:
-    made = "" if premise.made_of == "solid" else f", a surface of {premise.made_of}"
+    shell = "" if premise.made_of == "solid" else f", a surface of {premise.made_of}"
     support = f"held {premise.held}" + (" is" if premise.held.startswith("as") else "")
     return (
-        f"{premise.premise.replace('_', ' ')}: {premise.body}{made}, {support}, {premise.responses}; "
+        f"{premise.premise.replace('_', ' ')}: {premise.body}{shell}, {support}, {premise.responses}; "
         f"{100 * premise.moved_share:.0f} % of the surface moves"
     )
 
@@ -250,10 +250,10 @@ def _memory(memory: pd.DataFrame) -> Iterator[Claim]:
     sizes = memory.set_index(["premise", "features"])
     claim = "contact-ordered features need less memory"
     for premise in [name for name in sizes.index.unique("premise") if name in CLAIMED]:
-        for column, what in (("features_kb", "feature vectors"), ("total_kb", "all that a query may need")):
+        for column, words in (("features_kb", "feature vectors"), ("total_kb", "all that a query may need")):
             ordered, unordered = (sizes.loc[(premise, kind), column] for kind in ("ordered", "unordered"))
             ours = f"{ordered:,.0f} kB against {unordered:,.0f} kB"
-            yield Claim(1, "3.1", claim, f"{premise}: {what}", "less", ours, verdict(bool(ordered < unordered)))
+            yield Claim(1, "3.1", claim, f"{premise}: {words}", "less", ours, verdict(bool(ordered < unordered)))
 
 
 @claims("enrichment_timing")
@@ -267,9 +267,9 @@ def speed(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
             continue
         query_s, coarse_s = ours["contact_ordered"], max(ours["live_all_in"] - ours["detail_correction"], 0.0)
         claim = f"enrichment is hundreds of times as fast as fine FEM ({body})"
-        query = "query alone, with the coarse response given, as the paper times it"
-        whole = "query and the simulation of the coarse mesh, which a program needs"
-        for premise, seconds in ((query, query_s), (whole, query_s + coarse_s)):
+        query_alone = "query alone, with the coarse response given, as the paper times it"
+        with_coarse = "query and the simulation of the coarse mesh, which a program needs"
+        for premise, seconds in ((query_alone, query_s), (with_coarse, query_s + coarse_s)):
             ratio = ours["fine_fem"] / seconds
             papers_words, our_words = f"{published:.0f} times", f"{ratio:.0f} times"
             holds = verdict(bool(ratio >= published))

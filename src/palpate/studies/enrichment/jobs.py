@@ -146,11 +146,11 @@ def sweep_rows(
         described = DescribedSamples(training, features)
         test_features, slots = describe(described.features, db.contact[test], db.coarse(protocol)[test], db.fine[test])
         distances = squared_distances(described.described, test_features)
-        among, across, own = described.slots @ described.slots.T, described.slots @ slots.T, (slots**2).sum(axis=1)
+        among, across, squares = described.slots @ described.slots.T, described.slots @ slots.T, (slots**2).sum(axis=1)
         for weights in WEIGHTS:
             for sigma in described.sigmas:
                 blend_weights = BlendWeights(weights, described.squared, sigma)(distances)
-                rmse = np.sqrt(blend_errors(blend_weights, among, across, own) / db.fine.shape[1])
+                rmse = np.sqrt(blend_errors(blend_weights, among, across, squares) / db.fine.shape[1])
                 case = [labels["body"], labels["regime"], protocol, options.split, features, weights]
                 rows.append([*case, sigma, sigma / described.scale, rmse.mean(), (rmse / db.peaks[test]).mean()])
     return SIGMA_SWEEP.frame(rows)

@@ -102,11 +102,11 @@ def _splits(splits: pd.DataFrame, published: Mapping[str, Any]) -> pd.DataFrame:
     return frame.rename(columns={"split": "held out"})
 
 
-def _moves(rows: pd.DataFrame, about: pd.DataFrame) -> pd.DataFrame:
+def _moves(rows: pd.DataFrame, bodies: pd.DataFrame) -> pd.DataFrame:
     """Return the errors of each premise with the most samples, a column for each kind of features, most local first."""
     rows = rows[rows["train"] == rows.groupby("premise")["train"].transform("max")]
     errors = rows.pivot(index="premise", columns="features", values="rmse_of_peak")
-    shares = about.sort_values("moved_share", kind="stable").set_index("premise")["moved_share"]
+    shares = bodies.sort_values("moved_share", kind="stable").set_index("premise")["moved_share"]
     return errors.reindex(shares.index).assign(moved_share=shares)
 
 

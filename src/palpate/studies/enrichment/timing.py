@@ -98,7 +98,7 @@ def time_complexity(samples: list[int], seed: int) -> pd.DataFrame:
             sizes = [(r, k) for r in operation.lengths for k in samples]
             calls = [operation.prepare(r, k, random) for r, k in sizes]
             seconds = np.min([[processor_seconds(call, 2e-3) for call in calls] for _ in range(3)], axis=0)
-            rows += [(name, r, k, taken) for (r, k), taken in zip(sizes, seconds, strict=True)]
+            rows += [(name, r, k, operation_s) for (r, k), operation_s in zip(sizes, seconds, strict=True)]
     return complexity_rows(pd.DataFrame(rows, columns=["operation", "r", "k", "seconds"]))
 
 
@@ -244,9 +244,9 @@ def choose_samples(peaks: np.ndarray, test: np.ndarray) -> np.ndarray:
     return ranked[np.linspace(0, len(ranked) - 1, DEFORMATIONS).round().astype(int)]
 
 
-def _in_turn(first: Call, second: Call) -> None:
-    first()
-    second()
+def _in_turn(before: Call, after: Call) -> None:
+    before()
+    after()
 
 
 def time_methods(

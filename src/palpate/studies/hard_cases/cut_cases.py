@@ -294,9 +294,9 @@ def _of_slab(model: str, off_m: float = 0.0, askew_m: float = 0.0, depth_m: floa
 
 def _midway(model: str) -> Answer:
     """Cut a slab to the middle of a layer of elements; either end of the layer is an expected end of the lips."""
-    mesh, ends = _slab().coarse, (4, 5)
-    case = _slab_case(_middle_cut(mesh, NEAR_M).up_to(0.5 * sum(ends) * CELL_M))
-    return _pulled(model, case, [_by_hand(case, _lips(mesh, end_m=(end - 0.5) * CELL_M)) for end in ends])
+    mesh, cell_ends = _slab().coarse, (4, 5)
+    case = _slab_case(_middle_cut(mesh, NEAR_M).up_to(0.5 * sum(cell_ends) * CELL_M))
+    return _pulled(model, case, [_by_hand(case, _lips(mesh, end_m=(cells - 0.5) * CELL_M)) for cells in cell_ends])
 
 
 def _without_area(model: str) -> Answer:

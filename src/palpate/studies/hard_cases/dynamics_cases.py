@@ -81,10 +81,10 @@ def _begins_to_sag(h: float, model: str) -> Answer:
     """Step a bar under gravity 100 times from rest, and compare with the exact motion of the linearised system."""
     particles = stage.bar_particles(material=FIRM)
     stepper, rest = stage.Stepper(model, particles, {"held": True} | GRAVITY), particles.nodes
-    end, _ = stepper.advance(rest, np.zeros_like(rest), h, 100)
+    moved, _ = stepper.advance(rest, np.zeros_like(rest), h, 100)
     expected = linear_displacement(stepper.system, 100 * h)
     peak = float(np.linalg.norm(expected, axis=1).max())
-    return Answer(end, rest, lambda a: float(np.linalg.norm(a - rest - expected, axis=1).max()) / peak)
+    return Answer(moved, rest, lambda a: float(np.linalg.norm(a - rest - expected, axis=1).max()) / peak)
 
 
 def linear_displacement(system: System, time_s: float) -> np.ndarray:
@@ -106,12 +106,12 @@ def linear_displacement(system: System, time_s: float) -> np.ndarray:
 
 def _sag(model: str, h: float, material: Material, **stepping: Any) -> Answer:
     """Simulate a bar under gravity over 100 steps of ``h`` [s], and judge its end by the residual force."""
-    more = {"held": True} | GRAVITY | (stage.MASS_DAMPING if model in EXPLICIT else {})
-    scene = stage.scene_of(model, h, 100 * h, more, **({"substeps": "auto"} | stepping))
+    effects = {"held": True} | GRAVITY | (stage.MASS_DAMPING if model in EXPLICIT else {})
+    scene = stage.scene_of(model, h, 100 * h, effects, **({"substeps": "auto"} | stepping))
     particles = stage.bar_particles(material=material)
-    end = run(scene, particles).motion.positions[-1]
+    settled = run(scene, particles).motion.positions[-1]
     system = compose(scene, particles)
-    return Answer(end, particles.nodes, lambda a: stage.residual_of_weight(system, a))
+    return Answer(settled, particles.nodes, lambda a: stage.residual_of_weight(system, a))
 
 
 def _lopsided() -> tuple[Particles, np.ndarray]:
@@ -132,14 +132,14 @@ def _heavy_half(model: str) -> Answer:
     particles, heavy = _lopsided()
     v, masses = np.where(heavy[:, None], 0.0, [0.0, 0.0, 1.0]), particles.masses
     step_s, steps = stage.RECOVERY_STEPS[model not in SHAPES]
-    end, _ = stage.Stepper(model, particles).advance(particles.nodes, v, step_s, steps)
+    reached, _ = stage.Stepper(model, particles).advance(particles.nodes, v, step_s, steps)
     drift = stage.coasting_distance(model, step_s, steps) * (masses @ v) / masses.sum()
 
     def error(a: np.ndarray) -> float:
         centre_error = np.linalg.norm(masses @ (a - particles.nodes) / masses.sum() - drift) / np.linalg.norm(drift)
         return max(stage.edge_error(particles, a), float(centre_error))
 
-    return Answer(end, particles.nodes, error)
+    return Answer(reached, particles.nodes, error)
 
 
 def _rotated(x: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
@@ -158,16 +158,16 @@ def _unwind(model: str) -> Answer:
 def _wind(model: str) -> Answer:
     """Rotate the held ends of a rod by 9° in opposite directions in each step, then take long steps to equilibrium."""
     mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
-    ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], (0.0, 0.2)))
-    particles = solid_particles(mesh, ends, stage.SOFT, "rod")
+    end_nodes = np.flatnonzero(np.isin(mesh.nodes[:, 0], (0.0, 0.2)))
+    particles = solid_particles(mesh, end_nodes, stage.SOFT, "rod")
     stepper, x, v = stage.Stepper(model, particles, {"held": True}), mesh.nodes.copy(), np.zeros_like(mesh.nodes)
-    angle_per_step = np.where(mesh.nodes[ends, 0] > 0.1, 1.0, -1.0) * np.pi / 20.0
+    angle_per_step = np.where(mesh.nodes[end_nodes, 0] > 0.1, 1.0, -1.0) * np.pi / 20.0
     for _ in range(205):
         x = x.copy()
-        x[ends] = _rotated(x[ends], angle_per_step)
+        x[end_nodes] = _rotated(x[end_nodes], angle_per_step)
         x, v = stepper.advance(x, v, 0.05, 1)
     straight = mesh.nodes.copy()
-    straight[ends] = x[ends]
+    straight[end_nodes] = x[end_nodes]
     for step_s, steps in ((0.2, 50), (2.0, 20), (100.0, 10)):
         x, v = stepper.advance(x, v, step_s, steps)
     (_, elastic), *_ = stepper.system.offering(Force)

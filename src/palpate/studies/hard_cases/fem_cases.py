@@ -150,10 +150,10 @@ def _solved(body: Body, model: str, newtons: float) -> tuple[np.ndarray, np.ndar
 def _contrast(model: str) -> Answer:
     """Compare the elongation of a bar of ν = 0, or of springs, with F (1/k + 1/K), of halves of stiffness k and K."""
     if model in SPRINGS:
-        ends, stiffnesses = np.column_stack([np.arange(10), np.arange(1, 11)]), np.repeat([1e6, 1.0], 5)
+        spring_ends, stiffnesses = np.column_stack([np.arange(10), np.arange(1, 11)]), np.repeat([1e6, 1.0], 5)
         particles = stage.point_masses("chain", np.outer(np.arange(11.0), [1.0, 0.0, 0.0]), [0])
         force, expected = np.eye(11)[10], 5.0 * (1.0 + 1e-6)
-        elastic: dict[str, Effect] = {"springs": Springs(ends, stiffnesses, np.ones(10))}
+        elastic: dict[str, Effect] = {"springs": Springs(spring_ends, stiffnesses, np.ones(10))}
     else:
         particles = stage.bar_particles(material=Material(3000.0, 0.0, 1000.0))
         mesh = TetMesh(particles.nodes, particles.tetrahedra)
@@ -228,16 +228,16 @@ def _hinge() -> TetMesh:
 def _stretched(model: str) -> Answer:
     """Hold the ends of a cube apart, and step the nodes between them to equilibrium, judged by the residual force."""
     mesh = box([0.1, 0.1, 0.1], [3, 3, 3])
-    ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], mesh.nodes[[0, -1], 0]))
-    particles = solid_particles(mesh, ends, Material(3000.0, 0.488, 1000.0), "cube")
+    end_nodes = np.flatnonzero(np.isin(mesh.nodes[:, 0], mesh.nodes[[0, -1], 0]))
+    particles = solid_particles(mesh, end_nodes, Material(3000.0, 0.488, 1000.0), "cube")
     start, elements = mesh.nodes * [3.0, 1.0, 1.0], LinearElements(mesh, particles.material)
     reached, _ = stage.Stepper(model, particles, {"held": True}).advance(start, np.zeros_like(start), 0.05, 200)
     undeformed = mesh.nodes.copy()
-    undeformed[ends] = start[ends]
+    undeformed[end_nodes] = start[end_nodes]
     on_end = np.linalg.norm(elements.force(reached)[mesh.nodes[:, 0] == 0.0].sum(axis=0))
 
     def error(a: np.ndarray) -> float:
-        return float(np.linalg.norm(np.delete(elements.force(a), ends, axis=0)) / on_end)
+        return float(np.linalg.norm(np.delete(elements.force(a), end_nodes, axis=0)) / on_end)
 
     return Answer(reached, start, error, zero=undeformed)
 

@@ -49,9 +49,9 @@ def draw_hard_cases(hard_cases) -> Figure:
     return figure
 
 
-def _above(part) -> float:
+def _above(table) -> float:
     """Return the height [inch] that the names of the models need above their matrix."""
-    return 0.45 + LETTER * max((len(look(model).label) for model in part["model"]), default=0)
+    return 0.45 + LETTER * max((len(look(model).label) for model in table["model"]), default=0)
 
 
 def _handles() -> list[Line2D]:

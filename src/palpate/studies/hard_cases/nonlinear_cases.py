@@ -244,10 +244,10 @@ def stability() -> list[Case]:
         Case("column_at_0.5_asked", "a bar is pressed along its axis by half of Euler's load", "the answer", MEASURE,
              0.02, partial(_asked, "column", 0.5, 0.0), REDUCED),
         *(
-            case(f"column_at_{times:g}_{what}", f"a bar is pressed along its axis by {times:g} of Euler's load",
+            case(f"column_at_{times:g}_{suffix}", f"a bar is pressed along its axis by {times:g} of Euler's load",
                  "column", times)
             for times in (0.9, 1.0, 1.4)
-            for case, what in ((solved, "solved"), (asked, "asked"))
+            for case, suffix in ((solved, "solved"), (asked, "asked"))
         ),
         *(
             Case(f"post_pushed_to_{times:g}_solved",
@@ -276,11 +276,11 @@ def body_of(name: str) -> Body:
     if name == "column":
         return stage.bar_body(1)
     mesh = box(*BOXES[name])
-    x, ends = mesh.nodes[:, 0], [0.0]
+    x, held_x = mesh.nodes[:, 0], [0.0]
     if name == "arch":
-        rise, ends = 0.02 * (1.0 - (10.0 * x - 1.0) ** 2), [0.0, x.max()]
+        rise, held_x = 0.02 * (1.0 - (10.0 * x - 1.0) ** 2), [0.0, x.max()]
         mesh = TetMesh(mesh.nodes + np.outer(rise, [0.0, 0.0, 1.0]), mesh.tetrahedra)
-    return nest(name, mesh, 1, np.flatnonzero(np.isin(x, ends)), SOFT)
+    return nest(name, mesh, 1, np.flatnonzero(np.isin(x, held_x)), SOFT)
 
 
 def press_of(name: str, times: float, tilt: float = 0.0) -> tuple[int, np.ndarray]:

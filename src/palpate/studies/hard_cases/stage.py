@@ -346,8 +346,8 @@ def edge_error(particles: Particles, x: np.ndarray) -> float:
 
 def end_face(mesh: Mesh) -> np.ndarray:
     """Return the weights (n,), of sum 1, by which a uniform traction on the face of largest x acts on nodes."""
-    end = mesh.nodes[:, 0].max()
-    corners = mesh.triangles[np.isclose(mesh.nodes[mesh.triangles][:, :, 0], end).all(axis=1)]
+    end_x = mesh.nodes[:, 0].max()
+    corners = mesh.triangles[np.isclose(mesh.nodes[mesh.triangles][:, :, 0], end_x).all(axis=1)]
     a, b, c = (mesh.nodes[corners[:, i]] for i in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     weights = np.bincount(corners.ravel(), np.repeat(areas, 3), minlength=len(mesh.nodes))

@@ -148,10 +148,10 @@ def _numbers(body: Body, truth: Truth, original: Truth, linear: np.ndarray | Non
     pairs |= {"change": (levels[-1], original_levels[-1])} if original_levels else {}
     pairs |= {"linear": (linear, limit)} if linear is not None else {}
     patch = sample.pressed(body)
-    for what, (computed, reference) in pairs.items():
+    for kind, (computed, reference) in pairs.items():
         errors = truth_errors(computed, reference, patch)
         row |= {
-            f"{what}_{name}": getattr(errors, name) for name in ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
+            f"{kind}_{name}": getattr(errors, name) for name in ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
         }
     row |= {"peak_of_size": peak_of(limit) / body.fine.size}
     row |= {"own_rmse_of_peak": truth.own[i, ERRORS.index("rmse_of_peak")]}

@@ -32,7 +32,7 @@ def _doubted(table: pd.DataFrame) -> str:
     """List the changes whose truth is not believed, with its own error."""
     rows = table[~table["believed"].astype(bool) & table["own_rmse_of_peak"].notna()]
     groups = rows.groupby(VARIANT[1:], sort=False)["own_rmse_of_peak"]
-    return listed([f"{label(*names)} ({span(own)})" for names, own in groups]) or "none"
+    return listed([f"{label(*names)} ({span(errors)})" for names, errors in groups]) or "none"
 
 
 def _from_which_depth(depths: pd.DataFrame) -> str:

@@ -18,7 +18,7 @@ MATTERS = 0.01
 def chain(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims on the springs of each organ, and on the masses of those from a CT."""
     for body, rows in tables["organ_springs"].groupby("body", sort=False):
-        fitted, tested = (where(rows, used_in_fit=used) for used in (True, False))
+        fitted, tested = (where(rows, used_in_fit=in_fit) for in_fit in (True, False))
         contacts = f"fitted at {fitted['contact'].nunique()} contacts, tested at {tested['contact'].nunique()} others"
         history = where(tables["organ_history"], body=body, model="genetic")
         seeds = history["seed"].nunique()

@@ -103,13 +103,13 @@ def judge_motions(pressed: Organ, move: Callable[[int], np.ndarray], references:
         are those at the ends of the f frames
     """
     rest, rows = pressed.keys.of(pressed.body.coarse.nodes), []
-    for number, (wanted, _, reference_error) in enumerate(references):
+    for number, (expected, _, reference_error) in enumerate(references):
         start = perf_counter()
         motion = move(number)
         taken_s = perf_counter() - start
-        stride = len(wanted) // len(motion)
-        rmse = float(np.sqrt(((motion - wanted[stride - 1 :: stride]) ** 2).sum(axis=2).mean()))
-        peak = float(np.linalg.norm(wanted - rest, axis=2).max())
+        stride = len(expected) // len(motion)
+        rmse = float(np.sqrt(((motion - expected[stride - 1 :: stride]) ** 2).sum(axis=2).mean()))
+        peak = float(np.linalg.norm(expected - rest, axis=2).max())
         columns = rmse, peak, rmse / peak, reference_error, 1e3 * taken_s / pressed.settings.duration_s
         rows.append((pressed.body.name, int(pressed.contacts[number]), number < pressed.fitted, *columns))
     names = "body contact used_in_fit rmse_m peak_m rmse_of_peak reference_error ms_a_second"
@@ -121,16 +121,16 @@ def rivals(pressed: Organ, references: list[Reference]) -> pd.DataFrame:
     rest = pressed.keys.of(pressed.body.coarse.nodes)
     zero = judge_motions(pressed, lambda number: rest[None], references)
     tables = [zero.assign(model="zero", step_s=pressed.settings.duration_s, offline_s=0.0)]
-    tables += [_fem(pressed, every, references) for every in pressed.settings.fem_frames]
+    tables += [_fem(pressed, frames_a_step, references) for frames_a_step in pressed.settings.fem_frames]
     tables += [_shapes(pressed, steps, references) for steps in pressed.settings.shape_steps]
     return pd.concat(tables, ignore_index=True).assign(volume_force=False, evaluations=0, seed=0)
 
 
-def _fem(pressed: Organ, every: int, references: list[Reference]) -> pd.DataFrame:
-    """Measure linear elements on the coarse mesh, with one implicit step in ``every`` frames."""
-    particles, frames = pressed.particles(0), pressed.settings.frames // every
-    frame_steps = pressed.in_steps(1)
-    settings = replace(frame_steps, step_s=frame_steps.step_s * every, steps=frames)
+def _fem(pressed: Organ, frames_a_step: int, references: list[Reference]) -> pd.DataFrame:
+    """Measure linear elements on the coarse mesh, with one implicit step in ``frames_a_step`` frames."""
+    particles, frames = pressed.particles(0), pressed.settings.frames // frames_a_step
+    step_a_frame = pressed.in_steps(1)
+    settings = replace(step_a_frame, step_s=step_a_frame.step_s * frames_a_step, steps=frames)
 
     def move(number: int) -> np.ndarray:
         return reference_motion(particles, pressed.model, pressed.press(number, 0), settings, 1)[0]

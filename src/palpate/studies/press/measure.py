@@ -123,13 +123,13 @@ def export_model(
 def write_press(input: Any, output: Any, contacts: int, samples: int, radius_m: float) -> dict[str, pd.DataFrame]:
     """Measure the models of a body's page, and write the page, for the rule of this name."""
     body, model = load(input.body), read(input.model)
-    known = known_presses(body, input.truths, input.loads, samples)
+    presses = known_presses(body, input.truths, input.loads, samples)
     trials = trial_presses(body, contacts, 0.5 * model.info["peak_m"])
     models: dict[str, tuple] = {"contact_modes": (contacts, model)}
     file_bytes = {"contact_modes": Path(input.model).read_bytes()}
     if (coarse := coarse_answer(body, radius_m)) is not None:
         models["coarse"], file_bytes["coarse"] = (0, coarse), packed(coarse)
-    table = measure(body.name, models, known, trials, {name: len(file) / 1e6 for name, file in file_bytes.items()})
-    shown = [model_in_page(row.model, file_bytes[row.model], model.info, row, known) for row in table.itertuples()]
+    table = measure(body.name, models, presses, trials, {name: len(file) / 1e6 for name, file in file_bytes.items()})
+    shown = [model_in_page(row.model, file_bytes[row.model], model.info, row, presses) for row in table.itertuples()]
     write_pages(shown, body.name, held_nodes(body), output.section, output.page)
     return {"table": table}

@@ -39,10 +39,10 @@ def _times(axis, component: str, rows) -> None:
     for (stage, of_stage), colour in zip(rows.groupby("stage", sort=False), _STAGES, strict=False):
         label = style.with_power(stage, of_stage["seconds_exponent"].iloc[0])
         axis.loglog(of_stage["size"], of_stage["seconds"], "o-", ms=4, lw=1.2, color=colour, label=label)
-    ends = np.array([rows["size"].min(), rows["size"].max()], dtype=float)
-    first_s, last_s = (tables.where(rows, size=end)["seconds"].max() for end in ends)
-    ideal = first_s / ends if component == "cores" else last_s * ends / ends[-1]
-    axis.loglog(ends, ideal, color=style.FAINT, lw=0.9, ls=":", zorder=1)
+    sizes = np.array([rows["size"].min(), rows["size"].max()], dtype=float)
+    first_s, last_s = (tables.where(rows, size=size)["seconds"].max() for size in sizes)
+    ideal = first_s / sizes if component == "cores" else last_s * sizes / sizes[-1]
+    axis.loglog(sizes, ideal, color=style.FAINT, lw=0.9, ls=":", zorder=1)
     axis.set(title=COMPONENTS[component][0], xlabel=f"{rows['unit'].iloc[0]}, n")
     _finish(axis)
 
@@ -65,6 +65,6 @@ def _memory(axis, scaling, components: list[str]) -> None:
 
 def _finish(axis) -> None:
     axis.legend(loc="upper left", fontsize=7.5)
-    low, high = axis.get_ylim()
-    axis.set_ylim(low, high * (high / low) ** 0.45)  # room for the legend
+    bottom, top = axis.get_ylim()
+    axis.set_ylim(bottom, top * (top / bottom) ** 0.45)  # room for the legend
     style.plain_log(axis.xaxis, axis.yaxis)

@@ -85,11 +85,11 @@ class Meter:
         return result
 
 
-def _resident_mb(what: str) -> float:
+def _resident_mb(field: str) -> float:
     """Return the resident memory of this process [1e6 bytes], now (VmRSS) or at its peak (VmHWM); 0 if unknown."""
     status = Path("/proc/self/status")
     lines = status.read_text().splitlines() if status.exists() else []
-    return sum(1.024e-3 * float(line.split()[1]) for line in lines if line.startswith(f"{what}:"))
+    return sum(1.024e-3 * float(line.split()[1]) for line in lines if line.startswith(f"{field}:"))
 
 
 LENGTH_M = 0.2
@@ -206,8 +206,8 @@ def _paper(training: "Training", meter: Meter) -> None:
     from palpate.models.enrichment.paper_enrichment import Blend, DescribedSamples
 
     def prepare() -> Blend:
-        known = DescribedSamples(training, "ordered")
-        return Blend(known, "nonnegative_a", known.choose_sigma("nonnegative_a"))
+        described = DescribedSamples(training, "ordered")
+        return Blend(described, "nonnegative_a", described.choose_sigma("nonnegative_a"))
 
     blend, db = meter.once("paper 1: prepare", prepare), training.db
     meter.often("paper 1: query", blend.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])

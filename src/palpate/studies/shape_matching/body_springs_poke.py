@@ -49,8 +49,8 @@ def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
 def tube() -> Particles:
     """Make the surface of paper 1's cylinder, 182 nodes and 360 triangles, held at both ends."""
     mesh = cylinder(LENGTH_M, RADIUS_M)
-    ends = np.flatnonzero(np.isin(mesh.nodes[:, 2], [0.0, LENGTH_M]))
-    return particles_of(nest("tube", mesh, 0, ends, Material(3000.0, 0.3, 1000.0)), 0, surface=True)
+    end_nodes = np.flatnonzero(np.isin(mesh.nodes[:, 2], [0.0, LENGTH_M]))
+    return particles_of(nest("tube", mesh, 0, end_nodes, Material(3000.0, 0.3, 1000.0)), 0, surface=True)
 
 
 def poke(particles: Particles, force_n: float, case: str, stiffness_n_m: float, extra: dict[str, Any]) -> pd.DataFrame:

@@ -204,8 +204,8 @@ def _curves(axis, rows, title: str, labels: dict[str, str]) -> None:
         colour, marker, size = _MODES[mode]
         curve = tables.where(rows, mode=mode).sort_values("all_particles")
         axis.loglog(curve["all_particles"], curve["ms_per_step"], color=colour, marker=marker, ms=size, label=label)
-    ends = np.array([rows["all_particles"].min(), rows["all_particles"].max()])
-    axis.loglog(ends, 1e-6 * _NS * ends, color=style.FAINT, lw=0.8, ls=":", label=f"{_NS:g} ns per particle")
+    counts = np.array([rows["all_particles"].min(), rows["all_particles"].max()])
+    axis.loglog(counts, 1e-6 * _NS * counts, color=style.FAINT, lw=0.8, ls=":", label=f"{_NS:g} ns per particle")
     axis.set(title=title, xlabel="total number of particles, n")
     axis.legend(loc="lower right")
 
@@ -215,8 +215,8 @@ def _mark_headline(axis, milliseconds: float) -> None:
     particles = HEADLINE["objects"] * HEADLINE["particles"]
     axis.plot(particles, _THESIS_MS, "*", color=style.INK, ms=9)
     text = f"thesis: {_THESIS_MS:g} ms\nhere: {milliseconds:.2g} ms"
-    at = (particles, _THESIS_MS)
-    axis.annotate(text, at, (-8, 0), textcoords="offset points", ha="right", va="center", fontsize=8)
+    thesis_point = (particles, _THESIS_MS)
+    axis.annotate(text, thesis_point, (-8, 0), textcoords="offset points", ha="right", va="center", fontsize=8)
     axis.plot([particles] * 2, [milliseconds, _THESIS_MS], color=style.INK, lw=0.8, ls="--")
 
 

@@ -28,7 +28,7 @@ PAPERS = {"method": "genetic", "volume_force": False}
 def searches(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims on searches of spring moduli, without volume force and as medians over the seeds."""
     fits, history = (where(tables[name], **PAPERS) for name in ("spring_fit", "spring_history"))
-    fitted, others = (where(fits, used_in_fit=in_fit) for in_fit in (True, False))
+    fitted, other_presses = (where(fits, used_in_fit=in_fit) for in_fit in (True, False))
     count, seeds = int(fitted["generations"].max()), fitted["seed"].nunique()
     runs = f"median of {seeds} seeds" if seeds > 1 else "one seed"
     premise = f"a cube of 120 nodes and 590 springs, fitted to finite elements; {count} generations, {runs}"
@@ -37,7 +37,7 @@ def searches(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     published, ours = f"about {SECONDS / 3600:g} h", f"{fitted['seconds'].median():.2g} s"
     why = "the paper does not name its machine"
     yield Claim(2, "2", "the search takes", premise, published, ours, not_testable(why))
-    yield _holds(fitted["rmse_of_peak"].median(), others, premise)
+    yield _holds(fitted["rmse_of_peak"].median(), other_presses, premise)
     yield _volume(tables["spring_floor"])
     yield _fixed_ratio(tables["spring_floor"])
     yield from _searches(tables["spring_history"], premise)
@@ -67,8 +67,8 @@ def _converged(history: pd.DataFrame, premise: str) -> Claim:
     return Claim(2, "2, figure 2", claim, premise, f"about {GENERATIONS} generations", ours, verdict(fraction < _GAIN))
 
 
-def _holds(fitted_error: float, others: pd.DataFrame, premise: str) -> Claim:
-    worst = others.groupby("press")["rmse_of_peak"].median().max()
+def _holds(fitted_error: float, other_presses: pd.DataFrame, premise: str) -> Claim:
+    worst = other_presses.groupby("press")["rmse_of_peak"].median().max()
     ours = f"{percent(fitted_error)} of the peak on the fitted press, up to {percent(worst)} on the others"
     claim = "moduli fitted to the top press hold for the left and the front press too"
     return Claim(2, "2, figure 3", claim, premise, "they do", ours, verdict(worst < _HOLDS * fitted_error))
@@ -176,8 +176,8 @@ def _bounds(errors: pd.DataFrame, premise: str) -> Iterator[Claim]:
 
 def _least(fits: pd.DataFrame, premise: str) -> Claim:
     medians = fits.groupby(["press", "used_in_fit"], sort=False)["rmse_m"].median().reset_index()
-    used = medians["used_in_fit"].astype(bool)
+    fitted = medians["used_in_fit"].astype(bool)
     ours = ", ".join(f"{row.press} {1e3 * row.rmse_m:.2g} mm" for row in medians.itertuples())
-    least = medians[used]["rmse_m"].max() < medians[~used]["rmse_m"].min()
+    fitted_is_least = medians[fitted]["rmse_m"].max() < medians[~fitted]["rmse_m"].min()
     claim = "errors are least for the press that was fitted"
-    return Claim(2, "2, figure 3", claim, premise, "least for the top press", ours, verdict(least))
+    return Claim(2, "2, figure 3", claim, premise, "least for the top press", ours, verdict(fitted_is_least))

@@ -34,7 +34,7 @@ def numbers(report: Report) -> dict[str, Any]:
 def _met(fits: pd.DataFrame) -> list[str]:
     """Name the methods whose median errors are small enough, with and without the volume force."""
     medians = fits.groupby(["volume_force", "method", "press", "used_in_fit"], sort=False)["rmse_of_peak"].median()
-    bounds = [FITTED if used else OTHERS for used in medians.index.get_level_values("used_in_fit")]
+    bounds = [FITTED if in_fit else OTHERS for in_fit in medians.index.get_level_values("used_in_fit")]
     met = (medians <= bounds).groupby(level=["volume_force", "method"], sort=False).all()
     return [f"{look(method).label} ({FORCES[force]})" for force, method in met.index[met]]
 

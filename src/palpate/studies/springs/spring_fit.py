@@ -95,7 +95,7 @@ def tables(
     fitnesses = [trial.fitness(press, references) for press in references]
     fitted = fitnesses if method == "gradient_all" else fitnesses[:1]
     fitted_presses = [each.press.name for each in fitted]
-    parts: dict[str, list[pd.DataFrame]] = {"spring_fit": [], "spring_history": [], "spring_errors": []}
+    tables_of_runs: dict[str, list[pd.DataFrame]] = {"spring_fit": [], "spring_history": [], "spring_errors": []}
     fitnesses[0](trial.start()[None])  # so that compilation is not timed
     value_and_gradient(fitnesses[0], trial.start(), trial.settings.volume_n_m)
     for seed in seeds:
@@ -104,18 +104,18 @@ def tables(
         history = fit.history[-1:] if method == "uniform" else fit.history  # one modulus has no search worth a curve
         rises = pd.DataFrame(history, columns=["evaluations", "seconds", "fitness"]).astype({"evaluations": int})
         rises.insert(0, "generation", np.arange(len(rises)))
-        end = rises.iloc[-1]
+        last_row = rises.iloc[-1]
         labels = {"method": method, "volume_force": volume_force, "seed": seed}
         judged, errors_by_step = judge(trial, model, fit.young, references, fitted_presses)
         judged = judged.assign(
-            generations=int(end["generation"]),
-            evaluations=int(end["evaluations"]),
-            seconds=end["seconds"],
+            generations=int(last_row["generation"]),
+            evaluations=int(last_row["evaluations"]),
+            seconds=last_row["seconds"],
             volume_n_m=trial.settings.volume_n_m,
         )
-        for name, table in zip(parts, (judged, rises, errors_by_step), strict=True):
-            parts[name].append(table.assign(**labels)[[*labels, *table.columns]])
-    return {name: pd.concat(runs, ignore_index=True) for name, runs in parts.items()}
+        for name, table in zip(tables_of_runs, (judged, rises, errors_by_step), strict=True):
+            tables_of_runs[name].append(table.assign(**labels)[[*labels, *table.columns]])
+    return {name: pd.concat(runs, ignore_index=True) for name, runs in tables_of_runs.items()}
 
 
 INCOMPRESSIBLE = 0.49
@@ -147,13 +147,13 @@ def measure(cube: Experiment, references: dict[str, Motion], stiffest_n_m: float
         fitnesses = [trial.fitness(press, references) for press in references]
         volume_fits.append(descend(fitnesses, young, cube.limits, evaluations, stiffest_n_m))
     best_fit, stiffness = max(volume_fits, key=lambda end: end[0].fitness)
-    parts = []
+    rows = []
     for trial, fitted, volume_force in ((cube, springs_alone, False), (cube.with_volume(stiffness), best_fit, True)):
         judged = judge(trial, cube.model, fitted.young, references, list(references))[0]
-        about = {"volume_n_m": trial.settings.volume_n_m, "poisson": cube.particles.material.poisson}
-        parts.append(judged.assign(volume_force=volume_force, **about))
+        labels = {"volume_n_m": trial.settings.volume_n_m, "poisson": cube.particles.material.poisson}
+        rows.append(judged.assign(volume_force=volume_force, **labels))
     names = " ".join(SPRING_FLOOR.columns) + " max_x_m max_y_m max_z_m fitness"
-    return pd.concat(parts)[names.split()]
+    return pd.concat(rows)[names.split()]
 
 
 def simulate_spring_reference(output: Any, calibration: Settings, poisson: float) -> None:

@@ -18,31 +18,31 @@ OF_SNAKEMAKE = ("input", "output", "params", "wildcards", "threads")
 
 
 def arguments(function: Any, say: Any) -> dict[str, Any]:
-    """Return the arguments of a function that the rule has: those of OF_SNAKEMAKE, ``say``, ``progress``, and others.
+    """Return by name what the rule has for a function's arguments: OF_SNAKEMAKE, ``say``, ``progress`` and others.
 
-    These are, by their names, parameters of the rule, what its input files hold, or wildcards. They become what the
-    function's annotation says, such as an object of settings or a body.
+    The others are parameters of the rule, what its input files hold, or wildcards, converted to the type that the
+    function annotates, such as an object of settings or a body.
     """
     from pydantic import TypeAdapter
 
-    kinds, found = get_type_hints(function, include_extras=True), {}
+    kinds, values = get_type_hints(function, include_extras=True), {}
     of_rule = snakemake.params, snakemake.input, snakemake.wildcards
     params, files, wildcards = (dict(each.items()) for each in of_rule)
     for name in signature(function).parameters:
         kind = kinds.get(name, Any)
         if name in OF_SNAKEMAKE:
-            found[name] = getattr(snakemake, name)
+            values[name] = getattr(snakemake, name)
         elif name == "say":
-            found[name] = say
+            values[name] = say
         elif name in params:
-            found[name] = TypeAdapter(kind).validate_python(params[name])
+            values[name] = TypeAdapter(kind).validate_python(params[name])
         elif name in files:
-            found[name] = read(files[name], kind)
+            values[name] = read(files[name], kind)
         elif name in wildcards:
-            found[name] = TypeAdapter(kind).validate_python(wildcards[name])
+            values[name] = TypeAdapter(kind).validate_python(wildcards[name])
         elif name == "progress":
-            found[name] = steps(say, f"{', '.join([snakemake.rule, *snakemake.wildcards])}:")
-    return found
+            values[name] = steps(say, f"{', '.join([snakemake.rule, *snakemake.wildcards])}:")
+    return values
 
 
 def read(file: Any, kind: Any) -> Any:

@@ -38,17 +38,17 @@ def _template() -> Any:
 
 
 def say(statement: str, row: pd.Series, **options: Any) -> str:
-    """Return a statement of advice.md about a row of advice, in one line; empty where there is nothing to say."""
+    """Return a ``statement`` of advice.md, filled with a row of advice, in one line; empty if it has nothing to say."""
     unit = "step" if isinstance(row.get("over"), str) or row.get("times_life", 0.0) > 0.0 else "press"
-    known = _Row({"load": "", "unit": unit} | row.to_dict())
-    known["bound_on"] = str(known["bound_on"])
-    known["mean_error"] = known[KINDS.get(known["error"], KINDS["rms"])]
-    text = re.sub(r"[ \n]+", " ", getattr(_template(), statement)(known, **options)).strip()
+    values = _Row({"load": "", "unit": unit} | row.to_dict())
+    values["bound_on"] = str(values["bound_on"])
+    values["mean_error"] = values[KINDS.get(values["error"], KINDS["rms"])]
+    text = re.sub(r"[ \n]+", " ", getattr(_template(), statement)(values, **options)).strip()
     return re.sub(r" ([,;.:)])", r"\1", text).replace("( ", "(")
 
 
 def lines(row: pd.Series) -> str:
-    """Return lines for the terminal about a row of advice: what to take, or none and the nearest, and why."""
+    """Return lines for the terminal about a row of advice: the model to take, or none and the nearest, and why."""
     head = f"{row['scene']}, {say('limit', row)}: {row['model']}"
     statements = ("nearest", "because") if row["model"] == NONE else STATEMENTS
     statements_made = {statement: say(statement, row) for statement in statements}
@@ -63,16 +63,16 @@ def _plain(text: list[str]) -> str:
 
 
 def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
-    """Return advice.csv as lines: each scene, and under it what to take for each limit, and what it costs.
+    """Return advice.csv as lines: each scene, the model to take for each limit with its cost, and what is known.
 
-    kind : of the errors
+    kind : of the errors: "rms", "patch" or "force"
     """
     advice = advice[advice["error"] == kind]
     width = max(len(say("limit", row)) for _, row in advice.iterrows())
-    of = {"force": "the peak force", "patch": "the peak displacement at the patch"}.get(kind, "the peak displacement")
+    peak = {"force": "the peak force", "patch": "the peak displacement at the patch"}.get(kind, "the peak displacement")
     lines = []
     for scene, rows in advice.groupby("scene", sort=False):
-        lines.append(f"Advice for {scene} (mean error as a share of {of}):")
+        lines.append(f"Advice for {scene} (mean error as a share of {peak}):")
         lines += [f"  {say('limit', row):{width}}  {say('taken', row)}" for _, row in rows.iterrows()]
         least = rows[[KINDS.get(kind, KINDS["rms"]), "max_error"]].min(axis=None)
         scene_known = rows.iloc[0].to_dict() | {"reference_error": rows["reference_error"].max(), "least": least}
@@ -81,14 +81,14 @@ def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
 
 
 def by_limit(advice: pd.DataFrame, names: dict[str, str], cell: Callable[[pd.Series], str]) -> pd.DataFrame:
-    """Tabulate advice: a row for each scene of ``names``, a column for each limit, cells as ``cell`` puts them.
+    """Tabulate advice: a row for each scene, a column for each limit, and in it what ``cell`` writes of that advice.
 
-    A cell that repeats the one on its left is SAME.
+    names : headings of the rows by scene. A cell that repeats the one on its left is SAME.
     """
     if advice.empty:
         return pd.DataFrame()
     limits = pd.Series([say("limit", row) for _, row in advice.iterrows()], index=advice.index, dtype=object)
-    wide = advice.assign(taken=[cell(row) for _, row in advice.iterrows()], limit=limits)
-    wide = wide.pivot(index="scene", columns="limit", values="taken").reindex(columns=pd.unique(limits))
-    wide = wide.mask(wide.eq(wide.shift(axis=1)) & wide.ne(NONE), SAME)
-    return wide.reindex(index=list(names)).rename(index=names).reset_index()
+    cells = advice.assign(taken=[cell(row) for _, row in advice.iterrows()], limit=limits)
+    cells = cells.pivot(index="scene", columns="limit", values="taken").reindex(columns=pd.unique(limits))
+    cells = cells.mask(cells.eq(cells.shift(axis=1)) & cells.ne(NONE), SAME)
+    return cells.reindex(index=list(names)).rename(index=names).reset_index()

@@ -61,22 +61,22 @@ def advise(request: Asked, scene: str | None) -> str:
     measured = measured or {name: tables.read(request.results / f"tables/{name}.csv") for name in request.sources[:1]}
     if request.error == "force" and MOTIONS in measured:
         measured[MOTIONS] = measured[MOTIONS].dropna(subset="force_rms_of_peak")
-    known = {each: name for name, table in measured.items() for each in tables.scenes(table)}
-    if not known:
+    sources = {each: name for name, table in measured.items() for each in tables.scenes(table)}
+    if not sources:
         raise InputError(
             f"no scene in {request.results} is judged by force; leave --error force out, or type make touch."
         )
-    if scene is not None and scene not in known:
-        raise InputError(f"--scene {scene} is not in {request.results}; choose from {', '.join(known)}.")
-    rows = {each: tables.where(measured[known[each]], scene=each) for each in ([scene] if scene else known)}
-    refused = {each: text for each in rows if (text := _refusal(request, known[each], rows[each]))}
-    if len(refused) == len(rows):
-        raise InputError([*refused.values()][-1])
-    return "\n".join(refused.get(each) or _advice(request, known[each], rows[each]) for each in rows)
+    if scene is not None and scene not in sources:
+        raise InputError(f"--scene {scene} is not in {request.results}; choose from {', '.join(sources)}.")
+    rows = {each: tables.where(measured[sources[each]], scene=each) for each in ([scene] if scene else sources)}
+    refusals = {each: text for each in rows if (text := _refusal(request, sources[each], rows[each]))}
+    if len(refusals) == len(rows):
+        raise InputError([*refusals.values()][-1])
+    return "\n".join(refusals.get(each) or _advice(request, sources[each], rows[each]) for each in rows)
 
 
 def _refusal(request: Asked, source: str, rows: pd.DataFrame) -> str:
-    """Say which limit a scene cannot have, a patch or a speed; empty where it can."""
+    """Say that a scene cannot be advised on by patch or by speed, where ``request`` has that; empty otherwise."""
     scene = rows["scene"].iloc[0]
     if request.error == "patch" and (source == MOTIONS or (source == "advice" and "patch" not in set(rows["error"]))):
         return (
@@ -89,7 +89,7 @@ def _refusal(request: Asked, source: str, rows: pd.DataFrame) -> str:
 
 
 def _advice(request: Asked, source: str, rows: pd.DataFrame) -> str:
-    """Advise for one scene, of which a table has these rows."""
+    """Advise for one scene in words, from its ``rows`` of the table ``source``."""
     if source == "advice":
         return advice_list(rows, request.error)
     if source == "accuracy_vs_time":
@@ -103,25 +103,25 @@ def _advice(request: Asked, source: str, rows: pd.DataFrame) -> str:
 
 
 def _of_loads(request: Asked, rows: pd.DataFrame) -> str:
-    """Advise for one kind of load, or for each."""
+    """Advise for the kind of load that is requested, or for each kind; InputError without a limit."""
     if not request.limits:
         raise InputError("advice for a kind of load needs a limit; give --max-error or --budget-ms.")
     settings = tables.read(request.results / "tables/accuracy_vs_time.csv")
-    own = adviser.operator_error(tables.where(settings, scene=rows["scene"].iloc[0]), KINDS[request.error])
+    operator_error = adviser.operator_error(tables.where(settings, scene=rows["scene"].iloc[0]), KINDS[request.error])
     kinds = dict.fromkeys(rows["kind"]) if request.load == "all" else [request.load.replace("-", " ")]
-    taken = (adviser.other_loads(rows, kind, request.error, own) for kind in kinds)
-    return "\n".join(lines(adviser.choice(each, request.limit)) for each in taken)
+    advice = (adviser.other_loads(rows, kind, request.error, operator_error) for kind in kinds)
+    return "\n".join(lines(adviser.choice(each, request.limit)) for each in advice)
 
 
 def _of_motion(request: Asked, rows: pd.DataFrame) -> str:
-    """Advise for a scene that moves, without a limit for each that the run was asked for."""
+    """Advise for a scene that moves; if the request has no limit, for each limit in the run's advice.csv."""
     scene, bounds = rows["scene"].iloc[0], request.table("motion_bounds")
     if bounds is not None:
         bounds = tables.where(bounds, scene=scene)
-    known: dict[str, Any] = {"bounds": bounds, "pressed": request.table("accuracy_vs_time"), "error": request.error}
+    options: dict[str, Any] = {"bounds": bounds, "pressed": request.table("accuracy_vs_time"), "error": request.error}
     if request.limits:
-        return lines(adviser.choice(adviser.motions(rows, **known), request.limit))
-    before = tables.where(tables.read(request.results / "tables/advice.csv"), scene=scene)
+        return lines(adviser.choice(adviser.motions(rows, **options), request.limit))
+    advised = tables.where(tables.read(request.results / "tables/advice.csv"), scene=scene)
     columns = {"budgets_ms": "budget_ms", "max_errors": "max_error", "speeds": "speed"}
-    limits: dict[str, Any] = {name: list(before[column].dropna().unique()) for name, column in columns.items()}
-    return advice_list(adviser.advise_motion(rows, **limits, **known), request.error)
+    limits: dict[str, Any] = {name: list(advised[column].dropna().unique()) for name, column in columns.items()}
+    return advice_list(adviser.advise_motion(rows, **limits, **options), request.error)

@@ -59,9 +59,9 @@ def gather(places: Mapping[str, Sequence[str]], tables: Mapping[str, pd.DataFram
     places : "palpate.studies.<study>.claims:function", and the names of the tables that it gets
     """
     rows = []
-    for place, wanted in places.items():
+    for place, names in places.items():
         study = place.partition(":")[0].split(".")[-2]
-        rows += [(*claim, study) for claim in resolve_name(place)({name: tables[name] for name in wanted})]
+        rows += [(*claim, study) for claim in resolve_name(place)({name: tables[name] for name in names})]
     claims = pd.DataFrame(rows, columns=[*Claim._fields, "study"])
     return claims.sort_values("paper", kind="stable", ignore_index=True)
 

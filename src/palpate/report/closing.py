@@ -71,7 +71,7 @@ def shown(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def united(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return one row for each claim: the number of its tests, and their verdict, or how many have which."""
+    """Return one row for each claim: the number of its tests, and their common verdict, or each with its count."""
     groups = rows.groupby(["paper", "section", "claim", "published"], sort=False)["verdict"]
     table = groups.agg(tests="size", verdict=_verdict).reset_index()
     return table.assign(claim=table["claim"].map(plain)).rename(columns=HEADS)
@@ -100,6 +100,6 @@ def own_claims(report: Report, study: str) -> list[Section]:
     if rows.empty:
         return []
     title = f"{len(rows)} tests of {rows['claim'].nunique()} claims: {joined(counted(rows['verdict']))}"
-    about = "What the paper says, what it was tested on here, and what this run measured"
-    inner = markup.table(shown(rows).drop(columns="paper"), about)
+    caption = "What the paper says, what it was tested on here, and what this run measured"
+    inner = markup.table(shown(rows).drop(columns="paper"), caption)
     return [(f"{study}_claims", "Claims, checked", markup.fold(title, inner))]

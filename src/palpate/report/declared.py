@@ -66,10 +66,10 @@ def tables(study: str) -> dict[str, Table]:
     """Return the tables that a study declares, and those of benchmark/ that its report names in READS, by name."""
     declared = [table for path in sorted(folder(study).rglob("*.py")) for table in _tables(path)]
     report = folder(study) / "report.py"
-    for line in ast.parse(report.read_text(encoding="utf-8")).body if report.is_file() else ():
-        if isinstance(line, ast.Assign) and getattr(line.targets[0], "id", None) == "READS":
-            shared = {one.name: one for path in sorted(_BENCHMARK.glob("*.py")) for one in _tables(path)}
-            declared += [shared[name] for name in ast.literal_eval(line.value)]
+    for statement in ast.parse(report.read_text(encoding="utf-8")).body if report.is_file() else ():
+        if isinstance(statement, ast.Assign) and getattr(statement.targets[0], "id", None) == "READS":
+            shared = {each.name: each for path in sorted(_BENCHMARK.glob("*.py")) for each in _tables(path)}
+            declared += [shared[name] for name in ast.literal_eval(statement.value)]
     return {table.name: table for table in declared}
 
 
@@ -84,33 +84,33 @@ def table(name: str) -> Table:
 
 
 def _tables(path: Path) -> Iterator[Table]:
-    """Yield the constants of a module that are tables."""
+    """Yield the tables that constants of a module declare, built from its source without importing it."""
     text = path.read_text(encoding="utf-8")
-    for line in ast.parse(text).body if "= Table(" in text else ():
-        call = line.value if isinstance(line, ast.Assign) else None
+    for statement in ast.parse(text).body if "= Table(" in text else ():
+        call = statement.value if isinstance(statement, ast.Assign) else None
         if isinstance(call, ast.Call) and _called(call) == "Table":
             options = {option.arg: ast.literal_eval(option.value) for option in call.keywords if option.arg}
             yield Table(*map(ast.literal_eval, call.args), **options)
 
 
 def _decorated(study: str, module: str, decorator: str) -> Iterator[Declared]:
-    """Yield the functions in ``module``.py, or in the files of the folder ``module``, that are decorated so."""
-    within = f"{STUDIES}.{study}.{module}"
+    """Yield what ``decorator`` declares of functions in ``module``.py, or in the files of the folder ``module``."""
+    module_path = f"{STUDIES}.{study}.{module}"
     file, package = folder(study) / f"{module}.py", folder(study) / module
-    files = {f"{within}.{path.stem}": path for path in sorted(package.glob("*.py"))}
-    files |= {within: file} if file.is_file() else {}
+    files = {f"{module_path}.{path.stem}": path for path in sorted(package.glob("*.py"))}
+    files |= {module_path: file} if file.is_file() else {}
     for dotted, path in files.items():
-        for line in ast.parse(path.read_text(encoding="utf-8")).body:
-            if not isinstance(line, ast.FunctionDef):
+        for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+            if not isinstance(statement, ast.FunctionDef):
                 continue
-            for call in line.decorator_list:
+            for call in statement.decorator_list:
                 if isinstance(call, ast.Call) and _called(call) == decorator:
-                    given = [ast.literal_eval(value) for value in call.args]
+                    arguments = [ast.literal_eval(value) for value in call.args]
                     options = {option.arg: ast.literal_eval(option.value) for option in call.keywords}
                     if decorator == "figure":
-                        yield Declared(given[0], f"{dotted}:{line.name}", tuple(options.get("tables", ())))
+                        yield Declared(arguments[0], f"{dotted}:{statement.name}", tuple(options.get("tables", ())))
                     else:
-                        yield Declared(line.name, f"{dotted}:{line.name}", tuple(given))
+                        yield Declared(statement.name, f"{dotted}:{statement.name}", tuple(arguments))
 
 
 def _called(node: ast.Call) -> str:

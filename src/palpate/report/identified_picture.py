@@ -37,28 +37,28 @@ def draw_identified(identified: Identified) -> Figure:
 
 
 def _curves(axis: Axes, identified: Identified) -> None:
-    strength = np.array([np.abs(curve.force_n).max() for curve in identified.curves])
-    chosen = np.argsort(strength)[evenly(len(strength), MOST_CURVES)]
+    largest_n = np.array([np.abs(curve.force_n).max() for curve in identified.curves])
+    chosen = np.argsort(largest_n)[evenly(len(largest_n), MOST_CURVES)]
     for number, k in enumerate(chosen):
         curve = identified.curves[k]
         axis.plot(1e3 * curve.depth_m, curve.force_n, "o", ms=3, color=MEASURED, label="" if number else "measured")
         label = "" if number else f"{spaced(identified.law)}, with its place's effects"
         axis.plot(1e3 * curve.depth_m, curve.predicted_n, lw=1.0, color=PREDICTED, label=label)
-    axis.set(xlabel="depth [mm]", ylabel="force [N]", title=f"{len(chosen)} of {len(strength)} presses")
+    axis.set(xlabel="depth [mm]", ylabel="force [N]", title=f"{len(chosen)} of {len(largest_n)} presses")
     axis.legend(loc="upper left")
 
 
 def _agreement(axis: Axes, identified: Identified) -> None:
-    share = [
+    parts_of_curves = [
         (curve.depth_m / curve.depth_m.max(), curve.force_n / curve.predicted_n - 1.0) for curve in identified.curves
     ]
-    depth, off = (np.concatenate(parts) for parts in zip(*share, strict=True))
-    axis.plot(depth, 100.0 * off, ".", ms=2, color=style.FAINT)
+    depth, residual = (np.concatenate(parts) for parts in zip(*parts_of_curves, strict=True))
+    axis.plot(depth, 100.0 * residual, ".", ms=2, color=style.FAINT)
     edges = np.linspace(0.0, 1.0, 9)
-    middle = [np.median(off[(depth > a) & (depth <= b)]) if ((depth > a) & (depth <= b)).any() else np.nan
+    medians = [np.median(residual[(depth > a) & (depth <= b)]) if ((depth > a) & (depth <= b)).any() else np.nan
               for a, b in pairwise(edges)]  # fmt: skip
-    axis.plot(0.5 * (edges[:-1] + edges[1:]), 100.0 * np.array(middle), "o-", ms=4, color=style.INK, label="median")
-    span = 100.0 * float(np.quantile(np.abs(off), 0.95))
+    axis.plot(0.5 * (edges[:-1] + edges[1:]), 100.0 * np.array(medians), "o-", ms=4, color=style.INK, label="median")
+    span = 100.0 * float(np.quantile(np.abs(residual), 0.95))
     axis.set(xlabel="depth over the largest", ylabel="measured over fitted, less 1 [%]", title="what is left")
     axis.set_ylim(-span, span)
     axis.legend(loc="upper right")

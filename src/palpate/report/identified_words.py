@@ -48,23 +48,23 @@ def sentences(identified: Identified, predictions: pd.DataFrame) -> list[str]:
 
 
 def compared(comparisons: Sequence[Comparison]) -> Iterator[str]:
-    """Yield a sentence for each two sessions of a specimen at places that both pressed."""
-    for one in comparisons:
-        of = f" of {one.specimen}" if one.specimen else ""
-        said = (
-            f"forces of {one.second or 'the second'} are {two_digits(one.ratio)} times those of "
-            f"{one.first or 'the first'} in the median of {one.places} places that both pressed"
+    """Yield a sentence for each two sessions of a specimen: whether forces agree at places that both pressed."""
+    for comparison in comparisons:
+        of_specimen = f" of {comparison.specimen}" if comparison.specimen else ""
+        ratio = (
+            f"forces of {comparison.second or 'the second'} are {two_digits(comparison.ratio)} times those of "
+            f"{comparison.first or 'the first'} in the median of {comparison.places} places that both pressed"
         )
-        how, so = "agree", ""
-        if one.contradicts:
-            how, so = (
+        agreement, consequence = "agree", ""
+        if comparison.contradicts:
+            agreement, consequence = (
                 "contradict each other",
                 ", so that no one modulus holds for both, and each session is fitted alone",
             )
-        elif one.may_contradict:
-            how = "may contradict each other"
-            so = ", which are too few or too different to tell; one modulus is fitted to both"
-        yield f"Sessions{of} {how}: {said}{so}."
+        elif comparison.may_contradict:
+            agreement = "may contradict each other"
+            consequence = ", which are too few or too different to tell; one modulus is fitted to both"
+        yield f"Sessions{of_specimen} {agreement}: {ratio}{consequence}."
 
 
 def relaxes(relaxation: Relaxation | None) -> list[str]:
@@ -85,8 +85,8 @@ def uncertain(identified: Identified, line: Line | None) -> Iterator[str]:
     """Yield warnings of what the intervals leave out; line : what ``identify.line_of`` says."""
     if (offset := identified.intervals.get(OFFSET)) is not None:
         low, high = identified.model.offset_m
-        end = 0.02 * (high - low)
-        if offset.known and not low + end < offset.best < high - end:
+        margin = 0.02 * (high - low)
+        if offset.known and not low + margin < offset.best < high - margin:
             yield (
                 f"warning: first touch is at the end of its range, {two_digits(1e3 * offset.best)} mm: it may "
                 "be beyond, or forces have a zero that is not subtracted; give rows before contact, or --offset."
@@ -109,24 +109,24 @@ def uncertain(identified: Identified, line: Line | None) -> Iterator[str]:
 
 
 def assumed(ball_m: float, deep: bool) -> str:
-    """Say what E leaves out where no body is known; ball_m : radius [m]; deep : whether no thickness is known."""
+    """Say what E leaves out without a body; ball_m : radius of the instrument [m]; deep : no thickness is known."""
     radius = 3.0 * ball_m
-    on, off = np.sqrt(1.0 + ball_m / radius), np.sqrt(1.0 - ball_m / radius)
+    bump, dent = np.sqrt(1.0 + ball_m / radius), np.sqrt(1.0 - ball_m / radius)
     slab = "No --thickness and no --body are given: the tissue is assumed deep; on a slab E is less. " if deep else ""
     return (
         f"{slab}The surface is assumed flat, which these intervals leave out: where it is round with a radius R, E is "
-        f"√(1 + {1e3 * ball_m:g} mm/R) times as large ({on:.2f} at R = {1e3 * radius:g} mm; in a hollow {off:.2f})."
+        f"√(1 + {1e3 * ball_m:g} mm/R) times as large ({bump:.2f} at R = {1e3 * radius:g} mm; in a hollow {dent:.2f})."
     )
 
 
 def _modulus(identified: Identified) -> Iterator[str]:
     young = identified.young_pa
-    where = (
+    places = (
         f"in the median of {identified.model.data.places} places"
         if identified.model.data.places > 1
         else "at the one place"
     )
-    yield f"E is {_in_pascals(young)}, 90 % by profile likelihood, {where}."
+    yield f"E is {_in_pascals(young)}, 90 % by profile likelihood, {places}."
     modulus = identified.intervals.get(MODULUS)
     if modulus is not None and modulus.high / modulus.low < young.high / young.low:
         yield f"E/(1 − ν²), which these presses determine better, is {_in_pascals(modulus)}."
@@ -134,46 +134,46 @@ def _modulus(identified: Identified) -> Iterator[str]:
 
 def _parameters(identified: Identified) -> Iterator[str]:
     for name, interval in identified.parameters.items():
-        profile, what, write = identified.profiles[name], WORDS.get(name, spaced(name)), partial(quantity, name)
+        profile, words, write = identified.profiles[name], WORDS.get(name, spaced(name)), partial(quantity, name)
         low, best, high = map(write, interval[:3])
-        first, last = write(profile.values[0]), write(profile.values[-1])
+        range_begin, range_end = write(profile.values[0]), write(profile.values[-1])
         if not interval.known and name == "sticking":
             line = "Friction cannot be told from these presses (from sliding to sticking all fits)"
         elif not interval.known:
-            line = f"{_first(what)} cannot be told from these presses (any from {low} to {high} fits)"
+            line = f"{_first(words)} cannot be told from these presses (any from {low} to {high} fits)"
         elif interval.open_low and not interval.open_high:
-            line = f"{_first(what)} is at most {high} (its range begins at {first})"
+            line = f"{_first(words)} is at most {high} (its range begins at {range_begin})"
         elif interval.open_high and not interval.open_low:
-            line = f"{_first(what)} is at least {low} (its range ends at {last})"
+            line = f"{_first(words)} is at least {low} (its range ends at {range_end})"
         else:
-            line = f"{_first(what)} is {best} ({low} to {high})"
+            line = f"{_first(words)} is {best} ({low} to {high})"
         fits = profile.minus2 <= identified.rise
-        young, at = profile.young_pa[fits], profile.values[fits]
+        young, ends = profile.young_pa[fits], profile.values[fits]
         if len(young) > 1 and abs(np.log(young[-1] / young[0])) > MATTERS:
-            line += f"; E is {pascals(young[0])} with {write(at[0])} and {pascals(young[-1])} with {write(at[-1])}"
+            line += f"; E is {pascals(young[0])} with {write(ends[0])} and {pascals(young[-1])} with {write(ends[-1])}"
         yield line + "."
         below, above = interval.best - interval.low, interval.high - interval.best
         if interval.known and interval.open_low != interval.open_high and min(below, above) < AT_END * (below + above):
-            end = f"below {first}" if below < above else f"above {last}"
-            yield f"The presses fit best at the end of this range: {what} may be {end}, or the law another."
+            end = f"below {range_begin}" if below < above else f"above {range_end}"
+            yield f"The presses fit best at the end of this range: {words} may be {end}, or the law another."
 
 
 def _law(identified: Identified) -> Iterator[str]:
-    best, *others = identified.laws
+    best, *rivals = identified.laws
     excess = f"{abs(best.excess.best):.2f} ({_ends(best.excess)})"
     if not best.follows:
         bend = "steeper" if best.excess.best > 0 else "flatter"
-        than = f"than any law here, of which {spaced(best.law)} comes nearest" if others else f"than {spaced(best.law)}"
+        than = f"than any law here, of which {spaced(best.law)} comes nearest" if rivals else f"than {spaced(best.law)}"
         side = "above" if bend == "steeper" else "below"
         yield f"The curve is {bend} {than}: the exponent of depth is {excess} {side} its."
         return
-    same = [spaced(name) for name in identified.same_law[1:]]
-    beaten = [spaced(score.law) for score in others if score.law not in identified.same_law]
+    indistinguishable = [spaced(name) for name in identified.same_law[1:]]
+    worse = [spaced(score.law) for score in rivals if score.law not in identified.same_law]
     line = f"The law {spaced(best.law)} follows the curve (exponent within {_ends(best.excess)} of it)"
-    if same:
-        line += f"; {listed(same)} cannot be told from it"
-    if beaten:
-        line += f"; {listed(beaten)} fits worse"
+    if indistinguishable:
+        line += f"; {listed(indistinguishable)} cannot be told from it"
+    if worse:
+        line += f"; {listed(worse)} fits worse"
     yield line + "."
 
 
@@ -188,8 +188,8 @@ def _scatter(identified: Identified) -> Iterator[str]:
         yield f"{line}; noise is {noise} (deviations)."
     if (offset := identified.intervals.get(OFFSET)) is not None:
         low, best, high = (two_digits(1e3 * value) for value in offset[:3])
-        apart = two_digits(1e3 * scatter["offset_scatter_m"])
-        line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {apart} mm between presses"
+        deviation_mm = two_digits(1e3 * scatter["offset_scatter_m"])
+        line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {deviation_mm} mm between presses"
         yield f"{line}{'; that cannot be told from these presses' if not offset.known else ''}."
     if scatter["relative_error"] > 0.0:
         yield f"The model's own error of {percent(scatter['relative_error'])} in force is part of these intervals."
@@ -199,25 +199,25 @@ def _resampled(identified: Identified) -> Iterator[str]:
     name = MODULUS if MODULUS in identified.intervals else YOUNG
     if name not in identified.resampled:
         return
-    own, drawn = identified.intervals[name], identified.resampled[name]
+    by_profile, by_bootstrap = identified.intervals[name], identified.resampled[name]
     what = "E/(1 − ν²)" if name == MODULUS else "E"
-    line = f"Places drawn with replacement give {what} from {pascals(drawn.low)} to {pascals(drawn.high)}"
-    if np.log(drawn.high / drawn.low) > RESAMPLED_WIDER * np.log(own.high / own.low):
+    line = f"Places drawn with replacement give {what} from {pascals(by_bootstrap.low)} to {pascals(by_bootstrap.high)}"
+    if np.log(by_bootstrap.high / by_bootstrap.low) > RESAMPLED_WIDER * np.log(by_profile.high / by_profile.low):
         yield f"{line}, wider than by likelihood: places differ otherwise than the model says, so take this interval."
     else:
         yield f"{line}; that varies places alone, so the profile, which also moves what is unknown, is reported."
 
 
 def predicted(predictions: pd.DataFrame, law: str) -> Iterator[str]:
-    """Yield a sentence on how well a law predicts what was left out, for each kind of that."""
+    """Yield a sentence for each kind of left-out data of ``predictions``: how well the law and rivals predict them."""
     table = summary(predictions)
-    for way in dict.fromkeys(predictions["by"]):
-        errors = table[table["by"] == way].set_index("model")["median"]
+    for left_out in dict.fromkeys(predictions["by"]):
+        errors = table[table["by"] == left_out].set_index("model")["median"]
         if law not in errors:
             continue
         floor = [f"{word} differ by {percent(errors[name])}" for name, word in
                  ((REPEAT, "repeats"), (NEIGHBOUR, "nearest neighbours")) if name in errors]  # fmt: skip
-        line = f"Prediction of {LEFT_OUT[way]}: {percent(errors[law])} in force"
+        line = f"Prediction of {LEFT_OUT[left_out]}: {percent(errors[law])} in force"
         line += f", where {' and '.join(floor)}" if floor else ""
         rivals = {"a power law": [POWER_LAW, POWER_LAW + OF_PLACE], "a line": [LINE, LINE + OF_PLACE]}
         errors_of_kinds = [
@@ -229,7 +229,7 @@ def predicted(predictions: pd.DataFrame, law: str) -> Iterator[str]:
 
 
 def _first(words: str) -> str:
-    """Begin a sentence; a symbol stays as it is."""
+    """Begin a sentence with ``words``, capitalised unless they are a symbol."""
     return words if words == WORDS["poisson"] else capital(words)
 
 

@@ -48,12 +48,12 @@ def table(frame: pd.DataFrame, caption: str, faint: Sequence[int] = (), best: Se
         f'<th scope="col"{" class=number" if n else ""}>{escape(_name(c))}</th>'
         for c, n in zip(frame.columns, numeric, strict=True)
     )
-    least = {c: frame[c].min() for c in best}
+    least_values = {c: frame[c].min() for c in best}
     rows = []
     for i, row in enumerate(frame.itertuples(index=False)):
         cells = []
         for column, value, number in zip(frame.columns, row, numeric, strict=True):
-            marks = ["number"] * number + ["best"] * bool(column in least and value == least[column])
+            marks = ["number"] * number + ["best"] * bool(column in least_values and value == least_values[column])
             if isinstance(value, str):
                 mark = "open" if value.startswith("not testable: ") else MARKS.get(value)
                 marks += [mark] if mark else []
@@ -128,13 +128,13 @@ def _data(stem: Path) -> tuple[str, int, int]:
     from PIL import Image
 
     picture = Image.open(raster).convert("RGB")
-    files = BytesIO(), BytesIO()
-    picture.save(files[0], "WEBP", quality=_QUALITY, method=4)
-    if raster.stat().st_size < _SHADED * files[0].tell():
-        picture.save(files[1], "WEBP", lossless=True, method=4)
-    least = min(filter(None, (file.getvalue() for file in files)), key=len)
+    encodings = BytesIO(), BytesIO()
+    picture.save(encodings[0], "WEBP", quality=_QUALITY, method=4)
+    if raster.stat().st_size < _SHADED * encodings[0].tell():
+        picture.save(encodings[1], "WEBP", lossless=True, method=4)
+    shortest = min(filter(None, (file.getvalue() for file in encodings)), key=len)
     width, height = (round(_CSS_DPI / _PNG_DPI * size) for size in picture.size)
-    return f"data:image/webp;base64,{base64_of(least)}", width, height
+    return f"data:image/webp;base64,{base64_of(shortest)}", width, height
 
 
 def _svg_size(data: bytes) -> tuple[int, int]:

@@ -136,9 +136,9 @@ _SUITS = ("$\u2663$", "$\u2660$", "$\u2666$", "$\u2665$", "P", "X")
 def look(model: str) -> Look:
     """Return the look of a model; a user's own gets one of five colours and six markers, always the same."""
     model = ALIASES.get(model, model)
-    for known in (_NAMED, METHODS, FITS):
-        if model in known:
-            return known[model]
+    for looks in (_NAMED, METHODS, FITS):
+        if model in looks:
+            return looks[model]
     number = sum(place * letter for place, letter in enumerate(model.encode(), 1))
     return Look(spaced(model), _OWN[number % len(_OWN)], _SUITS[number % len(_SUITS)])
 

@@ -41,17 +41,17 @@ def write(
     Raises InputError naming the first part, table, figure, template or number that is missing.
     """
     report = Report(results, studies, scenes, cts, driven, more)
-    parts, studied = {}, {study: report.part(study) for study in studies}
-    for study, part in studied.items():
+    parts, part_of_study = {}, {study: report.part(study) for study in studies}
+    for study, part in part_of_study.items():
         if sections := part.sections + closing.own_claims(report, study):
             parts[study] = part._replace(sections=sections)
         elif part.introduction:
             parts[study] = part
-    parts |= closing.parts(report, studied.values(), left_out=left_out) if studies else {}
+    parts |= closing.parts(report, part_of_study.values(), left_out=left_out) if studies else {}
     page = _page(parts, warned, taken, alone)
-    if heavy := too_heavy(page, {name: part.sections for name, part in parts.items()}):
-        warnings.warn(heavy, stacklevel=2)
-        page = _page(parts, [*warned, heavy], taken, alone)
+    if warning := too_heavy(page, {name: part.sections for name, part in parts.items()}):
+        warnings.warn(warning, stacklevel=2)
+        page = _page(parts, [*warned, warning], taken, alone)
     for file, text in ((out, page), (Path(out).with_suffix(".md"), _markdown(report))):
         with write_whole(file) as temporary:
             temporary.write_text(text, encoding="utf-8")
@@ -69,7 +69,7 @@ def _markdown(report: Report) -> str:
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
-def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str], alone: bool) -> str:
+def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str], single: bool) -> str:
     """Return the whole page: the question, and the first answer that a part offers; what was found; all parts.
 
     A page about one study alone has its name in the place of the question.
@@ -79,11 +79,11 @@ def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str]
     answering = {name: part for name, part in parts.items() if part.answer[0]}
     links = {name: "All scenes and limits" for name in list(answering)[:1]}
     links |= {name: part.invitation for name, part in parts.items() if part.invitation}
-    said = [("warnings", "Warnings", warned), ("taken", "Taken from files", taken)]
+    notes = [("warnings", "Warnings", warned), ("taken", "Taken from files", taken)]
     body = (
         templates(closing.HERE)
         .get_template("page.html")
-        .render(parts=parts, alone=alone, question=QUESTION, lead=lead, answering=answering, links=links, said=said)
+        .render(parts=parts, alone=single, question=QUESTION, lead=lead, answering=answering, links=links, said=notes)
     )
     body += f"<script>{page_assets.script()}</script>\n"
     return page_assets.document("what accuracy costs", page_assets.style(), body)
@@ -91,11 +91,11 @@ def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str]
 
 def too_heavy(page: str, parts: Mapping[str, Sequence[Section]]) -> str | None:
     """Return a sentence on ``page`` if it has more than 20 MB, naming the largest of its sections; else None."""
-    if (whole := _megabytes(page)) <= MOST_MB:
+    if (page_mb := _megabytes(page)) <= MOST_MB:
         return None
     sizes = [(_megabytes(content), title) for sections in parts.values() for _, title, content in sections]
     named = ", ".join(f"{title} ({size:.1f} MB)" for size, title in sorted(sizes, reverse=True)[:3])
-    return f"This page has {whole:.0f} MB, more than {MOST_MB:.0f} MB; its largest sections are {named}."
+    return f"This page has {page_mb:.0f} MB, more than {MOST_MB:.0f} MB; its largest sections are {named}."
 
 
 def _megabytes(text: str) -> float:
@@ -105,8 +105,8 @@ def _megabytes(text: str) -> float:
 def write_report(input: Any, output: Any, told: dict[str, Any]) -> None:
     """Write the page of a run from what its studies have made, for the rule of this name."""
     out = Path(output[0])
-    said = sorted(file for file in input.shown if file.endswith(".txt"))
-    taken = [file for file in said if file.endswith("/taken.txt")]
-    warned = load_warnings(file for file in said if file not in taken)
-    made = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
-    write(out.parent, out, warned=warned, taken=load_warnings(taken), more=made, **told)
+    texts = sorted(file for file in input.shown if file.endswith(".txt"))
+    taken = [file for file in texts if file.endswith("/taken.txt")]
+    warned = load_warnings(file for file in texts if file not in taken)
+    tables = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
+    write(out.parent, out, warned=warned, taken=load_warnings(taken), more=tables, **told)

@@ -48,9 +48,9 @@ def directions(nodes: np.ndarray, normal: np.ndarray, up: int | None = None) -> 
 def frame(axes: np.ndarray, clouds: list[np.ndarray], margin: float = 1.08) -> View:
     """Compute the smallest view along ``axes`` that contains all points of all ``clouds``, (n, 3) each."""
     points = np.vstack(clouds) @ axes.T
-    low, high = points.min(axis=0), points.max(axis=0)
-    width, height, _ = (high - low) * margin
-    return View(axes, (low + high) / 2 @ axes, float(width), float(height))
+    lowest, highest = points.min(axis=0), points.max(axis=0)
+    width, height, _ = (highest - lowest) * margin
+    return View(axes, (lowest + highest) / 2 @ axes, float(width), float(height))
 
 
 def same_scale(views: list[View]) -> list[View]:
@@ -101,22 +101,22 @@ class Stage:
 
     def picture(self, view: View, actors: list) -> np.ndarray:
         """Render ``actors``, functions that are given this stage, as (height, width, 3) uint8."""
-        p = self._plotter
-        p.suppress_rendering = True  # or each actor is rendered as it is added
-        p.clear_actors()
-        p.set_background("white")
+        plotter = self._plotter
+        plotter.suppress_rendering = True  # or each actor is rendered as it is added
+        plotter.clear_actors()
+        plotter.set_background("white")
         for actor in actors:
             actor(self)
-        width, height = p.window_size
-        p.camera.focal_point = view.centre
-        p.camera.position = view.centre + view.axes[2] * 10 * (view.width + view.height)
-        p.camera.up = view.axes[1]
-        p.camera.parallel_projection = True
-        p.camera.parallel_scale = max(view.height, view.width * height / width) / 2
-        p.renderer.ResetCameraClippingRange()
-        p.suppress_rendering = False
-        p.render()
-        return p.screenshot(return_img=True)
+        width, height = plotter.window_size
+        plotter.camera.focal_point = view.centre
+        plotter.camera.position = view.centre + view.axes[2] * 10 * (view.width + view.height)
+        plotter.camera.up = view.axes[1]
+        plotter.camera.parallel_projection = True
+        plotter.camera.parallel_scale = max(view.height, view.width * height / width) / 2
+        plotter.renderer.ResetCameraClippingRange()
+        plotter.suppress_rendering = False
+        plotter.render()
+        return plotter.screenshot(return_img=True)
 
     def surface(self, nodes, triangles, values, limits, cmap, log=False, edges=False) -> None:
         """Add a surface, nodes (n, 3) [m], coloured by one value per node (n,) or, if None, in plain grey."""
@@ -141,12 +141,12 @@ class Stage:
 
     def level(self, view: View, mesh, held: np.ndarray) -> np.ndarray:
         """Render ``mesh`` in grey with its edges, and the nodes of ``held`` on its surface."""
-        seen = mesh.nodes[np.intersect1d(held, mesh.surface)]
-        shown = [
+        held_nodes = mesh.nodes[np.intersect1d(held, mesh.surface)]
+        actors = [
             lambda s: s.surface(mesh.nodes, mesh.triangles, None, None, None, edges=True),
-            lambda s: s.dots(seen, 0.011 * mesh.size),
+            lambda s: s.dots(held_nodes, 0.011 * mesh.size),
         ]
-        return self.picture(view, shown)
+        return self.picture(view, actors)
 
     def dots(self, points, radius) -> None:
         """Add held nodes, (n, 3) [m], as dark balls."""

@@ -50,8 +50,8 @@ class Report:
 
     def values(self, study: str) -> dict[str, Any]:
         """Return what the template of a study names: its tables, what was published, ``numbers`` of its report.py."""
-        own = {name: self.tables[name] for name in declared.tables(study) if name in self.tables}
-        values = {"published": self.published.get(study, {})} | own
+        tables_of_study = {name: self.tables[name] for name in declared.tables(study) if name in self.tables}
+        values = {"published": self.published.get(study, {})} | tables_of_study
         if not (declared.folder(study) / "report.py").is_file():
             return values
         return values | import_module(f"{declared.STUDIES}.{study}.report").numbers(self)
@@ -59,6 +59,6 @@ class Report:
     def check(self, names: Collection[str], kind: str, wanted: Sequence[str]) -> None:
         """Raise InputError if one of the tables ``names`` has no rows of a scene or body in ``wanted``."""
         for name in names:
-            for one in wanted:
-                if one not in set(self.tables[name][kind]):
-                    raise InputError(f"{name}.csv has no rows of the {kind} {one}; delete it and type make.")
+            for entry in wanted:
+                if entry not in set(self.tables[name][kind]):
+                    raise InputError(f"{name}.csv has no rows of the {kind} {entry}; delete it and type make.")

@@ -43,21 +43,21 @@ def write(results: str | Path, docs: str | Path) -> None:
         f"the tables of `make full` of commit {', '.join(commits)}" if len(commits) else "the tables of `make full`"
     )
     machine = {"cores": os.cpu_count(), "processor": _processor(), "python": platform.python_version()}
-    with write_whole(docs / "results.md") as part:
+    with write_whole(docs / "results.md") as temporary:
         head = HEAD.format(source=source, **machine)
-        part.write_text(f"{head}\n{text.replace('](figures/', '](results/')}", encoding="utf-8")
+        temporary.write_text(f"{head}\n{text.replace('](figures/', '](results/')}", encoding="utf-8")
 
 
 def _check_commit(commit: str, folder: Path) -> None:
-    """Raise InputError unless ``commit`` is in the repository around ``folder``, if there is one."""
+    """Raise InputError if ``folder`` is in a Git repository that does not have ``commit``."""
     git = ["git", "-C", str(folder)]
     try:
         if subprocess.run([*git, "rev-parse", "--git-dir"], capture_output=True).returncode:
             return
-        there = subprocess.run([*git, "cat-file", "-e", f"{commit}^{{commit}}"], capture_output=True).returncode == 0
+        exists = subprocess.run([*git, "cat-file", "-e", f"{commit}^{{commit}}"], capture_output=True).returncode == 0
     except OSError:
         return
-    if not there:
+    if not exists:
         raise InputError(
             f"The tables come from the code of {commit}, which this repository does not have; "
             "commit the code, run make full, and then make snapshot."

@@ -107,8 +107,8 @@ def plain_log(*axes) -> None:
     Call it after the limits are set.
     """
     for axis in axes:
-        low, high = axis.get_view_interval()
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 60 * low else (1,)))
+        least, most = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if most < 60 * least else (1,)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter(NullFormatter())
 
@@ -149,8 +149,8 @@ def save(figure: Figure, stem: str | Path) -> None:
     """
     stem = Path(stem)
     for suffix, metadata in {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}.items():
-        with write_whole(stem.with_name(f"{stem.name}.{suffix}")) as part:
-            figure.savefig(part, format=suffix, metadata=metadata)
+        with write_whole(stem.with_name(f"{stem.name}.{suffix}")) as temporary:
+            figure.savefig(temporary, format=suffix, metadata=metadata)
         figure.set_layout_engine("none")  # the places of the axes are found, which takes most of the time
 
 
@@ -162,21 +162,21 @@ _GAP = 0.05  # of a picture's width, between pictures
 def grid(
     rows: int, columns: int, aspect: float, inches: float, bare: bool = False, caption: float = _CAPTION
 ) -> tuple[Figure, np.ndarray]:
-    """Make a figure with (rows, columns) axes for pictures ``inches`` wide and ``inches``/``aspect`` high.
+    """Make a figure with (rows, columns) axes for pictures, each ``inches`` wide and ``inches``/``aspect`` high.
 
     Unless ``bare``, there is space for titles of two lines above and for ``colour_bar`` below.
     caption : space below each picture [inch]
     """
-    row = inches / aspect + caption
+    row_height = inches / aspect + caption
     title = 0.1 if bare else _TITLE
-    height = title + rows * row + (-_SPARE if bare else _BAR)
+    height = title + rows * row_height + (-_SPARE if bare else _BAR)
     width = _SIDE + inches * columns
     figure = Figure(figsize=(width, height))
     axes = np.empty((rows, columns), dtype=object)
     for r in range(rows):
         for c in range(columns):
             left = (_SIDE + inches * (c + _GAP / 2)) / width
-            bottom = 1 - (title + (r + 1) * row - caption) / height
+            bottom = 1 - (title + (r + 1) * row_height - caption) / height
             size = (inches * (1 - _GAP) / width, inches / aspect / height)
             axes[r, c] = figure.add_axes((left, bottom, *size))
             axes[r, c].set(xticks=[], yticks=[])

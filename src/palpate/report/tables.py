@@ -58,8 +58,8 @@ def headed(table: pd.DataFrame, headings: Mapping[str, str]) -> pd.DataFrame:
     """
     columns = {}
     for name, heading in headings.items():
-        scale = next((factor for unit, factor in SCALES.items() if f"[{unit}" in heading), None)
-        columns[heading] = table[name] if scale is None else scale * table[name]
+        multiplier = next((factor for unit, factor in SCALES.items() if f"[{unit}" in heading), None)
+        columns[heading] = table[name] if multiplier is None else multiplier * table[name]
         if name in ("body", "scene", "effect"):
             columns[heading] = table[name].map(spaced)
     return pd.DataFrame(columns)

@@ -180,10 +180,10 @@ def render(path: Path, name: str, values: Mapping[str, Any], show: Html) -> Part
     text = source(path, values, show)
     if not (title := _TITLE.match(text)):
         raise InputError(f"{path} has no title; begin its first line with # and a blank")
-    first, *rest = _SECTION.split(text[title.end() :])
-    pairs = zip(rest[::2], rest[1::2], strict=True)
+    opening, *headings_and_texts = _SECTION.split(text[title.end() :])
+    pairs = zip(headings_and_texts[::2], headings_and_texts[1::2], strict=True)
     sections = [(f"{name}_{_key(heading)}", _plain(heading), show.convert(content)) for heading, content in pairs]
-    introduction = show.convert(first)
+    introduction = show.convert(opening)
     return Part(title[1], show.findings, introduction, sections, show.answered, show.invitation, show.failures)
 
 

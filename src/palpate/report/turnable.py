@@ -52,9 +52,9 @@ def legend(label: str, norm: Normalize, colours: str) -> dict:
     palette = matplotlib.colormaps[colours](np.linspace(0, 1, _SHADES))[:, :3]
     palette = np.vstack([palette, [0xB3 / 255, 0xBF / 255, 0xCA / 255], [0.2, 0.2, 0.2]])
     locator = LogLocator() if isinstance(norm, LogNorm) else MaxNLocator(4)
-    low, high = norm.vmin, norm.vmax
-    assert low is not None and high is not None  # a norm with limits
-    places = [value for value in locator.tick_values(low, high) if low <= value <= high]
+    least, most = norm.vmin, norm.vmax
+    assert least is not None and most is not None  # a norm with limits
+    places = [value for value in locator.tick_values(least, most) if least <= value <= most]
     ticks = [[round(float(norm(value)), 4), f"{value:g}"] for value in places]
     return {"label": label, "palette": base64_of(np.round(255 * palette).astype(np.uint8).tobytes()), "ticks": ticks}
 
@@ -69,54 +69,54 @@ def write(turnable: Turnable, path: str | Path) -> None:
         if len(text) <= _BYTES:
             break
         text = _json(_thinned(turnable, count))
-    with write_whole(path) as part:
-        part.write_text(text, encoding="ascii")
+    with write_whole(path) as temporary:
+        temporary.write_text(text, encoding="ascii")
 
 
 def _thinned(turnable: Turnable, count: int) -> Turnable:
-    """Keep at most ``count`` frames of a motion."""
-    kept = evenly(len(turnable.positions), count)
-    times = [turnable.frames["times_s"][i] for i in kept]
-    start = int(np.argmin(np.abs(np.array(kept) - turnable.frames["start"])))
+    """Keep at most ``count`` evenly spaced frames of a motion, with their times and the nearest to its start frame."""
+    chosen = evenly(len(turnable.positions), count)
+    times = [turnable.frames["times_s"][i] for i in chosen]
+    start = int(np.argmin(np.abs(np.array(chosen) - turnable.frames["start"])))
     frames = turnable.frames | {"times_s": times, "start": start}
-    return replace(turnable, positions=turnable.positions[kept], shades=turnable.shades[kept], frames=frames)
+    return replace(turnable, positions=turnable.positions[chosen], shades=turnable.shades[chosen], frames=frames)
 
 
 def _json(turnable: Turnable) -> str:
-    """Encode positions as integers of the bounding cube, take differences between frames, group bytes and compress."""
-    low = turnable.positions.min(axis=(0, 1))
-    size = float((turnable.positions.max(axis=(0, 1)) - low).max())
-    places = np.round((turnable.positions - low) * (_STEPS / size)).astype(np.int32)
-    body = _planes(_changes(places).astype(np.int16)) + _planes(turnable.triangles.astype(np.uint32))
-    body += _planes(_changes(turnable.shades))
+    """Return JSON: positions as integers in the bounding cube, as changes between frames, by byte and compressed."""
+    corner = turnable.positions.min(axis=(0, 1))
+    size = float((turnable.positions.max(axis=(0, 1)) - corner).max())
+    places = np.round((turnable.positions - corner) * (_STEPS / size)).astype(np.int32)
+    packed = _planes(_changes(places).astype(np.int16)) + _planes(turnable.triangles.astype(np.uint32))
+    packed += _planes(_changes(turnable.shades))
     frames, vertices, _ = places.shape
     view = turnable.view
-    head = {
+    fields = {
         "counts": [frames, vertices, len(turnable.triangles)],
         "bare": turnable.bare,
-        "origin": low.round(9).tolist(),
+        "origin": corner.round(9).tolist(),
         "step": size / _STEPS,
         "axes": view.axes.round(9).tolist(),
         "centre": view.centre.round(9).tolist(),
         "window": [round(view.width, 9), round(view.height, 9)],
         "legend": turnable.legend,
         "frames": turnable.frames,
-        "packed": base64_of(zlib.compress(body, 9)),
+        "packed": base64_of(zlib.compress(packed, 9)),
     }
-    return json.dumps(head, separators=(",", ":"))
+    return json.dumps(fields, separators=(",", ":"))
 
 
 def _changes(values: np.ndarray) -> np.ndarray:
     """Return the first frame and the differences between frames, contiguous per coordinate; integers may wrap."""
-    moved = values.copy()
-    moved[1:] = values[1:] - values[:-1]
-    return np.ascontiguousarray(np.moveaxis(moved, 0, -1))
+    changes = values.copy()
+    changes[1:] = values[1:] - values[:-1]
+    return np.ascontiguousarray(np.moveaxis(changes, 0, -1))
 
 
 def _planes(values: np.ndarray) -> bytes:
     """Group the bytes of little-endian integers: all first bytes, then all second ones, and so on."""
-    small = np.ascontiguousarray(values).astype(values.dtype.newbyteorder("<"), copy=False)
-    return small.reshape(-1).view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes()
+    little_endian = np.ascontiguousarray(values).astype(values.dtype.newbyteorder("<"), copy=False)
+    return little_endian.reshape(-1).view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes()
 
 
 _GIF_BYTES, _STRIP = 1_500_000, 24
@@ -132,17 +132,17 @@ def write_gif(pictures: list[np.ndarray], times: np.ndarray, path: str | Path) -
     It runs in real time unless a loop would then last less than 1 s or more than 8 s; the strip above each picture
     shows the time, and the factor by which the loop is slower or faster. The same pictures give the same bytes.
     """
-    slow, note = pace(float(np.ptp(times)))
+    slowdown, note = pace(float(np.ptp(times)))
     images = [_labelled(picture, f"{time:.2f} s{note}") for picture, time in zip(pictures, times, strict=True)]
     for count, colours in _QUALITIES:
-        shown = evenly(len(images), count)
-        ends = np.round(100 * slow * (times[shown] - times[0]))  # hundredths of a second, the unit of the format
-        lasting = 10 * np.maximum(np.diff(ends, append=ends[-1] + 100 * _REST_S), 2).astype(int)
-        encoded = _encoded([images[i] for i in shown], colours, lasting.tolist())
+        frames = evenly(len(images), count)
+        end_times = np.round(100 * slowdown * (times[frames] - times[0]))  # hundredths of a second, as GIF has them
+        durations_ms = 10 * np.maximum(np.diff(end_times, append=end_times[-1] + 100 * _REST_S), 2).astype(int)
+        encoded = _encoded([images[i] for i in frames], colours, durations_ms.tolist())
         if len(encoded) <= _GIF_BYTES:
             break
-    with write_whole(path) as part:
-        part.write_bytes(encoded)
+    with write_whole(path) as temporary:
+        temporary.write_bytes(encoded)
 
 
 def evenly(length: int, count: int) -> list[int]:
@@ -151,12 +151,12 @@ def evenly(length: int, count: int) -> list[int]:
 
 
 def pace(duration_s: float) -> tuple[float, str]:
-    """Return the seconds of the loop per second of the scene, and a note on it."""
-    low, high = _LOOP_S
-    if duration_s < low:
-        pace = next((p for p in _PACES if p * duration_s >= low), _PACES[-1])
+    """Return how many seconds a loop takes for a second of a scene of ``duration_s``, by _LOOP_S, and a note on it."""
+    shortest_s, longest_s = _LOOP_S
+    if duration_s < shortest_s:
+        pace = next((p for p in _PACES if p * duration_s >= shortest_s), _PACES[-1])
         return pace, f", {pace}× slower"
-    pace = next((p for p in _PACES if duration_s / p <= high), _PACES[-1])
+    pace = next((p for p in _PACES if duration_s / p <= longest_s), _PACES[-1])
     return 1 / pace, f", {pace}× faster" if pace > 1 else ""
 
 
@@ -177,13 +177,13 @@ def _encoded(images: list, colours: int, lasting: list[int]) -> bytes:
     """Encode a GIF with one palette for all images, so that static parts take few bytes and do not flicker."""
     from PIL import Image
 
-    some = [images[i] for i in evenly(len(images), 9)]
-    width, height = some[0].size
-    mosaic = Image.new("RGB", (width, height * len(some)), "white")
-    for row, image in enumerate(some):
+    samples = [images[i] for i in evenly(len(images), 9)]
+    width, height = samples[0].size
+    mosaic = Image.new("RGB", (width, height * len(samples)), "white")
+    for row, image in enumerate(samples):
         mosaic.paste(image, (0, row * height))
     palette = mosaic.quantize(colours, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-    first, *others = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
+    first_image, *other_images = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     file = BytesIO()
-    first.save(file, "GIF", save_all=True, append_images=others, duration=lasting, loop=0, optimize=False)
+    first_image.save(file, "GIF", save_all=True, append_images=other_images, duration=lasting, loop=0, optimize=False)
     return file.getvalue()

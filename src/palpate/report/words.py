@@ -14,8 +14,8 @@ def spaced(name: str) -> str:
 
 def listed(parts: Iterable[str]) -> str:
     """Join phrases as a sentence does: "a, b and c"."""
-    *most, last = [*parts] or [""]
-    return f"{', '.join(most)} and {last}" if most else last
+    *others, final = [*parts] or [""]
+    return f"{', '.join(others)} and {final}" if others else final
 
 
 def capital(sentence: str) -> str:
@@ -25,10 +25,10 @@ def capital(sentence: str) -> str:
 
 def span(values: Iterable[float], write: Callable[[float], str] = percent) -> str:
     """Write the least and the most of some shares, "1 % to 3 %", once if they read alike; other values by ``write``."""
-    known = [value for value in values if np.isfinite(value)]
-    if not known:
+    finite = [value for value in values if np.isfinite(value)]
+    if not finite:
         return "unknown"
-    return " to ".join(dict.fromkeys(map(write, (min(known), max(known)))))
+    return " to ".join(dict.fromkeys(map(write, (min(finite), max(finite)))))
 
 
 def seconds(value: float) -> str:
@@ -45,5 +45,5 @@ def metres(value: float) -> str:
 def pascals(value: float, digits: int = 2) -> str:
     """Write a modulus with two digits: "2.1 kPa"."""
     units = (("MPa", 1e6), ("kPa", 1e3), ("Pa", 0.0))
-    unit, factor = next(one for one in units if value >= 0.995 * one[1])
+    unit, factor = next(pair for pair in units if value >= 0.995 * pair[1])
     return f"{float(f'{value / (factor or 1.0):.{digits}g}'):g} {unit}"

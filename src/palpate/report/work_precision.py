@@ -40,33 +40,33 @@ def points(rows: pd.DataFrame, time: str, error: str, factor: float = 1e3, **mor
     settings = pd.DataFrame(
         {"model": rows["model"], "time": factor * rows[time], "error": rows[error]}, index=rows.index
     )
-    usual = {"curve": rows["model"], "line": "load", "part": "", "marker": "", "hollow": False, "prepared": False}
-    settings = settings.assign(**usual | more)
+    defaults = {"curve": rows["model"], "line": "load", "part": "", "marker": "", "hollow": False, "prepared": False}
+    settings = settings.assign(**defaults | more)
     for name in {"error", "low", "high"} & set(settings):
         settings[name] = np.maximum(100 * settings[name], LEAST_PERCENT)
     return settings[np.isfinite(settings[["time", "error"]]).all(axis=1)]
 
 
 def curves(axis: Axes, drawn: pd.DataFrame) -> None:
-    """Draw points, and for each curve a line through those that no other of it beats.
+    """Draw points, and for each curve a line through those of its points that no other beats in time and error.
 
-    Of several models that share a curve, such as variants of one method, those on the line are drawn alone.
+    Where several models share a curve, such as variants of one method, only the points on the line are drawn.
     """
     axis.set(xscale="log", yscale="log")
-    for (curve, line, _, marker), part in drawn.groupby(["curve", "line", "part", "marker"], sort=False):
+    for (curve, line, _, marker), group in drawn.groupby(["curve", "line", "part", "marker"], sort=False):
         shown = look(str(curve))
-        best = part.iloc[front(part["time"], part["error"])]
+        best = group.iloc[front(group["time"], group["error"])]
         axis.plot(best["time"], best["error"], color=shown.colour, ls=LINES[line], lw=1.4, zorder=2)
         if "low" in best:
-            ends = best["time"], best["low"], best["high"]
-            axis.fill_between(*ends, color=shown.colour, alpha=0.15, lw=0, zorder=1)
-            axis.vlines(*ends, color=shown.colour, lw=0.8, alpha=0.6, zorder=2)
-        seen = best if part["model"].nunique() > 1 else part
-        for (hollow, prepared), alike in seen.groupby(["hollow", "prepared"], sort=False):
+            band = best["time"], best["low"], best["high"]
+            axis.fill_between(*band, color=shown.colour, alpha=0.15, lw=0, zorder=1)
+            axis.vlines(*band, color=shown.colour, lw=0.8, alpha=0.6, zorder=2)
+        marked = best if group["model"].nunique() > 1 else group
+        for (hollow, prepared), same_look in marked.groupby(["hollow", "prepared"], sort=False):
             drawn_as = mark(shown, str(marker), bool(hollow), bool(prepared))
-            axis.plot(alike["time"], alike["error"], ls="", zorder=3, **drawn_as)
+            axis.plot(same_look["time"], same_look["error"], ls="", zorder=3, **drawn_as)
         if line == LIMIT:
-            axis.plot(seen["time"], seen["error"], ".", color="white", ms=3.5, mew=0, zorder=4)
+            axis.plot(marked["time"], marked["error"], ".", color="white", ms=3.5, mew=0, zorder=4)
 
 
 def mark(shown: Look, marker: str = "", hollow: bool = False, prepared: bool = False) -> dict[str, Any]:
@@ -80,26 +80,26 @@ def mark(shown: Look, marker: str = "", hollow: bool = False, prepared: bool = F
 
 def steps(axis: Axes, drawn: pd.DataFrame, colour: str = style.INK, zorder: int = 1) -> None:
     """Draw the Pareto front of points as steps up to the edge of the panel, which gets no wider from here on."""
-    best, (low, high) = drawn.iloc[front(drawn["time"], drawn["error"])], axis.get_xlim()
-    ends = [*best["time"], high], [*best["error"], *best["error"][-1:]]
-    axis.plot(*ends, color=colour, lw=0.9, drawstyle="steps-post", zorder=zorder)
-    axis.set_xlim(low, high)
+    best, (left, right) = drawn.iloc[front(drawn["time"], drawn["error"])], axis.get_xlim()
+    corners = [*best["time"], right], [*best["error"], *best["error"][-1:]]
+    axis.plot(*corners, color=colour, lw=0.9, drawstyle="steps-post", zorder=zorder)
+    axis.set_xlim(left, right)
 
 
 def own_error(axis: Axes, own: float, of: str = "truth", known: float = np.inf, unknown: str = "") -> None:
-    """Draw below which error models are tied, as what errors are from is not known better, under all points.
+    """Shade errors below the truth's own error, in which models are tied, under all points, and say so in a note.
 
-    own : error [share] of the truth, or of what stands for it ``of`` which errors are, NaN where it is not known;
-    known : the own error that is small enough; unknown : what is said without one
+    own : error [share] of the truth, or of the reference that ``of`` names, NaN where it is not known;
+    known : the largest own error that is small enough; unknown : the note where ``own`` is NaN
     """
-    low, high = axis.get_ylim()
+    bottom, top = axis.get_ylim()
     if axis.get_autoscaley_on():  # once for panels that share an axis
-        low = low * (low / high) ** STRIP
-    axis.set_ylim(np.fmin(low, 50 * own), None)
+        bottom = bottom * (bottom / top) ** STRIP
+    axis.set_ylim(np.fmin(bottom, 50 * own), None)
     text, colour = f"grey: below the error of the {of} itself, {percent(own)}", "#555555"
     if not own <= known:
-        only = percent(own) if percent(own) != percent(known) else f"{100 * own:.3g}\u00a0%"
-        text = f"The {of} is known to {only} only, not to {percent(known)} (grey: models are tied)"
+        own_percent = percent(own) if percent(own) != percent(known) else f"{100 * own:.3g}\u00a0%"
+        text = f"The {of} is known to {own_percent} only, not to {percent(known)} (grey: models are tied)"
         colour = look(ZERO).colour
     if np.isfinite(own):
         axis.axhspan(1e-3 * LEAST_PERCENT, 100 * own, color=OWN_COLOUR, zorder=0)
@@ -112,7 +112,7 @@ def own_error(axis: Axes, own: float, of: str = "truth", known: float = np.inf, 
 
 
 def nothing(axis: Axes, wrong: float) -> None:
-    """Draw the error [share] of the answer that nothing moves, above which a model is worse than that."""
+    """Draw a line at ``wrong``, the error [share] of no displacement, above which a model is worse than no answer."""
     if not wrong > 0:
         return
     axis.set_ylim(None, max(axis.get_ylim()[1], 140 * wrong))
@@ -126,14 +126,14 @@ def nothing(axis: Axes, wrong: float) -> None:
 
 def limits(axis: Axes, named: Mapping[float, str], inside: bool = False) -> None:
     """Draw limits of time in a panel, and their names above it, or upright ``inside`` at its lower edge."""
-    low, high = axis.get_xlim()
+    left, right = axis.get_xlim()
     aligned: dict = {"ha": "right", "va": "bottom", "rotation": 90} if inside else {"ha": "center", "va": "bottom"}
-    end, shift = (0, (-1.5, 3)) if inside else (1, (0, 3))
+    height, shift = (0, (-1.5, 3)) if inside else (1, (0, 3))
     for time, name in named.items():
-        if low < time < high:
+        if left < time < right:
             axis.axvline(time, color="#b5b5b5", ls=":", lw=1, zorder=1)
             axis.annotate(
-                name, (time, end), shift, xycoords=("data", "axes fraction"), color="#444444", **aligned, **WORDS
+                name, (time, height), shift, xycoords=("data", "axes fraction"), color="#444444", **aligned, **WORDS
             )
 
 
@@ -143,9 +143,9 @@ def frames(times_ms: Iterable[float] = FRAMES_MS) -> dict[float, str]:
 
 
 def panels(axes: list[Axes], drawn: Iterable[pd.DataFrame], owns: Iterable[float], named: Mapping[float, str]) -> None:
-    """Draw a panel for each table of points, the own error of its truth [share], and limits of time in all of them."""
-    for axis, part in zip(axes, drawn, strict=True):
-        curves(axis, part)
+    """Draw in each panel its table of points, its truth's error of ``owns`` [share], and the ``named`` limits [ms]."""
+    for axis, group in zip(axes, drawn, strict=True):
+        curves(axis, group)
     for axis, own in zip(axes, owns, strict=True):
         own_error(axis, own)
     finish(axes, named)
@@ -165,11 +165,11 @@ def handles(drawn: pd.DataFrame, marks: Mapping[str, str] | None = None, lines: 
     A curve whose points all have markers of their own is a line.
     """
     entries = []
-    for curve, part in drawn.groupby("curve", sort=False):
-        how = mark(shown := look(str(curve)), prepared=bool(part["prepared"].all())) | {"lw": 1.3 if lines else 0.0}
-        if (part["marker"] != "").all():
-            how = {"color": shown.colour, "lw": 3}
-        entries.append(Line2D([], [], ls=LINES[part["line"].iloc[0]] or "-", label=shown.label, **how))
+    for curve, group in drawn.groupby("curve", sort=False):
+        looks = mark(shown := look(str(curve)), prepared=bool(group["prepared"].all())) | {"lw": 1.3 if lines else 0.0}
+        if (group["marker"] != "").all():
+            looks = {"color": shown.colour, "lw": 3}
+        entries.append(Line2D([], [], ls=LINES[group["line"].iloc[0]] or "-", label=shown.label, **looks))
     for marker, meaning in (marks or {}).items():
         entries.append(Line2D([], [], label=meaning, ls="", **mark(Look("", "#777777", marker))))
     return entries

@@ -32,7 +32,7 @@ def sweep_sigma(
     regression: Regression,
     seed: int,
 ):
-    """Fit and test all methods on one body's samples, and sweep their kernels' width, for the rule of this name."""
+    """Fit and test methods, and sweep their σ, in ``cases`` (protocol, split); write what those ``shown`` predict."""
     import h5py
 
     from palpate.files import write_whole
@@ -90,14 +90,14 @@ def tabulate_enrichment(input, output):
     style.save(mesh_levels.draw_mesh_levels([load(path) for path in input.bodies]), stem(output.meshes))
     samples = pd.concat(_labelled(read_samples(path), path) for path in input.samples)
     costs = pd.concat(_labelled(stored(Responses, path).costs(), path) for path in map(Path, input.fine))
-    counts = [
-        [*names, kind, *((rows[kind] == side).sum() for side in ("train", "test"))]
+    split_rows = [
+        [*names, split, *((rows[split] == side).sum() for side in ("train", "test"))]
         for names, rows in samples.groupby(["body", "regime"], sort=False)
-        for kind in SPLITS
+        for split in SPLITS
     ]
     return {
         "sample_peaks": samples[SAMPLE_PEAKS.columns],
-        "splits": SPLIT_COUNTS.frame(counts),
+        "splits": SPLIT_COUNTS.frame(split_rows),
         "fem_cost": costs[FEM_COST.columns],
     }
 
@@ -143,14 +143,14 @@ def sweep_rows(
     training = gather(db.take(train), protocol, options)
     rows = []
     for features in FEATURES:
-        known = DescribedSamples(training, features)
-        asked, slots = describe(known.features, db.contact[test], db.coarse(protocol)[test], db.fine[test])
-        squared = squared_distances(known.described, asked)
-        among, across, own = known.slots @ known.slots.T, known.slots @ slots.T, (slots**2).sum(axis=1)
-        for kind in WEIGHTS:
-            for sigma in known.sigmas:
-                blends = BlendWeights(kind, known.squared, sigma)(squared)
-                rmse = np.sqrt(blend_errors(blends, among, across, own) / db.fine.shape[1])
-                which = [labels["body"], labels["regime"], protocol, options.split, features, kind]
-                rows.append([*which, sigma, sigma / known.scale, rmse.mean(), (rmse / db.peaks[test]).mean()])
+        described = DescribedSamples(training, features)
+        test_features, slots = describe(described.features, db.contact[test], db.coarse(protocol)[test], db.fine[test])
+        distances = squared_distances(described.described, test_features)
+        among, across, squares = described.slots @ described.slots.T, described.slots @ slots.T, (slots**2).sum(axis=1)
+        for weights in WEIGHTS:
+            for sigma in described.sigmas:
+                blend_weights = BlendWeights(weights, described.squared, sigma)(distances)
+                rmse = np.sqrt(blend_errors(blend_weights, among, across, squares) / db.fine.shape[1])
+                case = [labels["body"], labels["regime"], protocol, options.split, features, weights]
+                rows.append([*case, sigma, sigma / described.scale, rmse.mean(), (rmse / db.peaks[test]).mean()])
     return SIGMA_SWEEP.frame(rows)

@@ -41,20 +41,20 @@ def hollow_responses(body: Body, contacts: np.ndarray, thickness_m: float, sprin
     """
     mesh, count = body.fine, len(contacts)
     free = np.setdiff1d(mesh.surface, body.anchors[len(body.levels) - 1])
-    places = (3 * free[:, None] + np.arange(3)).ravel()
-    matrix = shell_stiffness(mesh.nodes, mesh.triangles, thickness_m, body.material, springs)[places][:, places]
-    units = np.zeros((len(free), 3, count, 3))
+    unknowns = (3 * free[:, None] + np.arange(3)).ravel()
+    stiffness = shell_stiffness(mesh.nodes, mesh.triangles, thickness_m, body.material, springs)[unknowns][:, unknowns]
+    unit_loads = np.zeros((len(free), 3, count, 3))
     for axis in range(3):
-        units[np.searchsorted(free, contacts), axis, np.arange(count), axis] = 1.0
-    loads = units.reshape(len(places), -1)
+        unit_loads[np.searchsorted(free, contacts), axis, np.arange(count), axis] = 1.0
+    loads = unit_loads.reshape(len(unknowns), -1)
     try:
-        moved = Factor(matrix).solve(loads.reshape(len(free), 3, -1)).reshape(loads.shape)
+        displacements = Factor(stiffness).solve(loads.reshape(len(free), 3, -1)).reshape(loads.shape)
     except ValueError:  # singular
-        moved = np.full(loads.shape, np.nan)
-    if not np.abs(matrix @ moved - loads).max() < RESIDUAL:
+        displacements = np.full(loads.shape, np.nan)
+    if not np.abs(stiffness @ displacements - loads).max() < RESIDUAL:
         raise InputError(f"{body.name}: its surface alone is free to move; hold more of it (anchors).")
     responses = np.zeros((count, 3, len(mesh.nodes), 3))
-    responses[:, :, free] = moved.reshape(units.shape).transpose(2, 3, 0, 1)
+    responses[:, :, free] = displacements.reshape(unit_loads.shape).transpose(2, 3, 0, 1)
     return responses
 
 
@@ -69,26 +69,26 @@ def shell_stiffness(
     if springs:
         stretch = edge_springs(nodes, triangles, thickness_m, material)
     else:
-        none = np.empty(0, dtype=np.int64)
-        masses, solid = np.zeros(len(nodes)), none.reshape(0, 4)
-        stretch = Triangles(Particles("shell", nodes, masses, none, triangles, solid, material, thickness_m))
-    couples, gradients, weights = hinge_angles(nodes, triangles, thickness_m, material)
-    pattern = shared_pattern([stretch.couples, couples], len(nodes))
-    values = np.zeros((len(pattern.indices), 3, 3))
-    stretch.add_stiffness(nodes, False, pattern.slots[0], values)
-    folds = np.einsum("e,eai,ebj->eabij", weights, gradients, gradients, optimize=True)
-    scatter(pattern.slots[1].ravel(), folds.reshape(-1, 3, 3), values)
-    return pattern.matrix(values).tocsr()
+        empty = np.empty(0, dtype=np.int64)
+        masses, no_tetrahedra = np.zeros(len(nodes)), empty.reshape(0, 4)
+        stretch = Triangles(Particles("shell", nodes, masses, empty, triangles, no_tetrahedra, material, thickness_m))
+    hinge_nodes, angle_gradients, bending_stiffness = hinge_angles(nodes, triangles, thickness_m, material)
+    pattern = shared_pattern([stretch.couples, hinge_nodes], len(nodes))
+    blocks = np.zeros((len(pattern.indices), 3, 3))
+    stretch.add_stiffness(nodes, False, pattern.slots[0], blocks)
+    folds = np.einsum("e,eai,ebj->eabij", bending_stiffness, angle_gradients, angle_gradients, optimize=True)
+    scatter(pattern.slots[1].ravel(), folds.reshape(-1, 3, 3), blocks)
+    return pattern.matrix(blocks).tocsr()
 
 
 def edge_springs(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Springs:
     """Return springs along the edges, of stiffness E t ΣA/l² with A the areas beside an edge (Van Gelder 1998)."""
     _, areas = shape_gradients(nodes, triangles)
-    ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    pairs, edge = np.unique(ends, axis=0, return_inverse=True)
-    around = np.bincount(edge.ravel(), np.repeat(areas, 3))
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    pairs, edge_numbers = np.unique(edges, axis=0, return_inverse=True)
+    areas_beside = np.bincount(edge_numbers.ravel(), np.repeat(areas, 3))
     length = rest_lengths(nodes, pairs)
-    return Springs(pairs, material.young_pa * thickness_m * around / length**2, length)
+    return Springs(pairs, material.young_pa * thickness_m * areas_beside / length**2, length)
 
 
 def hinge_angles(
@@ -96,25 +96,25 @@ def hinge_angles(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the nodes (h, 4) of each inner edge, its angle's gradient (h, 4, 3) and stiffness (h,) [N m].
 
-    The stiffness is D l²/ΣA with D = E t³/12(1 − ν²) (Grinspun et al. 2003).
+    The stiffness is D l²/ΣA, l the edge's length and A the areas beside it, D = E t³/12(1 − ν²) (Grinspun et al. 2003).
     Trap: hinges of triangles do not converge to a plate; a strip of mirrored cells bends 1.3 times as far as it should.
     The gradient of the angle is that of Bridson, Marino and Fedkiw (2003); a rotation of both triangles costs nothing.
     """
-    couples = hinges(triangles)
-    start, end, one, other = nodes[couples].transpose(1, 0, 2)
+    hinge_nodes = hinges(triangles)
+    start, end, apex, other_apex = nodes[hinge_nodes].transpose(1, 0, 2)
     edge = end - start
-    squared = np.einsum("hi,hi->h", edge, edge)
-    length = np.sqrt(squared)
-    first, second = np.cross(start - one, end - one), np.cross(end - other, start - other)
-    areas = 0.5 * (np.linalg.norm(first, axis=1) + np.linalg.norm(second, axis=1))
-    first, second = (n / np.einsum("hi,hi->h", n, n)[:, None] for n in (first, second))
-    reaches = (one - end, other - end, one - start, other - start)
-    along = [np.einsum("hi,hi->h", reach, edge) / length for reach in reaches]
-    at_start = along[0][:, None] * first + along[1][:, None] * second
-    at_end = -along[2][:, None] * first - along[3][:, None] * second
-    gradients = np.stack([at_start, at_end, length[:, None] * first, length[:, None] * second], axis=1)
+    squared_lengths = np.einsum("hi,hi->h", edge, edge)
+    lengths = np.sqrt(squared_lengths)
+    normals, other_normals = np.cross(start - apex, end - apex), np.cross(end - other_apex, start - other_apex)
+    areas = 0.5 * (np.linalg.norm(normals, axis=1) + np.linalg.norm(other_normals, axis=1))
+    normals, other_normals = (n / np.einsum("hi,hi->h", n, n)[:, None] for n in (normals, other_normals))
+    arms = (apex - end, other_apex - end, apex - start, other_apex - start)
+    along_edge = [np.einsum("hi,hi->h", arm, edge) / lengths for arm in arms]
+    at_start = along_edge[0][:, None] * normals + along_edge[1][:, None] * other_normals
+    at_end = -along_edge[2][:, None] * normals - along_edge[3][:, None] * other_normals
+    gradients = np.stack([at_start, at_end, lengths[:, None] * normals, lengths[:, None] * other_normals], axis=1)
     flexural = material.young_pa * thickness_m**3 / (12.0 * (1.0 - material.poisson**2))
-    return couples, gradients, flexural * squared / areas
+    return hinge_nodes, gradients, flexural * squared_lengths / areas
 
 
 TOWARD = 0.5
@@ -154,12 +154,12 @@ class Premise:
                 "pressed; lower train and test of the body or of the premise."
             )
         chosen = np.random.default_rng(seed).choice(len(self.contacts), count, replace=False)
-        row, share = np.repeat(chosen, len(magnitudes)), np.tile(magnitudes, count)
-        newtons = share * peak_m / self.peaks[row]
-        scale, none = newtons[:, None, None], np.empty((0, *self.body.fine.nodes.shape))
-        meshes = database_of(self.body, self.contacts[row], newtons[:, None] * self.directions[row], none, none)
-        coarse = scale * self.coarse[row]
-        return replace(meshes, fine=scale * self.fine[row], coarse_paper=coarse, coarse_live=coarse)
+        rows, shares = np.repeat(chosen, len(magnitudes)), np.tile(magnitudes, count)
+        newtons = shares * peak_m / self.peaks[rows]
+        factors, empty = newtons[:, None, None], np.empty((0, *self.body.fine.nodes.shape))
+        meshes = database_of(self.body, self.contacts[rows], newtons[:, None] * self.directions[rows], empty, empty)
+        coarse = factors * self.coarse[rows]
+        return replace(meshes, fine=factors * self.fine[rows], coarse_paper=coarse, coarse_live=coarse)
 
 
 def prepare(name: str, premise: "Case", entry: BodySettings) -> Premise:
@@ -168,16 +168,16 @@ def prepare(name: str, premise: "Case", entry: BodySettings) -> Premise:
     premise : its settings, which replace anchors, bed and refinements of those of the body, ``entry``
     Raises InputError if the body cannot be made, or if no contact faces the direction of the presses.
     """
-    own = {key: value for key in ("anchors", "bed", "refinements") if (value := getattr(premise, key)) is not None}
-    without_anchors = {"anchors": None} if "bed" in own else {}  # a bed alone replaces anchors, too
-    body = make_body(premise.body, entry.but(**without_anchors | own))
+    replaced = {key: value for key in ("anchors", "bed", "refinements") if (value := getattr(premise, key)) is not None}
+    without_anchors = {"anchors": None} if "bed" in replaced else {}  # a bed alone replaces anchors, too
+    body = make_body(premise.body, entry.but(**without_anchors | replaced))
     contacts = pressed_contacts(body, contacts_of(body))
     inward = -body.fine.normals[contacts]
     if premise.direction is not None:
-        along = np.array(premise.direction, dtype=float)
-        along = along / np.linalg.norm(along)
-        facing = inward @ along >= TOWARD
-        contacts, inward = contacts[facing], np.tile(along, (facing.sum(), 1))
+        press_direction = np.array(premise.direction, dtype=float)
+        press_direction = press_direction / np.linalg.norm(press_direction)
+        facing = inward @ press_direction >= TOWARD
+        contacts, inward = contacts[facing], np.tile(press_direction, (facing.sum(), 1))
     if not len(contacts):
         raise InputError(f"enrichment.premises.{name}: no contact faces direction; turn it or hold the body elsewhere.")
     return Premise(name, body, contacts, inward, *_pressed(body, premise, contacts, inward))
@@ -187,15 +187,15 @@ THICKNESS_M = 0.002
 """Of a body that is its surface only [m]."""
 
 
-def _pressed(body: Body, premise: "Case", contacts: np.ndarray, along: np.ndarray) -> tuple:
-    """Return the displacements of the fine surface and of the coarse nodes under unit presses ``along`` (c, 3)."""
+def _pressed(body: Body, premise: "Case", contacts: np.ndarray, directions: np.ndarray) -> tuple:
+    """Return the displacements of the fine surface and of the coarse nodes under unit presses ``directions`` (c, 3)."""
     if premise.made_of == "solid":
         compliance = compute_compliance(body, 0.0, contacts=contacts)
         fine, coarse = compliance.fine, compliance.restricted
     else:
-        moved = hollow_responses(body, contacts, THICKNESS_M, premise.made_of == "springs")
-        fine, coarse = moved[:, :, body.fine.surface], moved[:, :, : len(body.coarse.nodes)]
-    return tuple(np.einsum("cd,cdnk->cnk", along, each) for each in (fine, coarse))
+        responses = hollow_responses(body, contacts, THICKNESS_M, premise.made_of == "springs")
+        fine, coarse = responses[:, :, body.fine.surface], responses[:, :, : len(body.coarse.nodes)]
+    return tuple(np.einsum("cd,cdnk->cnk", directions, each) for each in (fine, coarse))
 
 
 def sample_counts(place: str, premise: "Case", entry: BodySettings) -> tuple[list[float], int, int]:
@@ -203,15 +203,15 @@ def sample_counts(place: str, premise: "Case", entry: BodySettings) -> tuple[lis
 
     Raises InputError, naming ``place``, if neither has them, or if whole contacts cannot be held out.
     """
-    given: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for key in ("magnitudes", "train", "test"):
-        given[key] = getattr(entry, key) if getattr(premise, key) is None else getattr(premise, key)
-    if missing := [key for key, value in given.items() if value is None]:
+        values[key] = getattr(entry, key) if getattr(premise, key) is None else getattr(premise, key)
+    if missing := [key for key, value in values.items() if value is None]:
         raise InputError(f"{place} lacks {missing[0]}, which its body does not have; give it here.")
     for key in ("train", "test"):
-        if given[key] % len(given["magnitudes"]):
+        if values[key] % len(values["magnitudes"]):
             raise InputError(
-                f"{place}.{key} is {given[key]}; make it a multiple of the {len(given['magnitudes'])} magnitudes, so "
+                f"{place}.{key} is {values[key]}; make it a multiple of the {len(values['magnitudes'])} magnitudes, so "
                 "that whole contacts can be held out."
             )
-    return given["magnitudes"], given["train"], given["test"]
+    return values["magnitudes"], values["train"], values["test"]

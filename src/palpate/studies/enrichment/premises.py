@@ -44,36 +44,36 @@ def split_errors(db: Database, counts: tuple[int, int], number: int, options: Fi
     counts : samples to train on and to hold out; number : of the split, which is added to the seed
     With samples held out, as in the paper, only its own weights are tried.
     """
-    for kind in SPLITS:
-        asked = options.model_copy(update={"split": kind, "seed": options.seed + number})
-        train, test = split(db.contact, *counts, kind, asked.seed)
-        training = gather(db.take(train), "paper", asked)
+    for held_out in SPLITS:
+        split_options = options.model_copy(update={"split": held_out, "seed": options.seed + number})
+        train, test = split(db.contact, *counts, held_out, split_options.seed)
+        training = gather(db.take(train), "paper", split_options)
         methods: dict[tuple[str, str], Method] = {
             ("zero", "none"): Zero(db),
             ("interpolation", "none"): Interpolation(db),
         }
         for features in FEATURES:
-            readings = READINGS if kind == "contacts" else (PAPERS,)
+            readings = READINGS if held_out == "contacts" else (PAPERS,)
             methods |= {(features, weights): paper_enrichment.fit(training, features, weights) for weights in readings}
-            if kind == "contacts":
+            if held_out == "contacts":
                 methods[features, "linear"] = paper_enrichment.LinearRegressor(training, features)
-        yield _errors(db, methods, train, test, number, kind)
+        yield _errors(db, methods, train, test, number, held_out)
 
 
 def growing_errors(
     db: Database, counts: tuple[int, int], number: int, options: FitOptions, shares: Sequence[float]
 ) -> Iterator[pd.DataFrame]:
     """Yield the errors of the paper's weights trained on fractions ``shares`` of the contacts; contacts held out."""
-    asked = options.model_copy(update={"split": "contacts", "seed": options.seed + number})
-    train, test = split(db.contact, *counts, "contacts", asked.seed)
-    known = np.random.default_rng(asked.seed).permutation(np.unique(db.contact[train]))
-    # fewer than two cannot be divided into folds, and all are asked already
-    for count in sorted({max(2, round(share * len(known))) for share in shares} - {len(known)}):
-        kept = known[:count]
-        some = train[np.isin(db.contact[train], kept)]
-        training = gather(db.take(some), "paper", asked)
+    split_options = options.model_copy(update={"split": "contacts", "seed": options.seed + number})
+    train, test = split(db.contact, *counts, "contacts", split_options.seed)
+    shuffled_contacts = np.random.default_rng(split_options.seed).permutation(np.unique(db.contact[train]))
+    # fewer than two contacts cannot be divided into folds, and split_errors trains on all of them
+    for count in sorted({max(2, round(share * len(shuffled_contacts))) for share in shares} - {len(shuffled_contacts)}):
+        used_contacts = shuffled_contacts[:count]
+        used_samples = train[np.isin(db.contact[train], used_contacts)]
+        training = gather(db.take(used_samples), "paper", split_options)
         methods = {(features, PAPERS): paper_enrichment.fit(training, features, PAPERS) for features in FEATURES}
-        yield _errors(db, methods, some, test, number, "contacts")
+        yield _errors(db, methods, used_samples, test, number, "contacts")
 
 
 def _errors(db: Database, methods: dict, train: np.ndarray, test: np.ndarray, number: int, kind: str) -> pd.DataFrame:
@@ -106,15 +106,15 @@ def summarise(errors: pd.DataFrame) -> pd.DataFrame:
     Returns the columns of PREMISES after the first.
     """
     rows = []
-    for (kind, train), table in errors.groupby(["held_out", "train"], sort=False):
+    for (held_out, train), table in errors.groupby(["held_out", "train"], sort=False):
         draws = resampled(table.rename(columns={"features": "model", "weights": "setting"}), "rmse_of_peak")
         means = table.groupby(["features", "weights"], sort=False)["rmse_of_peak"].mean()
         for (features, weights), mean in means.items():
-            drawn, against, ratio = draws.loc[(features, weights)], ("unordered", weights), [np.nan] * 3
-            if against in means.index:
-                ratio = [mean / means[against], *np.quantile(drawn / draws.loc[against], RANGE)]
-            about = [kind, train, features, weights, table["split"].nunique()]
-            rows.append([*about, mean, *np.quantile(drawn, RANGE), *ratio])
+            drawn_means, baseline, ratio = draws.loc[(features, weights)], ("unordered", weights), [np.nan] * 3
+            if baseline in means.index:
+                ratio = [mean / means[baseline], *np.quantile(drawn_means / draws.loc[baseline], RANGE)]
+            labels = [held_out, train, features, weights, table["split"].nunique()]
+            rows.append([*labels, mean, *np.quantile(drawn_means, RANGE), *ratio])
     return pd.DataFrame(rows, columns=PREMISES.columns[1:])
 
 
@@ -134,16 +134,16 @@ def choose_alike(db: Database) -> tuple[int, int]:
 
     If there are no such two, those with the nearest directions are chosen. Contacts at ends and edges are left out.
     """
-    points = db.coarse_nodes[db.contact]
-    along = db.force / np.linalg.norm(db.force, axis=1, keepdims=True)
-    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
-    angle = np.arccos(np.clip(along @ along.T, -1.0, 1.0))
-    outer = apart.mean(axis=1) > np.median(apart.mean(axis=1))
-    unlike = outer[:, None] | outer[None] | (apart == 0.0)
-    angle[unlike] = np.inf
-    alike = angle <= np.radians(5.0)
-    best = np.argmax(np.where(alike, apart, -1.0)) if alike.any() else np.argmin(angle)
-    first, second = np.unravel_index(best, apart.shape)
+    contact_points = db.coarse_nodes[db.contact]
+    directions = db.force / np.linalg.norm(db.force, axis=1, keepdims=True)
+    distances = np.linalg.norm(contact_points[:, None] - contact_points[None], axis=2)
+    angles = np.arccos(np.clip(directions @ directions.T, -1.0, 1.0))
+    remote = distances.mean(axis=1) > np.median(distances.mean(axis=1))
+    excluded = remote[:, None] | remote[None] | (distances == 0.0)
+    angles[excluded] = np.inf
+    nearly_parallel = angles <= np.radians(5.0)
+    chosen = np.argmax(np.where(nearly_parallel, distances, -1.0)) if nearly_parallel.any() else np.argmin(angles)
+    first, second = np.unravel_index(chosen, distances.shape)
     return int(first), int(second)
 
 
@@ -229,42 +229,42 @@ def compare_premises(
     """
     options = FitOptions(**dict(regression), split="contacts", seed=seed)
     databases = {name: read(path) for name, path in zip(sampled, input.databases, strict=True)}
-    parts_of: list[list[pd.DataFrame]] = []
+    rows_by_premise: list[list[pd.DataFrame]] = []
     for name in steps(say, "premise")([*databases, *settings.cases]):
         if case := settings.cases.get(name):
-            about, counts, drawn, every = _linear_samples(name, case, bodies[case.body], settings, seed)
-        else:  # each split holds out others of the same samples
-            entry: Any = bodies[name]
-            every, counts = databases[name], (entry.train, entry.test)
-            about, drawn = [name, "nonlinear", "solid", "as the body"], [every] * settings.splits
-        about += [len(np.unique(every.contact)), moved_share(every.fine)]
-        parts = (
-            _errors_of_splits(drawn, counts, settings, options),
-            pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
-            feature_rows(every, options.neighbours),
-            memory_rows(drawn[0], np.arange(counts[0]), options),
+            body_row, counts, by_split, all_contacts = _linear_samples(name, case, bodies[case.body], settings, seed)
+        else:  # each split holds out different ones of the same samples
+            body_settings: Any = bodies[name]
+            all_contacts, counts = databases[name], (body_settings.train, body_settings.test)
+            body_row, by_split = [name, "nonlinear", "solid", "as the body"], [all_contacts] * settings.splits
+        body_row += [len(np.unique(all_contacts.contact)), moved_share(all_contacts.fine)]
+        rows_by_table = (
+            _errors_of_splits(by_split, counts, settings, options),
+            pd.DataFrame([body_row], columns=PREMISE_BODIES.columns[1:]),
+            feature_rows(all_contacts, options.neighbours),
+            memory_rows(by_split[0], np.arange(counts[0]), options),
         )
-        parts_of.append([rows.assign(premise=name) for rows in parts])
-    by_table = zip(TABLES, zip(*parts_of, strict=True), strict=True)
+        rows_by_premise.append([rows.assign(premise=name) for rows in rows_by_table])
+    by_table = zip(TABLES, zip(*rows_by_premise, strict=True), strict=True)
     return {table.name: pd.concat(rows)[table.columns] for table, rows in by_table}
 
 
 def _linear_samples(
-    name: str, premise: Case, entry: Body, settings: Premises, seed: int
+    name: str, premise: Case, body_settings: Body, settings: Premises, seed: int
 ) -> tuple[list[Any], tuple[int, int], list[Database], Database]:
     """Make the samples of a premise with linear responses, at other contacts for each split.
 
     Returns the first columns of its row of PREMISE_BODIES, the numbers of samples to train on and to hold out, the
     samples of each split, and one sample of every contact.
     """
-    magnitudes, train, test = sample_counts(f"enrichment.premises.cases.{name}", premise, entry)
-    prepared = prepare(name, premise, entry)
+    magnitudes, train, test = sample_counts(f"enrichment.premises.cases.{name}", premise, body_settings)
+    prepared = prepare(name, premise, body_settings)
     peak_m = settings.peak_of_size * prepared.body.fine.size
     contacts = (train + test) // len(magnitudes)
-    drawn = [prepared.database(contacts, magnitudes, peak_m, seed + number) for number in range(settings.splits)]
-    every = prepared.database(len(prepared.contacts), [1.0], peak_m, seed)
-    held = "as the body" if premise.anchors is None and premise.bed is None else "otherwise"
-    return [premise.body, "linear", premise.made_of, held], (train, test), drawn, every
+    by_split = [prepared.database(contacts, magnitudes, peak_m, seed + number) for number in range(settings.splits)]
+    all_contacts = prepared.database(len(prepared.contacts), [1.0], peak_m, seed)
+    support = "as the body" if premise.anchors is None and premise.bed is None else "otherwise"
+    return [premise.body, "linear", premise.made_of, support], (train, test), by_split, all_contacts
 
 
 def _errors_of_splits(

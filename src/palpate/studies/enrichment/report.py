@@ -46,7 +46,7 @@ def numbers(report: Report) -> dict[str, Any]:
         "best_sigma": _best_sigma(tables.where(by_name["sigma_sweep"], regime=regime)),
         "splits": _splits(by_name["splits"], paper["splits"]),
         "moves": _moves(contacts, by_name["premise_bodies"]),
-        "cut": (LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()),  # and the nearest on both sides
+        "cut": (LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()),  # and the shares next to it
         "fewer": _fewer(contacts),
         "orders": _orders(by_name["complexity"]),
         "means": by_name["enrichment_timing"].pivot(index="body", columns="method", values="mean_s"),
@@ -84,29 +84,29 @@ def _case(rows: pd.DataFrame) -> dict[str, Any]:
 
 def _wins(accuracy: pd.DataFrame, cost: pd.DataFrame) -> tuple[int, int, int]:
     """Count the comparisons in which METHOD is more accurate than every rival, or on the Pareto front, of how many."""
-    best, on_front, count = 0, 0, 0
+    most_accurate, on_front, count = 0, 0, 0
     joined = accuracy.merge(cost, on=["body", "protocol", "method"], how="left")
     for _, rows in joined.groupby(["body", "regime", "protocol", "split"], sort=False):
         rows = rows.reset_index(drop=True)
         count += 1
         rivals = ~rows["method"].str.startswith(METHOD)
-        best += rows["rmse_of_peak"][rows["method"] == METHOD].min() < rows["rmse_of_peak"][rivals].min()
+        most_accurate += rows["rmse_of_peak"][rows["method"] == METHOD].min() < rows["rmse_of_peak"][rivals].min()
         on_front += METHOD in set(rows["method"][front(rows["online_median_s"], rows["rmse_of_peak"])])
-    return int(best), on_front, count
+    return int(most_accurate), on_front, count
 
 
 def _splits(splits: pd.DataFrame, published: Mapping[str, Any]) -> pd.DataFrame:
-    theirs = pd.DataFrame(published).T.rename(columns=lambda c: f"paper_{c}")
-    frame = splits.merge(theirs, left_on="body", right_index=True, how="left")
-    frame.loc[frame["split"] != "samples", theirs.columns] = np.nan
+    papers_counts = pd.DataFrame(published).T.rename(columns=lambda c: f"paper_{c}")
+    frame = splits.merge(papers_counts, left_on="body", right_index=True, how="left")
+    frame.loc[frame["split"] != "samples", papers_counts.columns] = np.nan
     return frame.rename(columns={"split": "held out"})
 
 
-def _moves(rows: pd.DataFrame, about: pd.DataFrame) -> pd.DataFrame:
+def _moves(rows: pd.DataFrame, bodies: pd.DataFrame) -> pd.DataFrame:
     """Return the errors of each premise with the most samples, a column for each kind of features, most local first."""
     rows = rows[rows["train"] == rows.groupby("premise")["train"].transform("max")]
     errors = rows.pivot(index="premise", columns="features", values="rmse_of_peak")
-    shares = about.sort_values("moved_share", kind="stable").set_index("premise")["moved_share"]
+    shares = bodies.sort_values("moved_share", kind="stable").set_index("premise")["moved_share"]
     return errors.reindex(shares.index).assign(moved_share=shares)
 
 
@@ -120,25 +120,25 @@ def _fewer(rows: pd.DataFrame) -> pd.DataFrame:
 def _orders(complexity: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for row in complexity.to_dict("records"):
-        name, order = model_looks.OPERATIONS.get(row["operation"], row["operation"]), row["paper_order"]
-        fits = (
+        operation, papers_order = model_looks.OPERATIONS.get(row["operation"], row["operation"]), row["paper_order"]
+        exponents = (
             f"{row[f'exponent_{x}']:.2f} [{row[f'exponent_{x}_low']:.2f}, {row[f'exponent_{x}_high']:.2f}]"
             for x in "rk"
         )
-        rows.append([name, order.replace("^2", "²"), *fits])
+        rows.append([operation, papers_order.replace("^2", "²"), *exponents])
     return pd.DataFrame(rows, columns=["operation", "the paper", "exponent of r", "exponent of k"])
 
 
 def _times(timing: pd.DataFrame, body: str, paper: Mapping[str, Any]) -> dict[str, Any]:
-    columns, theirs = [*(f"d{i}_s" for i in range(1, 6)), "mean_s"], paper["timing"].get(body, {})
+    columns, papers_times = [*(f"d{i}_s" for i in range(1, 6)), "mean_s"], paper["timing"].get(body, {})
     rows: list[list[str]] = []
-    faint: list[int] = []
+    papers_rows: list[int] = []
     for row in tables.where(timing, body=body).to_dict("records"):
         name = model_looks.short(row["method"]).replace("\n", " ")
-        if row["method"] in theirs:
-            faint.append(len(rows))
-            times = theirs[row["method"]]
+        if row["method"] in papers_times:
+            papers_rows.append(len(rows))
+            times = papers_times[row["method"]]
             rows.append([name, "the paper", *map(seconds, [*times, np.mean(times)])])
         rows.append([name, "this run", *(seconds(row[column]) for column in columns)])
     frame = pd.DataFrame(rows, columns=["method", "source", *(f"load {i}" for i in range(1, 6)), "mean"])
-    return {"body": spaced(body), "rows": frame, "faint": faint, "number": paper["tables"].get(body)}
+    return {"body": spaced(body), "rows": frame, "faint": papers_rows, "number": paper["tables"].get(body)}

@@ -55,43 +55,43 @@ def choose_loads(
     contacts = np.random.default_rng(seed).choice(candidates, n_contacts, replace=False)
     solver = Equilibrium(body, 0)
     rows: list[list[float]] = []
-    reached: list[float] = []
+    reached_shares: list[float] = []
     for contact in contacts:
         direction = -body.fine.normals[contact]
         row = compliance.row(contact)
         fine, coarse = (peak_of(np.tensordot(direction, each[row], 1)) for each in (compliance.fine, compliance.coarse))
-        softer, start = fine / coarse, 1.0 / fine
-        unit = nodal_load(body, 0, contact, direction, radius_m)
+        fine_over_coarse, stiffness = fine / coarse, 1.0 / fine
+        unit_load = nodal_load(body, 0, contact, direction, radius_m)
         for magnitude in magnitudes:
-            peak = magnitude * peak_of_size * body.fine.size
-            newtons, reached_share = _force_for(solver, unit, peak / softer, start * peak)
+            peak_m = magnitude * peak_of_size * body.fine.size
+            newtons, reached_share = _force_for(solver, unit_load, peak_m / fine_over_coarse, stiffness * peak_m)
             rows.append([len(rows), contact, *(newtons * direction), radius_m])
-            reached.append(reached_share)
-    _warn_of_missed(body.name, np.array(reached))
+            reached_shares.append(reached_share)
+    _warn_of_missed(body.name, np.array(reached_shares))
     return pd.DataFrame(rows, columns=LOAD_COLUMNS)
 
 
-def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: float) -> tuple[float, float]:
-    """Search the factor of the load ``unit`` at which the largest displacement is ``peak`` [m], from ``newtons`` on.
+def _force_for(solver: Equilibrium, unit_load: np.ndarray, peak_m: float, newtons: float) -> tuple[float, float]:
+    """Search the factor of ``unit_load`` at which the largest displacement is ``peak_m`` [m], from ``newtons`` on.
 
-    Returns it and the largest displacement over ``peak``, which is off 1 by more than LOAD_TOLERANCE if it fails.
+    Returns it and the largest displacement over ``peak_m``, which is off 1 by more than LOAD_TOLERANCE if it fails.
     """
     for tries_left in reversed(range(13)):
-        reached = peak_of(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
-        if not tries_left or abs(reached / peak - 1.0) < LOAD_TOLERANCE:
+        reached_m = peak_of(solver.solve(newtons * unit_load, 1e-6).x - solver.mesh.nodes)
+        if not tries_left or abs(reached_m / peak_m - 1.0) < LOAD_TOLERANCE:
             break
-        newtons *= np.clip(peak / reached, 0.5, 2.0)
-    return newtons, reached / peak
+        newtons *= np.clip(peak_m / reached_m, 0.5, 2.0)
+    return newtons, reached_m / peak_m
 
 
-def _warn_of_missed(name: str, reached: np.ndarray) -> None:
-    """Warn if a load does not reach the wanted peak displacement; reached : (n,) peaks over the wanted ones."""
-    missed = reached[np.abs(reached - 1.0) >= LOAD_TOLERANCE]
+def _warn_of_missed(name: str, shares: np.ndarray) -> None:
+    """Warn if a load does not reach the wanted peak displacement; shares : (n,) peaks over the wanted ones."""
+    missed = shares[np.abs(shares - 1.0) >= LOAD_TOLERANCE]
     if len(missed):
         least, most = (f"{100 * share:.3g} %" for share in (missed.min(), missed.max()))
         reach = least if least == most else f"{least} to {most}"
         warnings.warn(
-            f"bodies.{name}: {len(missed)} of {len(reached)} loads do not move the coarse body by the peak that is "
+            f"bodies.{name}: {len(missed)} of {len(shares)} loads do not move the coarse body by the peak that is "
             f"asked for, but by {reach} of it; lower peak_of_size of the regime.",
             stacklevel=3,
         )

@@ -50,18 +50,18 @@ def _sorting(r: int, k: int, random: np.random.Generator) -> Callable[[], object
 
 
 def _assembling(r: int, k: int, random: np.random.Generator) -> Callable[[], object]:
-    known = random.normal(size=(k, r))
-    return lambda: gaussian(squared_distances(known, known), np.sqrt(r))
+    features = random.normal(size=(k, r))
+    return lambda: gaussian(squared_distances(features, features), np.sqrt(r))
 
 
 def _building(r: int, k: int, random: np.random.Generator) -> Callable[[], object]:
-    known = random.normal(size=(k, r))
-    return lambda: inverse(gaussian(squared_distances(known, known), np.sqrt(r)))
+    features = random.normal(size=(k, r))
+    return lambda: inverse(gaussian(squared_distances(features, features), np.sqrt(r)))
 
 
 def _weighing(r: int, k: int, random: np.random.Generator) -> Callable[[], object]:
-    known, asked = random.normal(size=(k, r)), random.normal(size=(1, r))
-    return lambda: query_weights(squared_distances(known, asked), np.sqrt(r))
+    features, query = random.normal(size=(k, r)), random.normal(size=(1, r))
+    return lambda: query_weights(squared_distances(features, query), np.sqrt(r))
 
 
 OPERATIONS = {
@@ -98,7 +98,7 @@ def time_complexity(samples: list[int], seed: int) -> pd.DataFrame:
             sizes = [(r, k) for r in operation.lengths for k in samples]
             calls = [operation.prepare(r, k, random) for r, k in sizes]
             seconds = np.min([[processor_seconds(call, 2e-3) for call in calls] for _ in range(3)], axis=0)
-            rows += [(name, r, k, taken) for (r, k), taken in zip(sizes, seconds, strict=True)]
+            rows += [(name, r, k, operation_s) for (r, k), operation_s in zip(sizes, seconds, strict=True)]
     return complexity_rows(pd.DataFrame(rows, columns=["operation", "r", "k", "seconds"]))
 
 
@@ -110,18 +110,18 @@ def complexity_rows(measured: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for name, operation in OPERATIONS.items():
-        table = measured[measured["operation"] == name]
-        r, k = table["r"].to_numpy(float), table["k"].to_numpy(float)
+        timed = measured[measured["operation"] == name]
+        r, k = timed["r"].to_numpy(float), timed["k"].to_numpy(float)
         row: dict[str, Any] = {"operation": name, "paper_order": operation.paper_order}
         row |= {"r_min": int(r.min()), "r_max": int(r.max()), "k_min": int(k.min()), "k_max": int(k.max())}
-        expected, _ = fit_exponents(r, k, operation.grows(r, k))
-        exponents, half = fit_exponents(r, k, table["seconds"].to_numpy())
+        papers_exponents, _ = fit_exponents(r, k, operation.grows(r, k))
+        exponents, half_widths = fit_exponents(r, k, timed["seconds"].to_numpy())
         for i, size in enumerate("rk"):
             row |= {
                 f"exponent_{size}": exponents[i],
-                f"exponent_{size}_low": exponents[i] - half[i],
-                f"exponent_{size}_high": exponents[i] + half[i],
-                f"paper_exponent_{size}": expected[i],
+                f"exponent_{size}_low": exponents[i] - half_widths[i],
+                f"exponent_{size}_high": exponents[i] + half_widths[i],
+                f"paper_exponent_{size}": papers_exponents[i],
             }
         rows.append(row)
     return pd.DataFrame(rows)
@@ -132,10 +132,10 @@ def fit_exponents(r: np.ndarray, k: np.ndarray, seconds: np.ndarray) -> tuple[np
     design = np.column_stack([np.log(r), np.log(k), np.ones(len(r))])
     logs = np.log(seconds)
     coefficients = np.linalg.lstsq(design, logs)[0]
-    freedom = len(r) - 3
-    variance = np.sum((logs - design @ coefficients) ** 2) / freedom
-    spread = np.sqrt(variance * np.linalg.inv(design.T @ design).diagonal())
-    return coefficients[:2], stats.t.ppf(0.975, freedom) * spread[:2]
+    degrees_of_freedom = len(r) - 3
+    variance = np.sum((logs - design @ coefficients) ** 2) / degrees_of_freedom
+    standard_errors = np.sqrt(variance * np.linalg.inv(design.T @ design).diagonal())
+    return coefficients[:2], stats.t.ppf(0.975, degrees_of_freedom) * standard_errors[:2]
 
 
 PAPERS_TABLE = {
@@ -187,12 +187,12 @@ def timing_table(
     """
     calls = {"fine_fem": fine}
     calls |= {name: queries(db, methods["paper"][method], "paper", samples) for name, method in PAPERS_TABLE.items()}
-    corrected = queries(db, methods["live"]["detail_correction"], "live", samples)
-    calls["live_all_in"] = [partial(_in_turn, *pair) for pair in zip(coarse, corrected, strict=True)]
+    corrections = queries(db, methods["live"]["detail_correction"], "live", samples)
+    calls["live_all_in"] = [partial(_in_turn, *pair) for pair in zip(coarse, corrections, strict=True)]
     rows = []
     for method, deformations in calls.items():
-        often = FEM_REPEATS if method == "fine_fem" else repeats
-        seconds = [median_and_p95([call], often)[0] for call in deformations]
+        repeats_of_call = FEM_REPEATS if method == "fine_fem" else repeats
+        seconds = [median_and_p95([call], repeats_of_call)[0] for call in deformations]
         rows.append([body, method, *seconds, np.mean(seconds), means.get(method, np.nan)])
     return ENRICHMENT_TIMING.frame(rows)
 
@@ -228,13 +228,13 @@ def cost_table(
 
     In the live protocol a query includes the median time of a coarse simulation, which linear FEM does not need.
     """
-    simulated, _ = median_and_p95(coarse, repeats)
+    simulation_s, _ = median_and_p95(coarse, repeats)
     rows = []
     for protocol, fitted in methods.items():
         for name, method in fitted.items():
             median_s, p95_s = median_and_p95(queries(db, method, protocol, samples), repeats)
-            before = simulated if protocol == "live" and name != "linear_fem" else 0.0
-            rows.append([body, name, protocol, before + median_s, before + p95_s])
+            coarse_s = simulation_s if protocol == "live" and name != "linear_fem" else 0.0
+            rows.append([body, name, protocol, coarse_s + median_s, coarse_s + p95_s])
     return ONLINE_COST.frame(rows)
 
 
@@ -244,9 +244,9 @@ def choose_samples(peaks: np.ndarray, test: np.ndarray) -> np.ndarray:
     return ranked[np.linspace(0, len(ranked) - 1, DEFORMATIONS).round().astype(int)]
 
 
-def _in_turn(first: Call, second: Call) -> None:
-    first()
-    second()
+def _in_turn(before: Call, after: Call) -> None:
+    before()
+    after()
 
 
 def time_methods(
@@ -256,8 +256,8 @@ def time_methods(
     body, db, compliance = load(input.body), read(input.database), stored(Compliance, input.compliance)
     train, test = sides(read_samples(input.samples), "samples")
     options = FitOptions(**dict(regression), split="samples", seed=seed)
-    known = db.take(train)
-    methods = {protocol: build(gather(known, protocol, options, compliance)) for protocol in ("paper", "live")}
+    training = db.take(train)
+    methods = {protocol: build(gather(training, protocol, options, compliance)) for protocol in ("paper", "live")}
     samples, name = choose_samples(db.peaks, test), wildcards.body
     loads = pd.read_csv(input.loads).iloc[samples]
     fine, coarse = (solves(body, level, loads, tolerance) for level in (len(body.levels) - 1, 0))

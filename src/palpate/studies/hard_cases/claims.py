@@ -20,10 +20,10 @@ JUDGED = {
 def shape_matching(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield a claim for each kind of case that the table has."""
     table = tables["hard_cases"]
-    for begin, (claim, published) in JUDGED.items():
-        rows = table[table["case"].str.startswith(begin)]
+    for prefix, (claim, published) in JUDGED.items():
+        rows = table[table["case"].str.startswith(prefix)]
         if len(rows):
             stable = int((rows["outcome"] == "stable").sum())
-            worst = f"{rows['value'].max():.1g} off at most (bound {rows['bound'].max():.1g})"
-            ours, premise = f"{stable} of {len(rows)} runs, {worst}", "; ".join(dict.fromkeys(rows["scene"]))
+            worst_words = f"{rows['value'].max():.1g} off at most (bound {rows['bound'].max():.1g})"
+            ours, premise = f"{stable} of {len(rows)} runs, {worst_words}", "; ".join(dict.fromkeys(rows["scene"]))
             yield Claim(3, "3", claim, premise, published, ours, verdict(stable == len(rows)))

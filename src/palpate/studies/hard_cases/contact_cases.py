@@ -45,18 +45,18 @@ def meeting_error(pairs: list[tuple[np.ndarray, np.ndarray]], size: float = SIZE
 
 def least_distance(x: np.ndarray, one: np.ndarray, other: np.ndarray, most: float) -> float:
     """Return the least distance [m] of two surfaces, triangles (m, 3) at ``x`` (n, 3) [m], but at most ``most`` [m]."""
-    a, b = x[one], x[other]
-    near_a, near_b = _near(a, b, 0.05 * most), _near(b, a, 0.05 * most)
-    if not near_a.any() or not near_b.any():
+    corners, other_corners = x[one], x[other]
+    near, other_near = _near(corners, other_corners, 0.05 * most), _near(other_corners, corners, 0.05 * most)
+    if not near.any() or not other_near.any():
         return most
-    rows, columns = (grid.ravel() for grid in np.meshgrid(np.flatnonzero(near_a), np.flatnonzero(near_b)))
-    return min(most, float(triangle_pairs_distance(a[rows], b[columns])[0].min()))
+    rows, columns = (grid.ravel() for grid in np.meshgrid(np.flatnonzero(near), np.flatnonzero(other_near)))
+    return min(most, float(triangle_pairs_distance(corners[rows], other_corners[columns])[0].min()))
 
 
-def _near(a: np.ndarray, b: np.ndarray, margin: float) -> np.ndarray:
-    """Return which triangles ``a`` (m, 3, 3) [m] touch the bounding box of ``b``, enlarged by ``margin`` [m]."""
-    low, high = b.min(axis=(0, 1)) - margin, b.max(axis=(0, 1)) + margin
-    return ((a.max(axis=1) >= low) & (a.min(axis=1) <= high)).all(axis=1)
+def _near(corners: np.ndarray, other_corners: np.ndarray, margin: float) -> np.ndarray:
+    """Return which triangles, of ``corners`` (m, 3, 3) [m], touch the box of ``other_corners`` plus ``margin`` [m]."""
+    lowest, highest = other_corners.min(axis=(0, 1)) - margin, other_corners.max(axis=(0, 1)) + margin
+    return ((corners.max(axis=1) >= lowest) & (corners.min(axis=1) <= highest)).all(axis=1)
 
 
 def landing_error(particles: Particles, height: float) -> Callable[[np.ndarray], float]:
@@ -159,12 +159,12 @@ def surface_pairs(particles: Particles, numbers: list[tuple[int, int]]) -> list[
 def simulated_frames(
     model: str, particles: Particles, duration_s: float, more: dict, step_s: float | None = None, **contact: Any
 ) -> np.ndarray:
-    """Simulate particles under gravity and contact, and return at most MOST_FRAMES of the positions (k, n, 3) [m]."""
-    h = step_s or (0.01 if model in SOLIDS else 2e-4)
+    """Return positions (k, n, 3) [m], k ≤ MOST_FRAMES, of particles under gravity, ``contact`` and ``more`` effects."""
+    time_step = step_s or (0.01 if model in SOLIDS else 2e-4)
     settings = stage.GRAVITY | {"contact": {"friction": 0.3, **contact}} | more
     if model in SHAPES:  # one cluster a piece, and weak damping, so that it falls
         settings |= stage.one_cluster(model) | {"velocity_damping": {"rate_1_s": 0.1}}
-    positions = run(stage.scene_of(model, h, duration_s, settings, frames=100_000), particles).motion.positions
+    positions = run(stage.scene_of(model, time_step, duration_s, settings, frames=100_000), particles).motion.positions
     stage.check_finite(positions)
     count = len(positions)
     return positions[np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))]
@@ -225,13 +225,13 @@ def _pierce(model: str) -> Answer:
     frames = simulated_frames(model, particles, 0.5, {"held": True}, 0.01, instruments=[tool])
     middle = int(np.argmin(np.linalg.norm(mesh.nodes - [0.1, 0.05, 0.0], axis=1)))
     axis = np.array([tool["from_m"], tool["to_m"]]) - [0.0, 0.0, 0.03]
-    flat = np.broadcast_to(axis[[0, 1, 1]], (len(particles.triangles), 3, 3))  # the axis as triangles of no area
+    axis_triangles = np.broadcast_to(axis[[0, 1, 1]], (len(particles.triangles), 3, 3))  # the axis, without area
 
-    def error(a: np.ndarray) -> float:
+    def error(frames_shown: np.ndarray) -> float:
         """Measure the least gap after the first step; the capsule is through once the sheet is above its axis."""
-        distances = [triangle_pairs_distance(x[particles.triangles], flat)[0].min() for x in a[1:]]
+        distances = [triangle_pairs_distance(x[particles.triangles], axis_triangles)[0].min() for x in frames_shown[1:]]
         gap = float(min(distances)) / 0.005 - 1.0
-        through = bool((a[1:, middle, 2] > axis[0, 2]).any())
+        through = bool((frames_shown[1:, middle, 2] > axis[0, 2]).any())
         return 1.0 + gap if through and gap >= 0.0 else clearance(gap)
 
     return Answer(frames, frames[0], error)

@@ -142,14 +142,14 @@ def _pulled(model: str, case: CutCase, expected: Sequence[Expected]) -> Answer:
     pulled, surface = prepared.pull(), case.body.fine.nodes[case.body.fine.surface]
     # places within NEAR_M of a cut are on both lips
     on_one_lip = np.all([np.abs(cut.across(surface)) > 10.0 * NEAR_M for cut in case.cuts], axis=0)
-    hooks, values = len(case.hooks), np.append(pulled.displacement[on_one_lip].ravel(), pulled.force)
+    hook_count, values = len(case.hooks), np.append(pulled.displacement[on_one_lip].ravel(), pulled.force)
 
-    def error_from(a: np.ndarray, right: Expected) -> float:
-        displacement = right.displacement[on_one_lip]
-        of_motion = np.linalg.norm(a[:-hooks].reshape(-1, 3) - displacement) / np.linalg.norm(displacement)
-        return float(max(of_motion, np.linalg.norm(a[-hooks:] - right.force) / right.force_scale))
+    def error_from(answer: np.ndarray, result: Expected) -> float:
+        displacement = result.displacement[on_one_lip]
+        motion_error = np.linalg.norm(answer[:-hook_count].reshape(-1, 3) - displacement) / np.linalg.norm(displacement)
+        return float(max(motion_error, np.linalg.norm(answer[-hook_count:] - result.force) / result.force_scale))
 
-    return Answer(values, np.zeros_like(values), lambda a: min(error_from(a, right) for right in expected))
+    return Answer(values, np.zeros_like(values), lambda answer: min(error_from(answer, result) for result in expected))
 
 
 def _hook(body: Body, at_m: Sequence[float], shift_m: Sequence[float], radius_m: float) -> Hook:
@@ -179,8 +179,8 @@ def _severed(model: str, body: Body, cuts: Sequence[Cut], hook: Hook) -> Answer:
     uncut = Grasping(body, 0, 1, hook.patch)
     (state,) = uncut.push(unit(hook.shift_m), [float(np.linalg.norm(hook.shift_m))], 1e-6)
     force_scale = float(np.linalg.norm(uncut.reaction(state.x)))
-    right = Expected(on_piece[:, None] * hook.shift_m, np.zeros(1), force_scale)
-    return _pulled(model, CutCase(body, cuts, [hook], np.empty((0, 3))), [right])
+    result = Expected(on_piece[:, None] * hook.shift_m, np.zeros(1), force_scale)
+    return _pulled(model, CutCase(body, cuts, [hook], np.empty((0, 3))), [result])
 
 
 def _of_bar(cut: Cut, model: str) -> Answer:
@@ -232,8 +232,8 @@ def _by_hand(case: CutCase, lips: np.ndarray, order: int = 1, still: np.ndarray 
         unknowns = np.vstack([basis.nodal_dofs.T, basis.edge_dofs.T])
     else:
         basis = skfem.Basis(meshes[-1], skfem.ElementVector(skfem.ElementTetP1()))
-        at_points = np.ones(basis.X.shape[1])
-        shear, lame = np.outer(tissue.shear_pa, at_points), np.outer(tissue.lame_pa, at_points)
+        ones = np.ones(basis.X.shape[1])
+        shear, lame = np.outer(tissue.shear_pa, ones), np.outer(tissue.lame_pa, ones)
         strains = skfem.BilinearForm(lambda u, v, w: 2.0 * w.shear * ddot(sym_grad(u), sym_grad(v)))
         volume = skfem.BilinearForm(lambda u, v, w: w.lame * div(u) * div(v))
         stiffness = strains.assemble(basis, shear=shear) + volume.assemble(basis, lame=lame)
@@ -247,14 +247,14 @@ def _by_hand(case: CutCase, lips: np.ndarray, order: int = 1, still: np.ndarray 
         return unknowns[chosen[: len(unknowns)]]
 
     held = case.body.anchors[0] if still is None else np.union1d(case.body.anchors[0], still)
-    hooked = [unknowns_of(hook.patch.nodes_of(mesh)) for hook in case.hooks]
+    hook_unknowns = [unknowns_of(hook.patch.nodes_of(mesh)) for hook in case.hooks]
     u = np.zeros(stiffness.shape[0])
-    for hook, each in zip(case.hooks, hooked, strict=True):
+    for hook, each in zip(case.hooks, hook_unknowns, strict=True):
         u[each] = hook.shift_m
-    given = np.concatenate([unknowns_of(np.union1d(held, copy[held])), *hooked])
-    u = skfem.solve(*skfem.condense(stiffness, x=u, I=np.setdiff1d(np.arange(len(u)), given)))
+    prescribed = np.concatenate([unknowns_of(np.union1d(held, copy[held])), *hook_unknowns])
+    u = skfem.solve(*skfem.condense(stiffness, x=u, I=np.setdiff1d(np.arange(len(u)), prescribed)))
     force = stiffness @ u
-    forces = np.array([force[i].sum(axis=0) @ unit(h.shift_m) for i, h in zip(hooked, case.hooks, strict=True)])
+    forces = np.array([force[i].sum(axis=0) @ unit(h.shift_m) for i, h in zip(hook_unknowns, case.hooks, strict=True)])
     return _expected(case, copy, u[unknowns], forces)
 
 
@@ -294,9 +294,9 @@ def _of_slab(model: str, off_m: float = 0.0, askew_m: float = 0.0, depth_m: floa
 
 def _midway(model: str) -> Answer:
     """Cut a slab to the middle of a layer of elements; either end of the layer is an expected end of the lips."""
-    mesh, stops = _slab().coarse, (4, 5)
-    case = _slab_case(_middle_cut(mesh, NEAR_M).up_to(0.5 * sum(stops) * CELL_M))
-    return _pulled(model, case, [_by_hand(case, _lips(mesh, end_m=(n - 0.5) * CELL_M)) for n in stops])
+    mesh, cell_ends = _slab().coarse, (4, 5)
+    case = _slab_case(_middle_cut(mesh, NEAR_M).up_to(0.5 * sum(cell_ends) * CELL_M))
+    return _pulled(model, case, [_by_hand(case, _lips(mesh, end_m=(cells - 0.5) * CELL_M)) for cells in cell_ends])
 
 
 def _without_area(model: str) -> Answer:
@@ -353,13 +353,13 @@ def _far(model: str) -> Answer:
     mesh = body.coarse
     case = _slab_case(_middle_cut(mesh, NEAR_M), body, [0.0, shift_m, 0.0])
     slit, copy = _made(mesh, case.cuts[0].across(mesh.nodes[mesh.tetrahedra].mean(axis=1)) > 0.0, _lips(mesh))
-    nodes = np.concatenate([hook.patch.nodes_of(mesh) for hook in case.hooks])
+    hooked = np.concatenate([hook.patch.nodes_of(mesh) for hook in case.hooks])
     shifts = np.concatenate([np.tile(h.shift_m, (len(h.patch.nodes_of(mesh)), 1)) for h in case.hooks])
-    order = np.argsort(nodes)
-    problem = Grasping(nest("made", slit, 0, body.anchors[0], SOFT), 0, 1, Nodes(np.empty((0, 3, 3)), nodes[order]))
-    (state,) = problem.push(shifts[order] / shift_m, [shift_m], 1e-8)
+    by_node = np.argsort(hooked)
+    problem = Grasping(nest("made", slit, 0, body.anchors[0], SOFT), 0, 1, Nodes(np.empty((0, 3, 3)), hooked[by_node]))
+    (state,) = problem.push(shifts[by_node] / shift_m, [shift_m], 1e-8)
     force = -LinearElements(slit, SOFT).force(state.x)
-    if np.linalg.norm(np.delete(force, np.append(nodes, body.anchors[0]), axis=0)) > 1e-5 * np.linalg.norm(force):
+    if np.linalg.norm(np.delete(force, np.append(hooked, body.anchors[0]), axis=0)) > 1e-5 * np.linalg.norm(force):
         raise AssertionError("what is compared with is no equilibrium")
     forces = np.array([force[h.patch.nodes_of(mesh)].sum(axis=0) @ unit(h.shift_m) for h in case.hooks])
     return _pulled(model, case, [_expected(case, copy, state.x - slit.nodes, forces)])

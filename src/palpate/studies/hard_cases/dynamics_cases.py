@@ -81,37 +81,37 @@ def _begins_to_sag(h: float, model: str) -> Answer:
     """Step a bar under gravity 100 times from rest, and compare with the exact motion of the linearised system."""
     particles = stage.bar_particles(material=FIRM)
     stepper, rest = stage.Stepper(model, particles, {"held": True} | GRAVITY), particles.nodes
-    end, _ = stepper.advance(rest, np.zeros_like(rest), h, 100)
+    moved, _ = stepper.advance(rest, np.zeros_like(rest), h, 100)
     expected = linear_displacement(stepper.system, 100 * h)
     peak = float(np.linalg.norm(expected, axis=1).max())
-    return Answer(end, rest, lambda a: float(np.linalg.norm(a - rest - expected, axis=1).max()) / peak)
+    return Answer(moved, rest, lambda a: float(np.linalg.norm(a - rest - expected, axis=1).max()) / peak)
 
 
 def linear_displacement(system: System, time_s: float) -> np.ndarray:
     """Compute the displacement (n, 3) [m] that the weight causes within ``time_s`` of the system linearised at rest.
 
-    The state (u, v, 1) of free nodes obeys a linear equation, whose solution is a matrix exponential.
+    The state (displacement u, velocity, 1) of free nodes obeys a linear equation, solved by a matrix exponential.
     """
     rest, free = system.particles.nodes, np.repeat(system.free, 3)
-    inverse = 1.0 / np.repeat(system.masses, 3)[free, None]
+    inverse_masses = 1.0 / np.repeat(system.masses, 3)[free, None]
     matrices = (system.stiffness(rest, True), system.damping(rest))
-    zero, one = np.zeros((free.sum(), free.sum())), np.eye(int(free.sum()))
-    k, c = (zero if m is None else inverse * m.toarray()[np.ix_(free, free)] for m in matrices)
-    load = inverse * stage.weight(system).reshape(-1, 1)[free]
-    rows = [zero, one, 0.0 * load], [-k, -c, load], [0.0 * load.T, 0.0 * load.T, np.zeros((1, 1))]
+    zeros, identity = np.zeros((free.sum(), free.sum())), np.eye(int(free.sum()))
+    stiffness, damping = (zeros if m is None else inverse_masses * m.toarray()[np.ix_(free, free)] for m in matrices)
+    load = inverse_masses * stage.weight(system).reshape(-1, 1)[free]
+    rows = [zeros, identity, 0.0 * load], [-stiffness, -damping, load], [0.0 * load.T, 0.0 * load.T, np.zeros((1, 1))]
     u = np.zeros(len(free))
-    u[free] = expm(time_s * np.block([list(row) for row in rows]))[: len(one), -1]
+    u[free] = expm(time_s * np.block([list(row) for row in rows]))[: len(identity), -1]
     return u.reshape(rest.shape)
 
 
 def _sag(model: str, h: float, material: Material, **stepping: Any) -> Answer:
     """Simulate a bar under gravity over 100 steps of ``h`` [s], and judge its end by the residual force."""
-    more = {"held": True} | GRAVITY | (stage.MASS_DAMPING if model in EXPLICIT else {})
-    scene = stage.scene_of(model, h, 100 * h, more, **({"substeps": "auto"} | stepping))
+    effects = {"held": True} | GRAVITY | (stage.MASS_DAMPING if model in EXPLICIT else {})
+    scene = stage.scene_of(model, h, 100 * h, effects, **({"substeps": "auto"} | stepping))
     particles = stage.bar_particles(material=material)
-    end = run(scene, particles).motion.positions[-1]
+    settled = run(scene, particles).motion.positions[-1]
     system = compose(scene, particles)
-    return Answer(end, particles.nodes, lambda a: stage.residual_of_weight(system, a))
+    return Answer(settled, particles.nodes, lambda a: stage.residual_of_weight(system, a))
 
 
 def _lopsided() -> tuple[Particles, np.ndarray]:
@@ -132,14 +132,14 @@ def _heavy_half(model: str) -> Answer:
     particles, heavy = _lopsided()
     v, masses = np.where(heavy[:, None], 0.0, [0.0, 0.0, 1.0]), particles.masses
     step_s, steps = stage.RECOVERY_STEPS[model not in SHAPES]
-    end, _ = stage.Stepper(model, particles).advance(particles.nodes, v, step_s, steps)
+    reached, _ = stage.Stepper(model, particles).advance(particles.nodes, v, step_s, steps)
     drift = stage.coasting_distance(model, step_s, steps) * (masses @ v) / masses.sum()
 
     def error(a: np.ndarray) -> float:
-        of_centre = np.linalg.norm(masses @ (a - particles.nodes) / masses.sum() - drift) / np.linalg.norm(drift)
-        return max(stage.edge_error(particles, a), float(of_centre))
+        centre_error = np.linalg.norm(masses @ (a - particles.nodes) / masses.sum() - drift) / np.linalg.norm(drift)
+        return max(stage.edge_error(particles, a), float(centre_error))
 
-    return Answer(end, particles.nodes, error)
+    return Answer(reached, particles.nodes, error)
 
 
 def _rotated(x: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
@@ -158,16 +158,16 @@ def _unwind(model: str) -> Answer:
 def _wind(model: str) -> Answer:
     """Rotate the held ends of a rod by 9° in opposite directions in each step, then take long steps to equilibrium."""
     mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
-    ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], (0.0, 0.2)))
-    particles = solid_particles(mesh, ends, stage.SOFT, "rod")
+    end_nodes = np.flatnonzero(np.isin(mesh.nodes[:, 0], (0.0, 0.2)))
+    particles = solid_particles(mesh, end_nodes, stage.SOFT, "rod")
     stepper, x, v = stage.Stepper(model, particles, {"held": True}), mesh.nodes.copy(), np.zeros_like(mesh.nodes)
-    angle = np.where(mesh.nodes[ends, 0] > 0.1, 1.0, -1.0) * np.pi / 20.0
+    angle_per_step = np.where(mesh.nodes[end_nodes, 0] > 0.1, 1.0, -1.0) * np.pi / 20.0
     for _ in range(205):
         x = x.copy()
-        x[ends] = _rotated(x[ends], angle)
+        x[end_nodes] = _rotated(x[end_nodes], angle_per_step)
         x, v = stepper.advance(x, v, 0.05, 1)
     straight = mesh.nodes.copy()
-    straight[ends] = x[ends]
+    straight[end_nodes] = x[end_nodes]
     for step_s, steps in ((0.2, 50), (2.0, 20), (100.0, 10)):
         x, v = stepper.advance(x, v, step_s, steps)
     (_, elastic), *_ = stepper.system.offering(Force)
@@ -189,11 +189,11 @@ def _released(model: str) -> Answer:
     """
     particles, motions = stage.bar_particles(), []
     start = particles.nodes * [2.0, 1.0, 1.0]
-    for h in (1e-5, 2.0):
-        more = {"held": True, "velocity_damping": {"rate_1_s": 0.05 / h}}  # 5 % damping per step for every step size
-        stepper, x, v, positions = stage.Stepper(model, particles, more), start, np.zeros_like(start), []
+    for step_s in (1e-5, 2.0):
+        effects = {"held": True, "velocity_damping": {"rate_1_s": 0.05 / step_s}}  # 5 % damping in a step of any length
+        stepper, x, v, positions = stage.Stepper(model, particles, effects), start, np.zeros_like(start), []
         for steps in (2, 3, 5, 990):
-            x, v = stepper.advance(x, v, h, steps)
+            x, v = stepper.advance(x, v, step_s, steps)
             positions.append(x)
         motions.append(np.array(positions))
     expected, scale = motions[0], float(np.abs(start - particles.nodes).max())
@@ -203,13 +203,13 @@ def _released(model: str) -> Answer:
 
 def _degenerate(axes: list[int], model: str) -> Answer:
     """Release random particles whose rest shape has an extent along the ``axes`` that are 1 only."""
-    random = np.random.default_rng(4).uniform(-0.1, 0.1, (20, 3))
-    particles = stage.point_masses("cloud", random * axes)
+    scattered = np.random.default_rng(4).uniform(-0.1, 0.1, (20, 3))
+    particles = stage.point_masses("cloud", scattered * axes)
 
     def error(a: np.ndarray) -> float:
-        return float(np.abs(pdist(a) - pdist(particles.nodes)).max() / pdist(random).max())
+        return float(np.abs(pdist(a) - pdist(particles.nodes)).max() / pdist(scattered).max())
 
-    return stage.recovery(model, particles, random, stage.one_cluster(model), error)
+    return stage.recovery(model, particles, scattered, stage.one_cluster(model), error)
 
 
 def _alone(model: str) -> Answer:
@@ -260,11 +260,11 @@ def _push(body: Body, times: float) -> settings.Loads:
 
 def _pushed(body: Body, times: float) -> Answer:
     """Push a body and let it go, in modes, and compare with quadratic elements of the next level in the same steps."""
-    loads, h, surface = _push(body, times), DURATION_S / (2 * FRAMES), body.fine.surface
+    loads, step_s, surface = _push(body, times), DURATION_S / (2 * FRAMES), body.fine.surface
     reduced = prepare(BodyAtRest(body, 10), loads, RAYLEIGH, 3, 0.02)
     frames = move(ReducedMotion(reduced, loads, RAYLEIGH), DURATION_S, FRAMES, 2 * FRAMES).moved
     elements = QuadraticMotion(with_midpoints(body, 1), 1, loads, RAYLEIGH)
-    steps = list(elements.steps(h, 2 * FRAMES, 1e-3))[1::2]
+    steps = list(elements.steps(step_s, 2 * FRAMES, 1e-3))[1::2]
     expected = np.array([(reached.x - elements.rest)[surface] for reached in steps])
     peak = float(np.linalg.norm(expected, axis=2).max())
 

@@ -107,8 +107,8 @@ def pressed() -> tuple[Body, Database, Compliance]:
 def scaled(db: Database, factor: np.ndarray | float) -> Database:
     """Return a database of k samples with displacements and forces times ``factor``, a number or (k,)."""
     factor = np.reshape(factor, (-1, 1, 1))
-    more = {name: getattr(db, name) * factor for name in ("fine", "coarse_paper", "coarse_live")}
-    return replace(db, force=db.force * factor[:, 0], **more)
+    arrays = {name: getattr(db, name) * factor for name in ("fine", "coarse_paper", "coarse_live")}
+    return replace(db, force=db.force * factor[:, 0], **arrays)
 
 
 def methods(db: Database, train: np.ndarray, settings: FitOptions = SETTINGS) -> dict:
@@ -118,15 +118,15 @@ def methods(db: Database, train: np.ndarray, settings: FitOptions = SETTINGS) ->
 
 def blends(db: Database, train: np.ndarray, sigma: float | dict[str, float], settings: FitOptions = SETTINGS) -> dict:
     """Fit BLENDS to samples with a width of ``sigma`` median distances between features, or widths [m] by name."""
-    fold = np.zeros(len(train), dtype=int)  # the width is given, so that no fold is needed and one sample is enough
-    training = Training(db.take(train), "live", settings, fold)
+    folds = np.zeros(len(train), dtype=int)  # the width is given, so that no fold is needed and one sample is enough
+    training = Training(db.take(train), "live", settings, folds)
     fitted = {}
     for name in FEATURES:
         described = DescribedSamples(training, name)
-        for kind in WEIGHTS:
-            blend = f"{name}_{kind}"
+        for weights in WEIGHTS:
+            blend = f"{name}_{weights}"
             width = sigma[blend] if isinstance(sigma, dict) else sigma * described.scale
-            fitted[blend] = Blend(described, kind, width)
+            fitted[blend] = Blend(described, weights, width)
     return fitted
 
 
@@ -140,28 +140,28 @@ def _noise() -> np.ndarray:
     return np.random.default_rng(0).uniform(-1.0, 1.0, (1, *pressed()[1].coarse_live[0].shape))
 
 
-def _answers(method: Any, coarse: np.ndarray, samples: np.ndarray, newtons: float = 1.0) -> np.ndarray:
+def _answers(method: Any, coarse: np.ndarray, samples: np.ndarray, factor: float = 1.0) -> np.ndarray:
     """Return the answers (q, n, 3) [m] of a method to coarse displacements (q, N, 3) [m].
 
-    Contacts and forces are those of ``samples`` (q,), the forces times ``newtons``.
+    Contacts and forces are those of ``samples`` (q,), row numbers; forces are multiplied by ``factor``.
     """
     db = pressed()[1]
     return np.array(
-        [method.predict(u, int(db.contact[i]), newtons * db.force[i]) for u, i in zip(coarse, samples, strict=True)]
+        [method.predict(u, int(db.contact[i]), factor * db.force[i]) for u, i in zip(coarse, samples, strict=True)]
     )
 
 
 def _compared(answers: np.ndarray, expected: np.ndarray) -> Answer:
-    """Return the answers (q, n, 3) [m] to some queries; the error is the largest difference from the ``expected`` ones.
+    """Return ``answers`` (q, n, 3) [m] to q queries with their error, the largest difference from ``expected`` ones.
 
-    It is over the peak of each expected answer. A frozen method gives the first of the answers to every query.
+    The difference is over the peak of each expected answer. A frozen method gives the first answer to every query.
     """
     check_finite(expected)
     peaks = np.abs(expected).max(axis=(1, 2))
     peaks = np.where(peaks > 0.0, peaks, peaks.max())
 
-    def error(a: np.ndarray) -> float:
-        return float((np.abs(a - expected).max(axis=(1, 2)) / peaks).max())
+    def error(answer: np.ndarray) -> float:
+        return float((np.abs(answer - expected).max(axis=(1, 2)) / peaks).max())
 
     zero = np.zeros_like(answers)
     return Answer(answers, np.broadcast_to(answers[0], answers.shape), error, zero=zero, origin=zero)
@@ -194,25 +194,25 @@ def _zero_width(model: str) -> Answer:
 
 
 def _infinite_width(model: str) -> Answer:
-    """Compare blends with a huge width with those of an even larger one, fitted to either half of the samples."""
-    db, of = pressed()[1], ASKED[:1]
-    wide, wider = (
-        np.array([_answers(blends(db, half, width)[model], db.coarse_live[of], of)[0] for half in (ALL[:6], ALL[6:])])
+    """Compare answers at a width of 1e200 with those at 1e9, of blends fitted to either half of the samples."""
+    db, row = pressed()[1], ASKED[:1]
+    at_1e9, at_1e200 = (
+        np.array([_answers(blends(db, half, width)[model], db.coarse_live[row], row)[0] for half in (ALL[:6], ALL[6:])])
         for width in (1e9, 1e200)
     )
-    return _compared(wider, wide)
+    return _compared(at_1e200, at_1e9)
 
 
-def _extreme(model: str, metres: float, kind: str) -> Answer:
-    """Compare the answer to noise of the size ``metres`` with that to the size REFERENCE, in proportion if linear."""
-    method, of, reference = _fitted()[model], ASKED[2:3], REFERENCE[kind]
+def _extreme(model: str, size_m: float, kind: str) -> Answer:
+    """Compare the answer to noise of ``size_m`` [m] with that to noise of REFERENCE, both over their size if linear."""
+    method, row, reference = _fitted()[model], ASKED[2:3], REFERENCE[kind]
     linear = model in (NEAR_LINEAR if kind == "tiny" else FAR_LINEAR)
     usual = _answers(method, pressed()[1].coarse_live[ASKED[:1]], ASKED[:1])
-    extreme, less = (_answers(method, size * _noise(), of) for size in (metres, reference))
+    extreme, milder = (_answers(method, size * _noise(), row) for size in (size_m, reference))
     check_finite(extreme)
     if linear:  # divided by the size, so that the error of what is proportional can be computed
-        extreme, less = extreme / metres, less / reference
-    return _compared(np.concatenate([usual, extreme]), np.concatenate([usual, less]))
+        extreme, milder = extreme / size_m, milder / reference
+    return _compared(np.concatenate([usual, extreme]), np.concatenate([usual, milder]))
 
 
 @cache
@@ -220,15 +220,15 @@ def _line() -> tuple:
     """Make samples that are multiples of one linear response, and fit all methods to the first TRAIN of them."""
     _, db, compliance = pressed()
     row, force = compliance.row(int(db.contact[0])), db.force[0]
-    coarse, fine = (np.tensordot(force, part[row], 1) for part in (compliance.coarse, compliance.fine))
+    coarse, fine = (np.tensordot(force, responses[row], 1) for responses in (compliance.coarse, compliance.fine))
     count = TRAIN + 2
-    line = replace(
+    samples = replace(
         db.take(np.zeros(count, dtype=int)),
         fine=np.repeat(fine[None], count, axis=0),
         coarse_live=np.repeat(coarse[None], count, axis=0),
     )
-    line = scaled(line, np.append(np.linspace(0.5, 1.6, TRAIN), [0.73, 1.03]))
-    return line, methods(line, ALL, SETTINGS.but(split="samples"))
+    samples = scaled(samples, np.append(np.linspace(0.5, 1.6, TRAIN), [0.73, 1.03]))
+    return samples, methods(samples, ALL, SETTINGS.but(split="samples"))
 
 
 def _collinear(model: str) -> Answer:
@@ -251,34 +251,34 @@ def _few_features(model: str) -> Answer:
 
 
 @cache
-def _wide(half: tuple[int, int], again: bool) -> dict:
-    """Fit blends with a wide kernel to one half of the samples, ``again`` with a near copy of the first of them."""
+def _wide(half: tuple[int, int], twice: bool) -> dict:
+    """Fit wide blends to one half of the samples (first, last row), of which the first is nearly present ``twice``."""
     db = pressed()[1]
-    rows = ALL[slice(*half)]
-    db = db.take(np.append(rows, rows[0]) if again else rows)
-    if again:
+    samples = ALL[slice(*half)]
+    db = db.take(np.append(samples, samples[0]) if twice else samples)
+    if twice:
         db.coarse_live[-1] *= 1.0 + 1e-12
-    width = {name: blend.sigma_m for name, blend in _wide(half, False).items()} if again else 100.0
+    width = {name: blend.sigma_m for name, blend in _wide(half, False).items()} if twice else 100.0
     fitted = blends(db, np.arange(len(db.contact)), width)
     coarse = db.coarse_live[:, db.coarse_surface].reshape(len(db.contact), -1)
     phi = gaussian(squared_distances(coarse, coarse), fitted["unordered_signed"].sigma_m)
-    if again and not np.linalg.cond(phi) > 1e16:
+    if twice and not np.linalg.cond(phi) > 1e16:
         raise AssertionError("the kernel matrix is not as ill-conditioned as this case requires")
     return fitted
 
 
 def _singular(model: str) -> Answer:
-    """Compare blends fitted with a nearly repeated sample with those without it, for either half of the samples."""
-    coarse, of, halves = pressed()[1].coarse_live[ASKED[:1]], ASKED[:1], ((0, 6), (6, TRAIN))
+    """Compare blends of half the samples, one of them nearly present ``twice``, with those without that copy."""
+    coarse, row, halves = pressed()[1].coarse_live[ASKED[:1]], ASKED[:1], ((0, 6), (6, TRAIN))
     answers, expected = (
-        np.concatenate([_answers(_wide(half, again)[model], coarse, of) for half in halves]) for again in (True, False)
+        np.concatenate([_answers(_wide(half, twice)[model], coarse, row) for half in halves]) for twice in (True, False)
     )
     return _compared(answers, expected)
 
 
 def _at_rest(model: str) -> Answer:
-    """Ask a method for no press at all, and for a millionth of one, which is compared with a thousandth of one."""
-    method, coarse, of = _fitted()[model], pressed()[1].coarse_live[ASKED[:1]], ASKED[:1]
-    small, less = (_answers(method, factor * coarse, of, factor) / factor for factor in (1e-6, 1e-3))
-    nothing = _answers(method, 0.0 * coarse, of, 0.0)
-    return _compared(np.concatenate([nothing, small]), np.concatenate([0.0 * nothing, less]))
+    """Compare the answer to no press with zero, and to 1e-6 of a press with that to 1e-3 of it, in proportion."""
+    method, coarse, row = _fitted()[model], pressed()[1].coarse_live[ASKED[:1]], ASKED[:1]
+    at_millionth, at_thousandth = (_answers(method, factor * coarse, row, factor) / factor for factor in (1e-6, 1e-3))
+    nothing = _answers(method, 0.0 * coarse, row, 0.0)
+    return _compared(np.concatenate([nothing, at_millionth]), np.concatenate([0.0 * nothing, at_thousandth]))

@@ -57,8 +57,8 @@ def reference_deflection() -> float:
     tissue = replace(SOFT, poisson=POISSON)
     bar = stage.bar_body(1, tissue).fine
     mesh = skfem.MeshTet(np.ascontiguousarray(bar.nodes.T), np.ascontiguousarray(bar.tetrahedra.T))
-    each = np.ones(len(bar.tetrahedra))
-    basis, matrix = taylor_hood(mesh, tissue.shear_pa * each, tissue.lame_pa * each)
+    ones = np.ones(len(bar.tetrahedra))
+    basis, matrix = taylor_hood(mesh, tissue.shear_pa * ones, tissue.lame_pa * ones)
     face = skfem.FacetBasis(mesh, basis.elem, facets=mesh.facets_satisfying(lambda x: np.isclose(x[0], 0.2)))
     load = skfem.LinearForm(lambda v, w: v[2] / (0.05 * 0.05)).assemble(face)
     load = np.concatenate([load, np.zeros(matrix.shape[0] - basis.N)])
@@ -148,19 +148,19 @@ def _solved(body: Body, model: str, newtons: float) -> tuple[np.ndarray, np.ndar
 
 
 def _contrast(model: str) -> Answer:
-    """Compare the elongation of a bar of ν = 0, or of a chain of springs, with theory: x = F L (1/k + 1/K)."""
+    """Compare the elongation of a bar of ν = 0, or of springs, with F (1/k + 1/K), of halves of stiffness k and K."""
     if model in SPRINGS:
-        ends, stiff = np.column_stack([np.arange(10), np.arange(1, 11)]), np.repeat([1e6, 1.0], 5)
+        spring_ends, stiffnesses = np.column_stack([np.arange(10), np.arange(1, 11)]), np.repeat([1e6, 1.0], 5)
         particles = stage.point_masses("chain", np.outer(np.arange(11.0), [1.0, 0.0, 0.0]), [0])
         force, expected = np.eye(11)[10], 5.0 * (1.0 + 1e-6)
-        elastic: dict[str, Effect] = {"springs": Springs(ends, stiff, np.ones(10))}
+        elastic: dict[str, Effect] = {"springs": Springs(spring_ends, stiffnesses, np.ones(10))}
     else:
         particles = stage.bar_particles(material=Material(3000.0, 0.0, 1000.0))
         mesh = TetMesh(particles.nodes, particles.tetrahedra)
         hard = particles.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] < 0.1
         elastic = {
-            name: LinearElements(TetMesh(mesh.nodes, mesh.tetrahedra[which]), Material(young, 0.0, 1000.0))
-            for name, which, young in (("soft", ~hard, 3000.0), ("hard", hard, 3e9))
+            name: LinearElements(TetMesh(mesh.nodes, mesh.tetrahedra[chosen]), Material(young, 0.0, 1000.0))
+            for name, chosen, young in (("soft", ~hard, 3000.0), ("hard", hard, 3e9))
         }
         force, expected = stage.end_face(mesh), 0.1 / (3000.0 * 0.05**2) * (1.0 + 1e-6)
     system = System(particles, elastic | {"held": Held(particles.held), "load": stage.NodalForce(force)})
@@ -172,12 +172,12 @@ def _contrast(model: str) -> Answer:
 
 
 def _slivers(model: str) -> Answer:
-    """Compare the work of the load on a bar with one very thin layer of elements with that on a bar without it."""
-    work = 0.0
+    """Compare the load's work on a bar with one very thin layer of elements with ``expected``, that without it."""
+    work_of_load = 0.0
     for degrees in (0.0, 0.1):
         body = stage.bar_body(sum(STATIC[model]) - 1, SOFT, degrees)
         x, load = _solved(body, model, 0.01)
-        rest, expected, work = body.fine.nodes, work, float(np.vdot(load, x - body.fine.nodes))
+        rest, expected, work_of_load = body.fine.nodes, work_of_load, float(np.vdot(load, x - body.fine.nodes))
     if not dihedral_angles(stage.bar_mesh(0.1)).min() < 0.11:
         raise AssertionError("the slivers are not as thin as this case requires")
     return Answer(x, rest, lambda a: abs(float(np.vdot(load, a - rest)) / expected - 1.0))
@@ -195,7 +195,7 @@ def _half_turn(model: str) -> Answer:
 
 @cache
 def _inverting(model: str) -> float:
-    """Find the least force [N] on the bar's end that inverts an element, within a factor of two."""
+    """Find, by doubling, a force [N] on the bar's end that inverts an element and is at most twice the least one."""
     body, newtons = stage.bar_body(sum(STATIC[model]) - 1), 0.01
     while TetMesh(_solved(body, model, newtons)[0], body.fine.tetrahedra).volumes.min() > 0.0:
         newtons *= 2.0
@@ -218,28 +218,28 @@ def _single(model: str) -> Answer:
 
 def _hinge() -> TetMesh:
     """Make the mesh of two boxes that share one node."""
-    one = box([0.05, 0.05, 0.05], [2, 2, 2])
-    corner = len(one.nodes) - 1  # the last node of one box is the first of the other
-    nodes = np.vstack([one.nodes, one.nodes[1:] + one.nodes[corner]])
-    number = np.concatenate([[corner], np.arange(corner + 1, len(nodes))])
-    return TetMesh(nodes, np.vstack([one.tetrahedra, number[one.tetrahedra]]))
+    cube = box([0.05, 0.05, 0.05], [2, 2, 2])
+    corner = len(cube.nodes) - 1  # the last node of one box is the first of the other
+    nodes = np.vstack([cube.nodes, cube.nodes[1:] + cube.nodes[corner]])
+    new_number = np.concatenate([[corner], np.arange(corner + 1, len(nodes))])
+    return TetMesh(nodes, np.vstack([cube.tetrahedra, new_number[cube.tetrahedra]]))
 
 
 def _stretched(model: str) -> Answer:
     """Hold the ends of a cube apart, and step the nodes between them to equilibrium, judged by the residual force."""
     mesh = box([0.1, 0.1, 0.1], [3, 3, 3])
-    ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], mesh.nodes[[0, -1], 0]))
-    particles = solid_particles(mesh, ends, Material(3000.0, 0.488, 1000.0), "cube")
+    end_nodes = np.flatnonzero(np.isin(mesh.nodes[:, 0], mesh.nodes[[0, -1], 0]))
+    particles = solid_particles(mesh, end_nodes, Material(3000.0, 0.488, 1000.0), "cube")
     start, elements = mesh.nodes * [3.0, 1.0, 1.0], LinearElements(mesh, particles.material)
     reached, _ = stage.Stepper(model, particles, {"held": True}).advance(start, np.zeros_like(start), 0.05, 200)
-    zero = mesh.nodes.copy()
-    zero[ends] = start[ends]
+    undeformed = mesh.nodes.copy()
+    undeformed[end_nodes] = start[end_nodes]
     on_end = np.linalg.norm(elements.force(reached)[mesh.nodes[:, 0] == 0.0].sum(axis=0))
 
     def error(a: np.ndarray) -> float:
-        return float(np.linalg.norm(np.delete(elements.force(a), ends, axis=0)) / on_end)
+        return float(np.linalg.norm(np.delete(elements.force(a), end_nodes, axis=0)) / on_end)
 
-    return Answer(reached, start, error, zero=zero)
+    return Answer(reached, start, error, zero=undeformed)
 
 
 def statics() -> list[Case]:
@@ -255,7 +255,7 @@ def statics() -> list[Case]:
 
 
 def _pressed_statically(times: float, mirrored: bool, model: str) -> Answer:
-    """Press the bar near its end by ``times`` 0.05 N, which move it by a tenth, from rest or ``mirrored`` in y."""
+    """Press a bar near its end by ``times`` 0.05 N, from rest or ``mirrored`` in y, and judge the residual force."""
     body = stage.bar_body(1)
     solver, rest = SOLVERS[model](body, 0, 2), body.fine.nodes
     contact = int(np.argmax(body.coarse.nodes @ [1.0, 0.1, 1.0]))

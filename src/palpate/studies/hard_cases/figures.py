@@ -32,26 +32,26 @@ def draw_hard_cases(hard_cases) -> Figure:
 
     hard_cases : the table of this name
     """
-    parts = [[hard_cases[hard_cases["family"].isin(families)] for families in column] for column in COLUMNS]
-    parts = [[part for part in column if len(part)] for column in parts]
-    wide = [max((part["model"].nunique() for part in column), default=0) for column in parts]
-    tall = [sum(_above(part) + CELL * part["case"].nunique() for part in column) for column in parts]
-    width, height = max(sum(LEFT + CELL * count + 0.2 for count in wide if count), 6.5), max(tall) + BELOW
+    tables = [[hard_cases[hard_cases["family"].isin(families)] for families in column] for column in COLUMNS]
+    tables = [[table for table in column if len(table)] for column in tables]
+    model_counts = [max((table["model"].nunique() for table in column), default=0) for column in tables]
+    heights = [sum(_above(table) + CELL * table["case"].nunique() for table in column) for column in tables]
+    width, height = max(sum(LEFT + CELL * count + 0.2 for count in model_counts if count), 6.5), max(heights) + BELOW
     figure, left = Figure(figsize=(width, height)), 0.0
-    for column, count in zip(parts, wide, strict=True):
+    for column, count in zip(tables, model_counts, strict=True):
         top = height
-        for part in column:
-            rows, columns = CELL * part["case"].nunique(), CELL * part["model"].nunique()
-            top -= _above(part) + rows
-            _matrix(figure.add_axes(((left + LEFT) / width, top / height, columns / width, rows / height)), part)
+        for table in column:
+            rows, columns = CELL * table["case"].nunique(), CELL * table["model"].nunique()
+            top -= _above(table) + rows
+            _matrix(figure.add_axes(((left + LEFT) / width, top / height, columns / width, rows / height)), table)
         left += LEFT + CELL * count + 0.2 if count else 0.0
     figure.legend(handles=_handles(), loc="lower left", ncols=3, bbox_to_anchor=(0.01, 0.0))
     return figure
 
 
-def _above(part) -> float:
+def _above(table) -> float:
     """Return the height [inch] that the names of the models need above their matrix."""
-    return 0.45 + LETTER * max((len(look(model).label) for model in part["model"]), default=0)
+    return 0.45 + LETTER * max((len(look(model).label) for model in table["model"]), default=0)
 
 
 def _handles() -> list[Line2D]:
@@ -63,23 +63,23 @@ def _handles() -> list[Line2D]:
 
 
 def _matrix(axis, table) -> None:
-    """Draw the cells of some families, with a line between families."""
+    """Draw the outcomes of cases (rows) with models (columns) as coloured cells, with a line between families."""
     cases, models = list(dict.fromkeys(table["case"])), list(dict.fromkeys(table["model"]))
     for row in table.itertuples():
         x, y = models.index(row.model), cases.index(row.case)
         shown = LOOKS[row.outcome]
         axis.fill([x, x + 1, x + 1, x], [y, y, y + 1, y + 1], color=shown.colour, ec="white", lw=1.0)
-        white = "white" if row.outcome in ("wrong", "nan") else style.INK
-        axis.text(x + 0.5, y + 0.54, shown.marker, ha="center", va="center", fontsize=6.5, color=white)
+        sign_colour = "white" if row.outcome in ("wrong", "nan") else style.INK
+        axis.text(x + 0.5, y + 0.54, shown.marker, ha="center", va="center", fontsize=6.5, color=sign_colour)
         if not row.passed:
-            axis.plot(x + 0.5, y + 0.5, "x", color=white, ms=8, mew=1.6)
+            axis.plot(x + 0.5, y + 0.5, "x", color=sign_colour, ms=8, mew=1.6)
     families = table.drop_duplicates("case")["family"].to_numpy()
     for edge in np.flatnonzero(families[1:] != families[:-1]) + 1:
         axis.axhline(edge, color=style.INK, lw=0.8)
     for family in dict.fromkeys(families):
-        first = int(np.argmax(families == family))
+        first_row = int(np.argmax(families == family))
         axis.annotate(
-            TITLES.get(family, family), (0, first), (-150, 0), textcoords="offset points", va="top", ha="left",
+            TITLES.get(family, family), (0, first_row), (-150, 0), textcoords="offset points", va="top", ha="left",
             fontsize=8, fontweight="bold", rotation=90, annotation_clip=False, rotation_mode="default",
         )  # fmt: skip
     axis.set(xlim=(0, len(models)), ylim=(len(cases), 0))

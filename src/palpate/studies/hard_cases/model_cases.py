@@ -23,8 +23,8 @@ NEWTONS = 0.018
 
 
 def reduced_contacts() -> list[Case]:
-    either = ("stable", "not_converged")
-    outcomes = {"the answer": either[:1], "the answer, or it is told": either, "it is told": either[1:]}
+    may_fail = ("stable", "not_converged")
+    outcomes = {"the answer": may_fail[:1], "the answer, or it is told": may_fail, "it is told": may_fail[1:]}
 
     def case(name, scene, direction, expected="the answer, or it is told", **body):
         run = partial(_pressed, direction, body)
@@ -47,9 +47,9 @@ def bar(poisson: float = 0.3, degrees: float = 0.0) -> Body:
     return bar_body(0, replace(SOFT, poisson=poisson), degrees)
 
 
-def _pressed(direction: list[float], changed: dict[str, float], model: str) -> Answer:
+def _pressed(direction: list[float], bar_options: dict[str, float], model: str) -> Answer:
     """Press a bar's top near its free end by ``direction`` (3,) times NEWTONS, and judge contact modes."""
-    body = bar(**changed)
+    body = bar(**bar_options)
     case = ModelCase.untrained(body, "hard", RADIUS_M, FIT.seed, 1e-8)
     node = int(np.argmin(np.linalg.norm(body.coarse.nodes - TOP[-1], axis=1)))
     load = Load.at(node, NEWTONS * np.array(direction))
@@ -111,8 +111,8 @@ def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) 
     contacts, forces = np.repeat(nodes, len(FORCES)), NEWTONS * np.tile(FORCES, (len(TOP), 1))
     if alike:
         contacts, forces = contacts[-2:], np.tile(NEWTONS * np.array(FORCES[0]), (2, 1))
-    none = np.zeros((len(contacts), *body.coarse.nodes.shape))
-    case = ModelCase(body, "hard", RADIUS_M, database_of(body, contacts, forces, none, none), None, FIT, 1e-8)
+    zeros = np.zeros((len(contacts), *body.coarse.nodes.shape))
+    case = ModelCase(body, "hard", RADIUS_M, database_of(body, contacts, forces, zeros, zeros), None, FIT, 1e-8)
     elements = _elements(case)
     fine = np.array([displacement_of(elements.respond(load)) for load in loads_of(contacts, forces)])
     return replace(case, database=replace(case.database, fine=fine)), elements

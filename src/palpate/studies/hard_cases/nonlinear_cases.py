@@ -66,13 +66,13 @@ def _residual(moduli: list[float], law: str, mirrored: bool = False) -> Answer:
 
 
 def _pulled(law: str) -> Answer:
-    """Pull a bar whose stiffness grows exponentially, and compare with the stretch s of the closed solution."""
+    """Pull a bar of exponential stiffness by 10 times Young's modulus, and compare with the closed stretch s."""
     body, b = stage.bar_body(1, replace(SOFT, poisson=0.0, law=law)), stiffening_of(law) or 0.0
-    end, times = stage.end_face(body.fine), 10.0
-    expected = brentq(lambda s: 0.5 * np.exp(b * (s * s - 1.0 - 2.0 * np.log(s))) * (s - 1.0 / s) - times, 1.0, 3.0)
-    moved = Equilibrium(body, 1).solve(_load(body, [times, 0.0, 0.0]), 1e-9).x - body.fine.nodes
+    end_weights, traction = stage.end_face(body.fine), 10.0
+    expected = brentq(lambda s: 0.5 * np.exp(b * (s * s - 1.0 - 2.0 * np.log(s))) * (s - 1.0 / s) - traction, 1.0, 3.0)
+    moved = Equilibrium(body, 1).solve(_load(body, [traction, 0.0, 0.0]), 1e-9).x - body.fine.nodes
     elongation = 0.2 * (expected - 1.0)
-    return Answer(moved, np.zeros_like(moved), lambda a: abs(float(end @ a[:, 0]) / elongation - 1.0))
+    return Answer(moved, np.zeros_like(moved), lambda a: abs(float(end_weights @ a[:, 0]) / elongation - 1.0))
 
 
 def _bent(law: str) -> Answer:
@@ -138,15 +138,15 @@ def _settle(kind: str, model: str) -> Answer:
     stepper = stage.Stepper(
         model, particles, {"held": True} | WEIGHT | (stage.MASS_DAMPING if model in EXPLICIT else {})
     )
-    x, v, gain = start, np.zeros_like(start), 0.0
-    first = stepper.total_energy(x, v)
+    x, v, relative_gain = start, np.zeros_like(start), 0.0
+    start_energy = stepper.total_energy(x, v)
     # the last steps are so long that they damp the slowest mode to nothing
     for step_s, steps in [(5e-4, 10_000)] if model in EXPLICIT else [(0.05, 100), (1.0, 30)]:
         x, v = stepper.advance(x, v, step_s, steps)
-        gain = max(gain, stepper.energy_gain / abs(first))
+        relative_gain = max(relative_gain, stepper.energy_gain / abs(start_energy))
 
     def error(a: np.ndarray) -> float:
-        return stage.residual_of_weight(stepper.system, a) if gain <= GAIN else 1.0 + gain
+        return stage.residual_of_weight(stepper.system, a) if relative_gain <= GAIN else 1.0 + relative_gain
 
     return Answer(x, start, error, zero=particles.nodes)
 
@@ -183,8 +183,8 @@ def _relaxed(
     mesh = stage.bar_mesh()
     if thin:
         nodes = mesh.nodes.copy()
-        between = nodes[:, 0] > 0.03
-        nodes[between, 0] = np.maximum(0.025 * (1.0 + np.tan(np.radians(1.0))), nodes[between, 0] - 0.0246)
+        beyond_layer = nodes[:, 0] > 0.03
+        nodes[beyond_layer, 0] = np.maximum(0.025 * (1.0 + np.tan(np.radians(1.0))), nodes[beyond_layer, 0] - 0.0246)
         mesh = TetMesh(nodes, mesh.tetrahedra)
     held = mesh.nodes[:, 0] == 0.0
     body = nest("bar", mesh, 0, np.flatnonzero(held), replace(SOFT, poisson=poisson))
@@ -244,10 +244,10 @@ def stability() -> list[Case]:
         Case("column_at_0.5_asked", "a bar is pressed along its axis by half of Euler's load", "the answer", MEASURE,
              0.02, partial(_asked, "column", 0.5, 0.0), REDUCED),
         *(
-            case(f"column_at_{times:g}_{what}", f"a bar is pressed along its axis by {times:g} of Euler's load",
+            case(f"column_at_{times:g}_{suffix}", f"a bar is pressed along its axis by {times:g} of Euler's load",
                  "column", times)
             for times in (0.9, 1.0, 1.4)
-            for case, what in ((solved, "solved"), (asked, "asked"))
+            for case, suffix in ((solved, "solved"), (asked, "asked"))
         ),
         *(
             Case(f"post_pushed_to_{times:g}_solved",
@@ -276,11 +276,11 @@ def body_of(name: str) -> Body:
     if name == "column":
         return stage.bar_body(1)
     mesh = box(*BOXES[name])
-    x, ends = mesh.nodes[:, 0], [0.0]
+    x, held_x = mesh.nodes[:, 0], [0.0]
     if name == "arch":
-        rise, ends = 0.02 * (1.0 - (10.0 * x - 1.0) ** 2), [0.0, x.max()]
+        rise, held_x = 0.02 * (1.0 - (10.0 * x - 1.0) ** 2), [0.0, x.max()]
         mesh = TetMesh(mesh.nodes + np.outer(rise, [0.0, 0.0, 1.0]), mesh.tetrahedra)
-    return nest(name, mesh, 1, np.flatnonzero(np.isin(x, ends)), SOFT)
+    return nest(name, mesh, 1, np.flatnonzero(np.isin(x, held_x)), SOFT)
 
 
 def press_of(name: str, times: float, tilt: float = 0.0) -> tuple[int, np.ndarray]:
@@ -300,8 +300,8 @@ def _solved(name: str, times: float, model: str) -> Answer:
     x, rest = solver.solve(load, 1e-8).x, solver.mesh.nodes
     solver.carry(load)
     multiply, _ = solver.linearise(x)
-    columns = np.eye(3 * len(x)).reshape(len(x), 3, -1)
-    stable = np.linalg.eigvalsh(multiply(columns).reshape(3 * len(x), -1))[0] > 0.0
+    unit_vectors = np.eye(3 * len(x)).reshape(len(x), 3, -1)
+    stable = np.linalg.eigvalsh(multiply(unit_vectors).reshape(3 * len(x), -1))[0] > 0.0
 
     def error(a: np.ndarray) -> float:
         residual = float(np.linalg.norm(solver.force(a)) / np.linalg.norm(load))
@@ -313,24 +313,24 @@ def _solved(name: str, times: float, model: str) -> Answer:
 def _pushed(times: float, model: str) -> Answer:
     """Push the disc at the end of the post along the post.
 
-    The error is the larger of the relative residual force, of what leaves the disc in place, and of the relative error
-    of the disc's displacement, plus 1 if the stiffness with the disc held has an eigenvalue that is not positive.
+    The error is the larger of the residual force in motions that leave the disc in place, over all forces, and of the
+    relative error of the disc's displacement; 1 plus the former if the stiffness in these motions is not positive.
     """
-    body, (node, wanted) = body_of("post"), press_of("post", times)
+    body, (node, wanted_m) = body_of("post"), press_of("post", times)
     solver = SOLVERS[model](body, 0, 2)
     rest = solver.mesh.nodes
-    nodes, on_disc = patch_shares(body.coarse, patch_at(body, node, RADIUS_M), 2)
-    weights = sparse.csr_array((on_disc, (np.zeros_like(nodes), nodes)), (1, len(rest)))
-    x = push(solver, np.zeros_like(rest), weights, wanted[None], 1e-8)[0].x
-    free = np.linalg.qr(np.kron(weights.toarray(), np.eye(3)).T, "complete")[0][:, 3:]  # what leaves the disc in place
+    disc_nodes, disc_shares = patch_shares(body.coarse, patch_at(body, node, RADIUS_M), 2)
+    weights = sparse.csr_array((disc_shares, (np.zeros_like(disc_nodes), disc_nodes)), (1, len(rest)))
+    x = push(solver, np.zeros_like(rest), weights, wanted_m[None], 1e-8)[0].x
+    free_motions = np.linalg.qr(np.kron(weights.toarray(), np.eye(3)).T, "complete")[0][:, 3:]  # the disc stays
     multiply, _ = solver.linearise(x)
-    tangent = free.T @ multiply(free.reshape(len(x), 3, -1)).reshape(len(free), -1)
+    tangent = free_motions.T @ multiply(free_motions.reshape(len(x), 3, -1)).reshape(len(free_motions), -1)
     stable = np.linalg.eigvalsh(tangent)[0] > 0.0
 
     def error(a: np.ndarray) -> float:
         forces = solver.force(a).ravel()
-        residual = float(np.linalg.norm(free.T @ forces) / np.linalg.norm(forces))
-        missed = float(np.linalg.norm((weights @ (a - rest))[0] - wanted) / np.linalg.norm(wanted))
+        residual = float(np.linalg.norm(free_motions.T @ forces) / np.linalg.norm(forces))
+        missed = float(np.linalg.norm((weights @ (a - rest))[0] - wanted_m) / np.linalg.norm(wanted_m))
         return max(residual, missed) if stable else 1.0 + residual
 
     return Answer(x, rest, error)
@@ -344,12 +344,12 @@ def _asked(name: str, times: float, tilt: float, model: str) -> Answer:
     answer = displacement_of(ANSWERING[model].prepare(case).respond(load))
     expected = displacement_of(kinds.FEM(order=2, level=0, tolerance=1e-6).prepare(case).respond(load))
     surface = body.fine.surface
-    opposite = body.fine.nodes[surface] * [1.0, -1.0, 1.0] + [0.0, np.ptp(body.fine.nodes[:, 1]), 0.0]
-    distance = np.linalg.norm(body.fine.nodes[surface][None] - opposite[:, None], axis=2)
+    mirrored_places = body.fine.nodes[surface] * [1.0, -1.0, 1.0] + [0.0, np.ptp(body.fine.nodes[:, 1]), 0.0]
+    distance = np.linalg.norm(body.fine.nodes[surface][None] - mirrored_places[:, None], axis=2)
     mirrored = expected[distance.argmin(axis=1)] * [1.0, -1.0, 1.0]
 
     def error(a: np.ndarray) -> float:
-        return min(errors(a, each).rmse_of_peak for each in (expected, mirrored))
+        return min(errors(a, either_side).rmse_of_peak for either_side in (expected, mirrored))
 
     return Answer(answer, np.zeros_like(answer), error)
 

@@ -89,16 +89,16 @@ def _path(
     times_s: Sequence[float] = TIMES_S, shifts_m: Sequence[Sequence[float]] = SHIFTS_M, friction: float = 0.3
 ) -> Contact:
     """Describe FINGER on a path of its own: displacements (k, 3) [m] at ``times_s`` (k,)."""
-    finger = FINGER.but(times_s=list(times_s), shifts_m=[list(each) for each in shifts_m])
+    finger = FINGER.but(times_s=list(times_s), shifts_m=[list(shift) for shift in shifts_m])
     return Contact(friction=friction, instruments=[finger])
 
 
 def _over(height_m: float) -> Contact:
     """Describe a ball pressed into the soft side that strokes over the held part, its centre at ``height_m`` [m]."""
-    places = np.array([[-0.018, 0.005, 0.085], *[[-0.018, 0.01, 0.071]] * 2, [-0.028, 0.065, height_m]])
-    places = np.vstack([places, [-0.028, 0.065, 0.09]])
-    path = {"times_s": [0.0, 0.2, 0.3, 0.6, 0.7], "shifts_m": (places - places[0]).tolist()}
-    ball = Ball(kind="sphere", name="finger", center_m=places[0].tolist(), radius_m=0.01, **path)
+    centres = np.array([[-0.018, 0.005, 0.085], *[[-0.018, 0.01, 0.071]] * 2, [-0.028, 0.065, height_m]])
+    centres = np.vstack([centres, [-0.028, 0.065, 0.09]])
+    path = {"times_s": [0.0, 0.2, 0.3, 0.6, 0.7], "shifts_m": (centres - centres[0]).tolist()}
+    ball = Ball(kind="sphere", name="finger", center_m=centres[0].tolist(), radius_m=0.01, **path)
     return Contact(friction=0.3, instruments=[ball])
 
 
@@ -110,8 +110,8 @@ def _liver(material: Material = SOFT) -> Particles:
 def _scene(contact: Contact, duration_s: float, integrator: str, per_frame: int) -> Scene:
     """Describe the motion of the liver under ``contact`` in FRAMES frames of ``per_frame`` steps."""
     stepping = {"integrator": integrator, "step_s": duration_s / (FRAMES * per_frame), "duration_s": duration_s}
-    acts = {"contact": contact, "rayleigh": RAYLEIGH}
-    return Scene.model_validate({"name": "hard_case", "body": "liver", "frames": FRAMES} | stepping | acts)
+    effects = {"contact": contact, "rayleigh": RAYLEIGH}
+    return Scene.model_validate({"name": "hard_case", "body": "liver", "frames": FRAMES} | stepping | effects)
 
 
 def _linear_motion(contact: Contact, duration_s: float, integrator: str, per_frame: int) -> np.ndarray:
@@ -136,14 +136,14 @@ def _quadratic_motion(contact: Contact, duration_s: float, per_frame: int) -> np
     elements = elements_under(body, contact, RAYLEIGH, replace(points, penalty=points.penalty / STIFFER))
     steps = elements.touched_steps(duration_s / (FRAMES * per_frame), FRAMES * per_frame, TOLERANCE)
     # the first nodes of quadratic elements are the corners
-    ends = list(steps)[per_frame - 1 :: per_frame]
-    return np.array([(each.x - elements.rest)[: len(body.fine.nodes)] for each in ends])
+    frame_ends = list(steps)[per_frame - 1 :: per_frame]
+    return np.array([(state.x - elements.rest)[: len(body.fine.nodes)] for state in frame_ends])
 
 
 def _step_modes_of_another_liver() -> None:
     scene = _scene(_path(), DURATION_S, "touching", 4)
-    own = _liver()
-    assert own.body is not None
-    shown = np.random.default_rng(1).normal(0.0, 1e-3, (4, len(whole_of(own.body).levels[-1].nodes), 3))
-    learnt = stroke_motion.prepare(compose(scene, own), Touching(), shown)
+    soft_liver = _liver()
+    assert soft_liver.body is not None
+    displacements = np.random.default_rng(1).normal(0.0, 1e-3, (4, len(whole_of(soft_liver.body).levels[-1].nodes), 3))
+    learnt = stroke_motion.prepare(compose(scene, soft_liver), Touching(), displacements)
     run(scene.but(touching=stroke_motion.Learnt(learnt=learnt)), _liver(FIRM))

@@ -27,10 +27,10 @@ def _outcome(name: str) -> str:
     return WORDS.get(name.strip(), spaced(name.strip()))
 
 
-def _refusals(given: pd.DataFrame) -> pd.DataFrame:
+def _refusals(not_stable: pd.DataFrame) -> pd.DataFrame:
     """Tabulate every outcome but stable: a case, its models, and the reason that the first of them gives."""
-    refusals = given.groupby(["case", "outcome", "declared"], sort=False).agg(
-        models=("model", lambda few: ", ".join(few) if len(few) <= 4 else f"all {len(few)} that were tried"),
+    refusals = not_stable.groupby(["case", "outcome", "declared"], sort=False).agg(
+        models=("model", lambda names: ", ".join(names) if len(names) <= 4 else f"all {len(names)} that were tried"),
         reason=("message", "first"),
     )
     return refusals.reset_index()

@@ -59,11 +59,11 @@ class Answer:
         Of an answer that is scaled, once up and once down, the smaller error counts.
         """
         offset = self.values - (self.frozen if self.origin is None else self.origin)
-        wrong = {"frozen": [self.frozen], "zero": [self.frozen if self.zero is None else self.zero]}
+        answers = {"frozen": [self.frozen], "zero": [self.frozen if self.zero is None else self.zero]}
         for name, factor in SCALED.items():
-            wrong[name] = [self.values - factor * offset, self.values + factor * offset]
+            answers[name] = [self.values - factor * offset, self.values + factor * offset]
         shape = self.values.shape
-        return {name: min(self._error(np.broadcast_to(each, shape)) for each in some) for name, some in wrong.items()}
+        return {name: min(self._error(np.broadcast_to(each, shape)) for each in some) for name, some in answers.items()}
 
     def _error(self, answer: np.ndarray) -> float:
         try:
@@ -128,13 +128,13 @@ def judge(case: Case, model: str) -> dict:
     exception ``wrong``, since a crash is no refusal; ``message`` is its text. Errors of wrong answers are NaN where the
     model gave no answer. ``sharp`` says whether all of WRONG exceed the bound; it is empty unless the answer is stable.
     """
-    value, message, wrong = math.nan, "", dict.fromkeys((*WRONG, NEARLY), math.nan)
+    value, message, errors = math.nan, "", dict.fromkeys((*WRONG, NEARLY), math.nan)
     bound = case.bounds.get(model, case.bound)
     try:
         answer = case.run(model)
         check_finite(answer.values)
         value = float(answer.error(answer.values))
-        wrong = answer.wrong_errors()
+        errors = answer.wrong_errors()
     except InputError as error:
         outcome, message = "refused", str(error)
     except NotConverged as error:
@@ -145,7 +145,7 @@ def judge(case: Case, model: str) -> dict:
         outcome, message = "wrong", f"{type(error).__name__}: {error}"
     else:
         outcome = "nan" if not math.isfinite(value) else "stable" if value <= bound else "wrong"
-    sharp = all(wrong[name] > bound for name in WRONG) if outcome == "stable" else None
+    sharp = all(errors[name] > bound for name in WRONG) if outcome == "stable" else None
     return {
         "case": case.name,
         "source": case.source,
@@ -155,7 +155,7 @@ def judge(case: Case, model: str) -> dict:
         "measure": case.measure,
         "value": value,
         "bound": bound,
-        **wrong,
+        **errors,
         "sharp": sharp,
         "declared": " or ".join(case.acceptable(model)),
         "passed": outcome in case.acceptable(model) and sharp is not False,
@@ -196,7 +196,7 @@ MODELS = FEM | SECOND | SPRINGS | EXPLICIT | SHAPES | SHEETS
 
 
 def bar_mesh(degrees: float = 0.0) -> TetMesh:
-    """Mesh a bar of 0.2 m × 0.05 m × 0.05 m by 192 tetrahedra; if given, with one more layer of such small angles."""
+    """Mesh a bar of 0.2 m × 0.05 m × 0.05 m by 192 tetrahedra; unless 0, ``degrees`` are angles of a layer more."""
     planes = np.linspace(0.0, 0.2, 9)
     if degrees:
         planes = np.insert(planes, 4, 0.075 + 0.025 * np.tan(np.radians(degrees)))
@@ -234,12 +234,12 @@ def point_masses(name: str, nodes: np.ndarray, held: Sequence[int] = ()) -> Part
     return Particles(name, nodes, np.ones(len(nodes)), np.array(held, dtype=int), *none, SOFT)
 
 
-def scene_of(model: str, step_s: float, duration_s: float, more: dict[str, Any] | None = None, **rest: Any) -> Scene:
-    """Describe a scene of one of MODELS with ``more`` effects; nothing holds the body unless one of these does."""
+def scene_of(model: str, step_s: float, duration_s: float, more: dict[str, Any] | None = None, **fields: Any) -> Scene:
+    """Describe a scene of one of MODELS with ``more`` effects and other ``fields``; the body is free unless held."""
     integrator, blocks = MODELS[model]
     stepping = {"integrator": integrator, "step_s": step_s, "duration_s": duration_s}
-    named = {"name": "hard_case", "body": "body", "held": False}
-    return Scene.model_validate(named | stepping | blocks | (more or {}) | rest)
+    names = {"name": "hard_case", "body": "body", "held": False}
+    return Scene.model_validate(names | stepping | blocks | (more or {}) | fields)
 
 
 def one_cluster(model: str) -> dict[str, Any]:
@@ -262,7 +262,7 @@ class Stepper:
         for shape matching, which has no energy.
         """
         has_energy = "shape_matching" not in self.system.effects
-        first = self.total_energy(x, v) - self.system.work_j if has_energy else 0.0
+        start_energy = self.total_energy(x, v) - self.system.work_j if has_energy else 0.0
         self.energy_gain = 0.0
         for number in range(steps):
             self.system.at((number + 1) * step_s)
@@ -270,7 +270,7 @@ class Stepper:
             check_finite(x, v)
             self.system.relax(x, step_s)
             if has_energy:
-                self.energy_gain = max(self.energy_gain, self.total_energy(x, v) - self.system.work_j - first)
+                self.energy_gain = max(self.energy_gain, self.total_energy(x, v) - self.system.work_j - start_energy)
         return x, v
 
     def total_energy(self, x: np.ndarray, v: np.ndarray) -> float:
@@ -321,8 +321,8 @@ def weight(system: System) -> np.ndarray:
 def free_flight(model: str, particles: Particles, v: np.ndarray, tolerance: float) -> Answer:
     """Simulate a free body over 20 steps from its rest shape and velocities ``v`` (n, 3) [m/s], judged by its momentum.
 
-    The error is the larger of two changes over the sum of the magnitudes of the nodes' momenta at the start: that of
-    the total momentum, and that of the momentum which follows from the displacement of the centre of mass.
+    The error is the larger of two changes of the total momentum, over the sum of the nodes' initial momenta: of that at
+    the end by velocities, and of the mean one by the displacement of the centre of mass in 0.2 s.
     """
     x, masses = particles.nodes, particles.masses[:, None]
     flown = np.array(Stepper(model, particles, tolerance=tolerance).advance(x, v, 0.01, 20))
@@ -330,8 +330,8 @@ def free_flight(model: str, particles: Particles, v: np.ndarray, tolerance: floa
 
     def error(state: np.ndarray) -> float:
         change = (masses * state[1]).sum(axis=0) - momentum
-        of_centre = (masses * (state[0] - x)).sum(axis=0) / 0.2 - momentum
-        return float(max(np.linalg.norm(change), np.linalg.norm(of_centre)) / scale)
+        centre_change = (masses * (state[0] - x)).sum(axis=0) / 0.2 - momentum
+        return float(max(np.linalg.norm(change), np.linalg.norm(centre_change)) / scale)
 
     return Answer(flown, np.array([x, v]), error, zero=np.array([x, 0.0 * v]))
 
@@ -340,14 +340,14 @@ def edge_error(particles: Particles, x: np.ndarray) -> float:
     """Return the largest relative change of length of the tetrahedra's edges at ``x`` (n, 3) [m]."""
     check_finite(x)
     pairs = TetMesh(particles.nodes, particles.tetrahedra).edges
-    now, rest = (np.linalg.norm(p[pairs[:, 1]] - p[pairs[:, 0]], axis=1) for p in (x, particles.nodes))
-    return float(np.abs(now / rest - 1.0).max())
+    lengths, rest_lengths = (np.linalg.norm(p[pairs[:, 1]] - p[pairs[:, 0]], axis=1) for p in (x, particles.nodes))
+    return float(np.abs(lengths / rest_lengths - 1.0).max())
 
 
 def end_face(mesh: Mesh) -> np.ndarray:
     """Return the weights (n,), of sum 1, by which a uniform traction on the face of largest x acts on nodes."""
-    end = mesh.nodes[:, 0].max()
-    corners = mesh.triangles[np.isclose(mesh.nodes[mesh.triangles][:, :, 0], end).all(axis=1)]
+    end_x = mesh.nodes[:, 0].max()
+    corners = mesh.triangles[np.isclose(mesh.nodes[mesh.triangles][:, :, 0], end_x).all(axis=1)]
     a, b, c = (mesh.nodes[corners[:, i]] for i in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     weights = np.bincount(corners.ravel(), np.repeat(areas, 3), minlength=len(mesh.nodes))
@@ -376,8 +376,8 @@ def recovery(
     shape_error = measure or (lambda a: edge_error(particles, a))
 
     def error(a: np.ndarray) -> float:
-        of_centre = np.linalg.norm(_centre(particles, a) - centre) / np.linalg.norm(DRIFT_M)
-        return max(shape_error(a), float(of_centre))
+        centre_error = np.linalg.norm(_centre(particles, a) - centre) / np.linalg.norm(DRIFT_M)
+        return max(shape_error(a), float(centre_error))
 
     return Answer(recovered, x, error, zero=particles.nodes)
 

@@ -93,8 +93,8 @@ def _plastic(model: str) -> Answer:
     """
     mesh, strains = box([0.1, 0.1, 0.1], [2, 2, 2]), []
     x = mesh.nodes * [STRETCH, STRETCH**-0.5, STRETCH**-0.5]
-    for most in MOST_STRAIN:
-        plastic = FemPlasticity(LinearElements(mesh, SOFT), YIELD, 10.0, most)
+    for limit in MOST_STRAIN:
+        plastic = FemPlasticity(LinearElements(mesh, SOFT), YIELD, 10.0, limit)
         plastic.relax(x, 1e6)
         logs = np.log(np.linalg.svd(plastic.plastic, compute_uv=False))
         strains.append(np.sqrt(2.0 / 3.0 * np.square(logs - logs.mean(axis=1, keepdims=True)).sum(axis=1)))
@@ -107,13 +107,13 @@ def _tied(model: str) -> Answer:
 
     All masses are equal, so that each node has to sink by m g / k and the springs of the surface stay at rest.
     """
-    whole = particles_of(nest("cube", box([0.1, 0.1, 0.1], [2, 2, 2]), 0, np.array([0]), SOFT), 0, True)
-    masses = np.full(len(whole.nodes), 0.01)
-    particles = Particles("shell", whole.nodes, masses, whole.held, whole.triangles, whole.tetrahedra, SOFT)
+    cube = particles_of(nest("cube", box([0.1, 0.1, 0.1], [2, 2, 2]), 0, np.array([0]), SOFT), 0, True)
+    masses = np.full(len(cube.nodes), 0.01)
+    particles = Particles("shell", cube.nodes, masses, cube.held, cube.triangles, cube.tetrahedra, SOFT)
     pairs = np.unique(np.sort(particles.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
-    rest_m = np.linalg.norm(particles.nodes[pairs[:, 0]] - particles.nodes[pairs[:, 1]], axis=1)
+    rest_lengths = np.linalg.norm(particles.nodes[pairs[:, 0]] - particles.nodes[pairs[:, 1]], axis=1)
     effects: dict[str, Effect] = {
-        "springs": Springs(pairs, np.full(len(pairs), 1.0), rest_m),
+        "springs": Springs(pairs, np.full(len(pairs), 1.0), rest_lengths),
         "body_springs": BodySprings(particles, 10.0, 0.5),
         "weight": NodalForce(masses, [0.0, 0.0, -9.81]),
     }
@@ -122,9 +122,9 @@ def _tied(model: str) -> Answer:
     x, v = start, np.zeros_like(start)
     for step_s in [0.05] * 100 + [10.0] * 10:
         x, v = integrator.step(x, v, step_s)
-    rest, sink = particles.nodes, 0.01 * 9.81 / 10.0
-    expected = rest - [0.0, 0.0, sink]
-    return Answer(x, start, lambda a: float(np.abs(a - expected).max()) / sink, zero=rest, origin=rest)
+    rest, sink_m = particles.nodes, 0.01 * 9.81 / 10.0
+    expected = rest - [0.0, 0.0, sink_m]
+    return Answer(x, start, lambda a: float(np.abs(a - expected).max()) / sink_m, zero=rest, origin=rest)
 
 
 RADIUS_M = 0.03
@@ -152,8 +152,8 @@ def organs() -> list[Case]:
 
 def _ball(spacing_m: list[float], noise_hu: float, bridge: bool = False) -> Answer:
     """Segment the synthetic CT of a ball, with a ``bridge`` to a smaller one or not; judge its volume and mass."""
-    spacing, half = np.array(spacing_m), np.array([0.09 if bridge else 0.045, 0.045, 0.045])
-    counts = np.ceil(2.0 * half / spacing).astype(int)
+    spacing, half_sizes = np.array(spacing_m), np.array([0.09 if bridge else 0.045, 0.045, 0.045])
+    counts = np.ceil(2.0 * half_sizes / spacing).astype(int)
     x, y, z = (s * (np.arange(n) - (n - 1) / 2.0) for s, n in zip(spacing, counts, strict=True))
     grid = x[None, None, :], y[None, :, None], z[:, None, None]
     filled = _filled_by_ball(grid, spacing, -0.04 if bridge else 0.0)
@@ -173,12 +173,12 @@ def _ball(spacing_m: list[float], noise_hu: float, bridge: bool = False) -> Answ
 
 
 def _filled_by_ball(grid: tuple, spacing: np.ndarray, center: float, radius: float = RADIUS_M) -> np.ndarray:
-    """Return the fraction of voxels, given by their centres ``grid``, in a ball around (center, 0, 0) [m]."""
+    """Return which share of 4³ points in each voxel, of centres ``grid``, is in a ball around (center, 0, 0) [m]."""
     offsets = (np.arange(4) + 0.5) / 4.0 - 0.5
-    total = np.zeros(np.broadcast_shapes(*(axis.shape for axis in grid)))
-    for a, b, c in np.stack(np.meshgrid(*[offsets] * 3), axis=-1).reshape(-1, 3) * spacing:
-        total = total + ((grid[0] + a - center) ** 2 + (grid[1] + b) ** 2 + (grid[2] + c) ** 2 < radius**2)
-    return total / 64.0
+    inside = np.zeros(np.broadcast_shapes(*(axis.shape for axis in grid)))
+    for dx, dy, dz in np.stack(np.meshgrid(*[offsets] * 3), axis=-1).reshape(-1, 3) * spacing:
+        inside = inside + ((grid[0] + dx - center) ** 2 + (grid[1] + dy) ** 2 + (grid[2] + dz) ** 2 < radius**2)
+    return inside / 64.0
 
 
 def _segment_air() -> None:

@@ -133,7 +133,7 @@ def _bedded() -> Body:
 def _problem(
     body: Body, instrument: Instrument, at: Sequence[float], direction: np.ndarray, beside: float, sticks: bool
 ) -> Indentation:
-    """Place an instrument where it first touches a block over ``at`` (2,) [m], and a second one ``beside`` [m] it."""
+    """Place an instrument in first touch of a block, above ``at`` (2,) [m], and another ``beside`` [m] it unless 0."""
     tops = [np.array([at[0] + shift, at[1], 0.05]) for shift in ((0.0, beside) if beside else (0.0,))]
     poses = [
         first_touch(upright(instrument, top, -direction if at[1] > 0.09 else -DOWN), body.coarse, direction)
@@ -168,8 +168,8 @@ def _pressed(
             distances.append(abs(float(side.pose.gaps(at_points)[0].min())))
             touched[(points.interpolation.T @ (side.multiplier > 0.0)) != 0.0] = True
         residual = problem.force(x) - problem.points.spread @ sum(problem.pushes(x))
-        of_forces = float(np.linalg.norm(residual[~touched]) / np.linalg.norm(state.force))
-        return max(max(distances) / depth, of_forces)
+        force_error = float(np.linalg.norm(residual[~touched]) / np.linalg.norm(state.force))
+        return max(max(distances) / depth, force_error)
 
     return Answer(state.x, problem.mesh.nodes, error)
 
@@ -179,8 +179,8 @@ def _pulled_back(model: str, depths: list[float], sticks: bool = False) -> Answe
     body = _block()
     (pressed,) = _problem(body, BALL, TOP, DOWN, 0.0, sticks).push(DOWN, [DEPTH_M], 1e-6)
     problem = _problem(body, BALL, TOP, DOWN, 0.0, sticks)
-    last = list(problem.push(DOWN, depths, 1e-6))[-1]
-    if last.force.any() or last.area_m2 or last.pressure_pa:
-        raise AssertionError(f"there is a force of {last.force} N without contact")
+    final = list(problem.push(DOWN, depths, 1e-6))[-1]
+    if final.force.any() or final.area_m2 or final.pressure_pa:
+        raise AssertionError(f"there is a force of {final.force} N without contact")
     rest = problem.mesh.nodes
-    return Answer(last.x, pressed.x, lambda a: float(np.abs(a - rest).max() / DEPTH_M))
+    return Answer(final.x, pressed.x, lambda a: float(np.abs(a - rest).max() / DEPTH_M))

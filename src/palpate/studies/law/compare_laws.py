@@ -97,23 +97,23 @@ def compare_laws(
     """Press each of the ``variants`` of ``body`` by every row of ``loads``, and tabulate LAW_TABLE.
 
     loads : as of ``choose_presses``; progress : wraps the list of variants, as ``tqdm`` does
-    Errors of the MESHES are against the variant's own limit. A press without an answer under a law has no numbers, and
-    the column ``why`` says the reason.
+    Errors of the MESHES are against the truth of the variant that is ``tried``, changes from the ``original`` truth.
+    A press without an answer under a law has no numbers, and the column ``why`` says the reason.
     """
     rows: list[dict] = []
-    samples, own = samples_in(loads), None
-    for each in progress(variants(body, laws, poissons)):
+    samples, original = samples_in(loads), None
+    for tried in progress(variants(body, laws, poissons)):
         with warnings.catch_warnings():  # the table says which presses have no truth, instead
             warnings.filterwarnings("ignore", ".*presses have no truth")
-            truth = truth_of(each.body, samples, (), tolerance=tolerance)
-        linear = _linear(each.body, samples, tolerance)
-        own = own or truth  # the first variant is the body as it is described
-        material = each.body.material
-        labels = {"body": each.body.name, "changed": each.changed, "law": material.law, "poisson": material.poisson}
+            truth = truth_of(tried.body, samples, (), tolerance=tolerance)
+        linear = _linear(tried.body, samples, tolerance)
+        original = original or truth  # the first that is tried is the body as it is described
+        material = tried.body.material
+        labels = {"body": tried.body.name, "changed": tried.changed, "law": material.law, "poisson": material.poisson}
         for i, (sample, depth) in enumerate(zip(samples, loads["peak_of_size"], strict=True)):
             contact, force = sample.load.single()
             pressed = {"contact": contact, "force_n": float(np.linalg.norm(force)), "depth_of_size": float(depth)}
-            rows.append(labels | pressed | _numbers(each.body, truth, own, linear[i], i, sample))
+            rows.append(labels | pressed | _numbers(tried.body, truth, original, linear[i], i, sample))
     return LAW_TABLE.frame(rows)
 
 
@@ -133,23 +133,23 @@ def _linear(body: Body, samples: Sequence[Sample], tolerance: float) -> list[np.
     return answers
 
 
-def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i: int, sample: Sample) -> dict:
-    """Return the numbers of LAW_TABLE of press ``i`` of a variant; ``own`` : truth of the body as it is described."""
-    levels, before = _answered(truth, i), _answered(own, i)
+def _numbers(body: Body, truth: Truth, original: Truth, linear: np.ndarray | None, i: int, sample: Sample) -> dict:
+    """Return the errors and changes of press ``i`` of a variant; original : truth of the body as it is described."""
+    levels, original_levels = _answered(truth, i), _answered(original, i)
     row = {"why": truth.rejected[i], "believed": bool(truth.believed[i])}
-    if before:
-        row |= {"depth_of_size": peak_of(own.displacement[i]) / body.fine.size}
+    if original_levels:
+        row |= {"depth_of_size": peak_of(original.displacement[i]) / body.fine.size}
     if not levels:
         return row
     limit, finest = truth.displacement[i], len(body.levels) - 1 - truth_levels(body)[0]
     pairs = {"quadratic": (levels[max(finest - 1, 0)], limit)}
     if not np.array_equal(limit, levels[finest]):  # it is where the levels have no limit that can be seen
         pairs |= {"finest": (levels[finest], limit)}
-    pairs |= {"change": (levels[-1], before[-1])} if before else {}
+    pairs |= {"change": (levels[-1], original_levels[-1])} if original_levels else {}
     pairs |= {"linear": (linear, limit)} if linear is not None else {}
     patch = sample.pressed(body)
-    for kind, (computed, truly) in pairs.items():
-        errors = truth_errors(computed, truly, patch)
+    for kind, (computed, reference) in pairs.items():
+        errors = truth_errors(computed, reference, patch)
         row |= {
             f"{kind}_{name}": getattr(errors, name) for name in ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
         }
@@ -176,10 +176,10 @@ def growing_presses(
     Returns the table of ``choose_presses``, and warns and raises as it does. Where the trade-off's limit of pressure
     allows no deeper press of a contact, its deepest press has that pressure.
     """
-    most = max(depths)
-    above = [] if body.regions is None else contacts_near_regions(body, 1)[0][:1].tolist()
-    presses = [{"magnitude": depth / most, "tilt_degrees": 0} for depth in sorted(depths)]
-    table = choose_presses(body, contacts, presses, {"peak_of_size": most}, radius_m, 1, progress, above)
+    deepest = max(depths)
+    above_regions = [] if body.regions is None else contacts_near_regions(body, 1)[0][:1].tolist()
+    presses = [{"magnitude": depth / deepest, "tilt_degrees": 0} for depth in sorted(depths)]
+    table = choose_presses(body, contacts, presses, {"peak_of_size": deepest}, radius_m, 1, progress, above_regions)
     return table[~table[["contact", *FORCES]].round(12).duplicated()].reset_index(drop=True)
 
 
@@ -197,10 +197,10 @@ def from_depths(table: pd.DataFrame) -> pd.DataFrame:
     changed = table[(table["changed"] != OWN) & table["change_rmse_of_peak"].notna() & table["believed"].astype(bool)]
     for (*variant, contact), curve in changed.groupby([*VARIANT, "contact"], sort=False):
         for mesh in (*MESHES, "own"):
-            known = curve[curve[f"{mesh}_rmse_of_peak"].notna()].sort_values("depth_of_size")
-            if len(known):
-                ratio = known["change_rmse_of_peak"] / known[f"{mesh}_rmse_of_peak"]
-                depth = crossing(known["depth_of_size"].to_numpy(), ratio.to_numpy())
+            with_error = curve[curve[f"{mesh}_rmse_of_peak"].notna()].sort_values("depth_of_size")
+            if len(with_error):
+                ratio = with_error["change_rmse_of_peak"] / with_error[f"{mesh}_rmse_of_peak"]
+                depth = crossing(with_error["depth_of_size"].to_numpy(), ratio.to_numpy())
                 rows.append([*variant, contact, mesh, depth])
     return pd.DataFrame(rows, columns=[*VARIANT, "contact", "mesh", "from_depth"])
 
@@ -211,14 +211,14 @@ def crossing(depth: np.ndarray, ratio: np.ndarray) -> float:
     Between two depths it is interpolated as a power of the depth. Returns 0 if it is above 1 at all depths, and
     infinity if it is not at the last one.
     """
-    below = np.flatnonzero(~(ratio > 1.0))
-    if not len(below):
+    not_above = np.flatnonzero(~(ratio > 1.0))
+    if not len(not_above):
         return 0.0
-    i = int(below[-1])
+    i = int(not_above[-1])
     if i == len(depth) - 1:
         return float("inf")
-    x, y = np.log(depth[i : i + 2]), np.log(np.maximum(ratio[i : i + 2], np.finfo(float).tiny))
-    return float(np.exp(x[0] - y[0] * (x[1] - x[0]) / (y[1] - y[0])))
+    log_depth, log_ratio = np.log(depth[i : i + 2]), np.log(np.maximum(ratio[i : i + 2], np.finfo(float).tiny))
+    return float(np.exp(log_depth[0] - log_ratio[0] * (log_depth[1] - log_depth[0]) / (log_ratio[1] - log_ratio[0])))
 
 
 def press_under_laws(

@@ -41,9 +41,9 @@ def draw_law(law) -> Figure:
     handles: dict[str, Line2D] = {}
     for body, (errors, volume) in zip(names, axes.T, strict=True):
         rows = tables.where(law, body=body)
-        for (changed, name, poisson), part in rows.groupby(["changed", "law", "poisson"], sort=False):
+        for (changed, name, poisson), variant in rows.groupby(["changed", "law", "poisson"], sort=False):
             shade = shade_of(changed, name, poisson)
-            for _, curve in part.groupby("contact"):
+            for _, curve in variant.groupby("contact"):
                 _curve(errors, volume, curve.sort_values("depth_of_size"), changed, shade)
             if changed != OWN:
                 handles[label(changed, name, poisson)] = Line2D([], [], marker="o", ms=3.5, color=shade)
@@ -79,8 +79,8 @@ def _curve(errors, volume, curve, changed: str, shade: str) -> None:
             errors.plot(depth, 100 * curve[column], color=ink, ls=dashes, lw=1.2, zorder=1)
         shade = style.INK
     else:
-        known = curve.loc[curve["change_rmse_of_peak"].notna(), "believed"].astype(bool).all()
-        looks = {"mfc": shade, "mec": "white", "mew": 0.4} if known else {"mfc": "white", "mec": shade, "ls": ":"}
+        believed = curve.loc[curve["change_rmse_of_peak"].notna(), "believed"].astype(bool).all()
+        looks = {"mfc": shade, "mec": "white", "mew": 0.4} if believed else {"mfc": "white", "mec": shade, "ls": ":"}
         looks |= {"marker": "o", "ms": 3.5, "zorder": 3, "color": shade}
         errors.plot(depth, 100 * curve["change_rmse_of_peak"], **looks)
     volume.plot(depth, 100 * curve["volume_change"], "-", lw=1.2, zorder=2, color=shade)

@@ -30,9 +30,9 @@ def draw_organ_springs(organ_springs) -> Figure:
     A dot is a contact and a bar their mean, medians over the seeds
     """
     names = tables.bodies(organ_springs)
-    # the median over the seeds of each search in the place of its seeds
-    one = ["body", "model", "volume_force", "step_s", "contact", "used_in_fit"]
-    organ_springs = organ_springs.groupby(one, sort=False)[["rmse_of_peak", "ms_a_second"]].median().reset_index()
+    # replace the seeds of each search by their median
+    run = ["body", "model", "volume_force", "step_s", "contact", "used_in_fit"]
+    organ_springs = organ_springs.groupby(run, sort=False)[["rmse_of_peak", "ms_a_second"]].median().reset_index()
     figure, axes = style.panels(len(names), 2, (9.5, 3.9 * len(names)), width_ratios=[1.25, 1])
     for (left, right), body in zip(axes, names, strict=True):
         rows = tables.where(organ_springs, body=body)
@@ -41,7 +41,7 @@ def draw_organ_springs(organ_springs) -> Figure:
         left.set_title(f"{spaced(body)}: at the fitted contacts (filled) and at others")
         right.set_title(f"{spaced(body)}: at contacts that no fit saw")
     looks = [look(model) for model in dict.fromkeys(organ_springs["model"]) if model != "zero"]
-    handles = [Line2D([], [], ls="", marker=its.marker, color=its.colour, label=its.label) for its in looks]
+    handles = [Line2D([], [], ls="", marker=shown.marker, color=shown.colour, label=shown.label) for shown in looks]
     forces = sorted(set(organ_springs["volume_force"].astype(bool)))
     if len(forces) > 1:
         handles += [Line2D([], [], color=style.INK, ls=DASHES[force], label=FORCES[force]) for force in forces]
@@ -50,36 +50,36 @@ def draw_organ_springs(organ_springs) -> Figure:
 
 
 def _errors(axis, rows) -> None:
-    """Draw errors at each contact, side by side for each model; of several steps the best at tested contacts."""
-    groups = []
+    """Draw errors at fitted and tested contacts for each model, in its time step that is best at tested contacts."""
+    shown = []
     for (model, force), of_model in rows[rows["model"] != "zero"].groupby(["model", "volume_force"], sort=False):
         best = of_model[~of_model["used_in_fit"]].groupby("step_s")["rmse_of_peak"].mean().idxmin()
-        groups.append((model, bool(force), of_model[of_model["step_s"] == best]))
-    for place, (model, force, of_model) in enumerate(groups):
+        shown.append((model, bool(force), of_model[of_model["step_s"] == best]))
+    for place, (model, force, of_model) in enumerate(shown):
         for used, shift, fill in ((True, -0.18, look(model).colour), (False, 0.18, "none")):
-            error, at = 100 * tables.where(of_model, used_in_fit=used)["rmse_of_peak"], place + shift
-            axis.plot([at] * len(error), error, "o", mfc=fill, mec=look(model).colour, ms=4)
-            axis.plot([at - 0.15, at + 0.15], [error.mean()] * 2, color=style.INK, ls=DASHES[force])
+            error, x = 100 * tables.where(of_model, used_in_fit=used)["rmse_of_peak"], place + shift
+            axis.plot([x] * len(error), error, "o", mfc=fill, mec=look(model).colour, ms=4)
+            axis.plot([x - 0.15, x + 0.15], [error.mean()] * 2, color=style.INK, ls=DASHES[force])
     zero = 100 * tables.where(rows, model="zero")["rmse_of_peak"].mean()
     axis.annotate(f"no motion: {zero:.0f} %", (1.0, 1.0), (-2, -8), "axes fraction", "offset points", ha="right")
-    labels = [SHORT[model] + (" + V" if force and len(groups) > 8 else "") for model, force, _ in groups]
-    axis.set_xticks(range(len(groups)), labels, rotation=30, ha="right")
+    labels = [SHORT[model] + (" + V" if force and len(shown) > 8 else "") for model, force, _ in shown]
+    axis.set_xticks(range(len(shown)), labels, rotation=30, ha="right")
     axis.set(ylabel="RMSE [% of peak]", ylim=(0, None))
 
 
 def _over_time(axis, rows) -> None:
-    """Draw the mean error at tested contacts over the computing time of a second of motion."""
+    """Draw the mean error at tested contacts over the computing time of a second of motion; for springs see APART."""
     tested = rows[~rows["used_in_fit"] & (rows["model"] != "zero")]
-    springs = dict(enumerate(dict.fromkeys(model for model in tested["model"] if model in FITS)))
-    places = {model: number - (len(springs) - 1) / 2 for number, model in springs.items()}
+    spring_models = dict(enumerate(dict.fromkeys(model for model in tested["model"] if model in FITS)))
+    shifts = {model: number - (len(spring_models) - 1) / 2 for number, model in spring_models.items()}
     for (model, force), of_model in tested.groupby(["model", "volume_force"], sort=False):
         steps = of_model.groupby("step_s")
         mean = steps[["rmse_of_peak"]].mean().assign(ms=steps["ms_a_second"].median()).sort_values("ms")
-        if model in places:
-            alike = tested[tested["model"].isin(places) & (tested["volume_force"] == force)]
-            mean["ms"] = np.median(alike["ms_a_second"]) * APART ** places[model]
-        kind = look(model)
-        looks = {"marker": kind.marker, "color": kind.colour, "ls": DASHES[force], "ms": 9, "mec": "white", "mew": 0.6}
+        if model in shifts:
+            all_springs = tested[tested["model"].isin(shifts) & (tested["volume_force"] == force)]
+            mean["ms"] = np.median(all_springs["ms_a_second"]) * APART ** shifts[model]
+        mark = look(model)
+        looks = {"marker": mark.marker, "color": mark.colour, "ls": DASHES[force], "ms": 9, "mec": "white", "mew": 0.6}
         axis.plot(mean["ms"], 100 * mean["rmse_of_peak"], **looks)
     axis.axvline(1000.0, color=style.FAINT, lw=1)
     axis.annotate("real time", (1000.0, 0.0), (-3, 4), ("data", "axes fraction"), "offset points", ha="right")

@@ -81,16 +81,16 @@ class Organ:
 
     def spring_settings(self, volume_force: bool) -> Settings:
         """Return the settings of springs, with or without volume force, in steps that are stable for the stiffest."""
-        volume = volume_stiffness(self.model, self.particles(0).material) if volume_force else 0.0
-        once = self.in_steps(1, volume)
-        limit = OF_LIMIT * step_limit(self.particles(0), self.model, once, self.limits.high_pa)
-        return self.in_steps(int(np.ceil(once.step_s / limit)), volume)
+        volume_n_m = volume_stiffness(self.model, self.particles(0).material) if volume_force else 0.0
+        frame_steps = self.in_steps(1, volume_n_m)
+        limit = OF_LIMIT * step_limit(self.particles(0), self.model, frame_steps, self.limits.high_pa)
+        return self.in_steps(int(np.ceil(frame_steps.step_s / limit)), volume_n_m)
 
     def fitnesses(self, settings: Settings, references: list[Reference]) -> list[Fitness]:
         """Return the fitness functions of the fitted presses, which compare the key points ``compared`` only."""
-        seen = replace(settings, keys=KeyPoints(self.keys.corners[self.compared], self.keys.shares[self.compared]))
+        reduced = replace(settings, keys=KeyPoints(self.keys.corners[self.compared], self.keys.shares[self.compared]))
         return [
-            Fitness(self.model, self.press(i, 0), seen, x[:, self.compared], v[:, self.compared])
+            Fitness(self.model, self.press(i, 0), reduced, x[:, self.compared], v[:, self.compared])
             for i, (x, v, _) in enumerate(references[: self.fitted])
         ]
 
@@ -104,34 +104,34 @@ def organ(body: Body, settings: OrganSettings) -> Organ:
     body = body.up_to(1) if len(body.levels) > 1 else finer(body)
     if body.bed is not None or not len(body.anchors[0]):
         raise InputError(f"organ_springs: {body.name} is not held by anchors, which springs need; give it anchors.")
-    fitted, wanted = settings.fitted, settings.fitted + settings.tested
-    first, every = kept_contacts(body, fitted), kept_contacts(body, wanted)
-    if len(every) < wanted:
+    fitted, count = settings.fitted, settings.fitted + settings.tested
+    fitted_contacts, all_contacts = kept_contacts(body, fitted), kept_contacts(body, count)
+    if len(all_contacts) < count:
         raise InputError(
-            f"organ_springs: {wanted} contacts are asked for and {len(every)} of {body.name} can be pressed; "
+            f"organ_springs: {count} contacts are asked for and {len(all_contacts)} of {body.name} can be pressed; "
             "lower fitted or tested."
         )
-    contacts = np.concatenate([first, np.setdiff1d(every, first)])
+    contacts = np.concatenate([fitted_contacts, np.setdiff1d(all_contacts, fitted_contacts)])
     particles = particles_of(body, 0, surface=False)
     free = np.setdiff1d(body.coarse.surface, particles.held)
     compared = np.unique(np.linspace(0, len(free) - 1, settings.key_points).round().astype(int))
-    low, high = YOUNG_OF_BODY
+    least, most = YOUNG_OF_BODY
     young = particles.material.young_pa
-    # the nodes themselves, on every level on which they have the same numbers
+    # key points are nodes, with all weight on the first of four corners; nodes have the same numbers on every level
     keys = KeyPoints(np.repeat(free[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(free), 1)))
-    limits = Range(low * young, high * young)
+    limits = Range(least * young, most * young)
     forces = _forces(body, contacts)
     return Organ(body, spring_model(particles), contacts, fitted, forces, keys, compared, limits, settings)
 
 
 def _forces(body: Body, contacts: np.ndarray) -> np.ndarray:
-    """Return the inward force (contacts, 3) [N] at each contact whose linear displacement is PEAK_OF_SIZE."""
+    """Return inward forces (contacts, 3) [N] whose linear displacements are PEAK_OF_SIZE of the body's size at most."""
     respond, peak = Equilibrium(body, 0).linear_solver(), PEAK_OF_SIZE * body.fine.size
     forces = []
     for contact in contacts:
-        inward = -body.fine.normals[contact]
-        moved = respond(nodal_load(body, 0, int(contact), inward, RADIUS_M))
-        forces.append(inward * peak / np.linalg.norm(moved, axis=1).max())
+        direction = -body.fine.normals[contact]
+        moved = respond(nodal_load(body, 0, int(contact), direction, RADIUS_M))
+        forces.append(direction * peak / np.linalg.norm(moved, axis=1).max())
     return np.array(forces)
 
 
@@ -143,11 +143,11 @@ def references(pressed: Organ) -> list[Reference]:
     particles, settings = pressed.particles(1), pressed.in_steps(1)
     rest, substeps = pressed.keys.of(pressed.body.coarse.nodes), pressed.settings.reference_steps
     limits = []
-    for i in range(len(pressed.contacts)):
-        press = pressed.press(i, 1)
-        long, short = (reference_motion(particles, pressed.model, press, settings, n * substeps) for n in (1, 2))
-        x, v = (2.0 * fine - coarse for fine, coarse in zip(short, long, strict=True))
-        limits.append(Reference(x, v, deviation(short[0], x, rest)))
+    for contact in range(len(pressed.contacts)):
+        press = pressed.press(contact, 1)
+        whole, half = (reference_motion(particles, pressed.model, press, settings, n * substeps) for n in (1, 2))
+        positions, velocities = (2.0 * fine - coarse for fine, coarse in zip(half, whole, strict=True))
+        limits.append(Reference(positions, velocities, deviation(half[0], positions, rest)))
     return limits
 
 
@@ -185,19 +185,19 @@ def mass_motion(pressed: Organ) -> pd.DataFrame:
     def motions(particles: Particles) -> list[np.ndarray]:
         return [reference_motion(particles, pressed.model, press, settings, 1)[0] for press in presses]
 
-    rows, frequencies, wanted = [], frequencies_hz(own), motions(own)
+    rows, own_hz, own_motions = [], frequencies_hz(own), motions(own)
     for name, particles in {"own": own, "uniform": uniform, "mean": even}.items():
-        other = frequencies_hz(particles)
-        changes = [deviation(x, y, rest) for x, y in zip(motions(particles), wanted, strict=True)]
+        hz = frequencies_hz(particles)
+        changes = [deviation(x, y, rest) for x, y in zip(motions(particles), own_motions, strict=True)]
         of_uniform = particles.masses / uniform.masses
-        weighed = particles.masses.sum(), float(of_uniform.min()), float(of_uniform.max())
-        changed = float(np.abs(other / frequencies - 1.0).max()), float(np.mean(changes))
-        rows.append((pressed.body.name, pressed.body.densities is not None, name, *weighed, other[0], *changed))
+        mass_columns = particles.masses.sum(), float(of_uniform.min()), float(of_uniform.max())
+        deviations = float(np.abs(hz / own_hz - 1.0).max()), float(np.mean(changes))
+        rows.append((pressed.body.name, pressed.body.densities is not None, name, *mass_columns, hz[0], *deviations))
     return MASS_MOTION.frame(rows)
 
 
 def frequencies_hz(particles: Particles) -> np.ndarray:
-    """Compute the lowest MODES frequencies [Hz] of K φ = ω² M φ at rest, held nodes left out."""
+    """Compute the lowest MODES frequencies ω/2π [Hz] of K φ = ω² M φ at rest: stiffness and masses of free nodes."""
     free = np.repeat(np.isin(np.arange(len(particles.nodes)), particles.held, invert=True), 3)
     stiffness = LinearElements(particles, particles.tissue).stiffness(particles.nodes).tocsr()[free][:, free]
     masses = sparse.diags_array(np.repeat(particles.masses, 3)[free]).tocsc()

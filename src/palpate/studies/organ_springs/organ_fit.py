@@ -52,21 +52,21 @@ def measure(
     for volume_force in pressed.settings.volume_force:
         settings = pressed.spring_settings(volume_force)
         fitnesses = pressed.fitnesses(settings, references)
-        soft = np.full(len(pressed.model.masses), pressed.limits.low_pa)
-        fitnesses[0](soft[None])  # so that compilation is not timed
-        simulate(pressed.model, soft, pressed.press(0, 0), settings)
+        softest = np.full(len(pressed.model.masses), pressed.limits.low_pa)
+        fitnesses[0](softest[None])  # so that compilation is not timed
+        simulate(pressed.model, softest, pressed.press(0, 0), settings)
         seeds = range(seed, seed + pressed.settings.searches.seeds)
-        runs = [(method, one) for method in METHODS for one in (seeds if method in SEEDED else seeds[:1])]
-        for method, one in runs:
+        runs = [(method, run_seed) for method in METHODS for run_seed in (seeds if method in SEEDED else seeds[:1])]
+        for method, run_seed in runs:
             model, fit = find(
-                method, fitnesses, material, young, pressed.limits, pressed.settings.searches, one, report(method)
+                method, fitnesses, material, young, pressed.limits, pressed.settings.searches, run_seed, report(method)
             )
-            labels = {"model": method, "volume_force": volume_force, "seed": one}
+            labels = {"model": method, "volume_force": volume_force, "seed": run_seed}
             judged = judge(pressed, model, fit.young, settings, references)
             judged["offline_s"], judged["evaluations"] = fit.history[-1, 1], int(fit.history[-1, 0])
             errors.append(judged.assign(**labels))
-            rises = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"])
-            histories.append(rises.assign(**labels, generation=np.arange(len(rises))))
+            history = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"])
+            histories.append(history.assign(**labels, generation=np.arange(len(history))))
     return pd.concat(errors, ignore_index=True), pd.concat(histories, ignore_index=True)
 
 
@@ -103,15 +103,15 @@ def judge_motions(pressed: Organ, move: Callable[[int], np.ndarray], references:
         are those at the ends of the f frames
     """
     rest, rows = pressed.keys.of(pressed.body.coarse.nodes), []
-    for number, (wanted, _, own_error) in enumerate(references):
-        begin = perf_counter()
+    for number, (expected, _, reference_error) in enumerate(references):
+        start = perf_counter()
         motion = move(number)
-        taken = perf_counter() - begin
-        every = len(wanted) // len(motion)
-        rmse = float(np.sqrt(((motion - wanted[every - 1 :: every]) ** 2).sum(axis=2).mean()))
-        peak = float(np.linalg.norm(wanted - rest, axis=2).max())
-        errors = rmse, peak, rmse / peak, own_error, 1e3 * taken / pressed.settings.duration_s
-        rows.append((pressed.body.name, int(pressed.contacts[number]), number < pressed.fitted, *errors))
+        taken_s = perf_counter() - start
+        stride = len(expected) // len(motion)
+        rmse = float(np.sqrt(((motion - expected[stride - 1 :: stride]) ** 2).sum(axis=2).mean()))
+        peak = float(np.linalg.norm(expected - rest, axis=2).max())
+        columns = rmse, peak, rmse / peak, reference_error, 1e3 * taken_s / pressed.settings.duration_s
+        rows.append((pressed.body.name, int(pressed.contacts[number]), number < pressed.fitted, *columns))
     names = "body contact used_in_fit rmse_m peak_m rmse_of_peak reference_error ms_a_second"
     return pd.DataFrame(rows, columns=names.split())
 
@@ -121,16 +121,16 @@ def rivals(pressed: Organ, references: list[Reference]) -> pd.DataFrame:
     rest = pressed.keys.of(pressed.body.coarse.nodes)
     zero = judge_motions(pressed, lambda number: rest[None], references)
     tables = [zero.assign(model="zero", step_s=pressed.settings.duration_s, offline_s=0.0)]
-    tables += [_fem(pressed, every, references) for every in pressed.settings.fem_frames]
+    tables += [_fem(pressed, frames_a_step, references) for frames_a_step in pressed.settings.fem_frames]
     tables += [_shapes(pressed, steps, references) for steps in pressed.settings.shape_steps]
     return pd.concat(tables, ignore_index=True).assign(volume_force=False, evaluations=0, seed=0)
 
 
-def _fem(pressed: Organ, every: int, references: list[Reference]) -> pd.DataFrame:
-    """Measure linear elements on the coarse mesh, with one implicit step in ``every`` frames."""
-    particles, frames = pressed.particles(0), pressed.settings.frames // every
-    once = pressed.in_steps(1)
-    settings = replace(once, step_s=once.step_s * every, steps=frames)
+def _fem(pressed: Organ, frames_a_step: int, references: list[Reference]) -> pd.DataFrame:
+    """Measure linear elements on the coarse mesh, with one implicit step in ``frames_a_step`` frames."""
+    particles, frames = pressed.particles(0), pressed.settings.frames // frames_a_step
+    step_a_frame = pressed.in_steps(1)
+    settings = replace(step_a_frame, step_s=step_a_frame.step_s * frames_a_step, steps=frames)
 
     def move(number: int) -> np.ndarray:
         return reference_motion(particles, pressed.model, pressed.press(number, 0), settings, 1)[0]
@@ -141,8 +141,8 @@ def _fem(pressed: Organ, every: int, references: list[Reference]) -> pd.DataFram
 
 
 def _shapes(pressed: Organ, steps: int, references: list[Reference]) -> pd.DataFrame:
-    """Fit factor of forces, β and decay of shape matching to the fitted presses, and measure it; ``steps`` a frame."""
-    begin = perf_counter()
+    """Measure shape matching, its force factor, β and decay fitted to the fitted presses, with ``steps`` in a frame."""
+    began = perf_counter()
     rest = pressed.keys.of(pressed.body.coarse.nodes)
 
     def misfit(unknowns: np.ndarray) -> float:
@@ -155,13 +155,13 @@ def _shapes(pressed: Organ, steps: int, references: list[Reference]) -> pd.DataF
 
     starts = [np.array([scale, 0.5, 2.0]) for scale in np.arange(-6.0, 6.1, 1.5)]
     start = min(starts, key=misfit)
-    corners = np.vstack([start, start + np.diag([0.7, 0.3, -1.0])])
-    options = {"maxfev": pressed.settings.shape_evaluations, "initial_simplex": corners}
+    simplex = np.vstack([start, start + np.diag([0.7, 0.3, -1.0])])
+    options = {"maxfev": pressed.settings.shape_evaluations, "initial_simplex": simplex}
     bounds = [(-14.0, 14.0), (0.0, 0.99), (-3.0, 7.0)]
-    best = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options).x
-    taken = perf_counter() - begin
-    table = judge_motions(pressed, _shape_motion(pressed, steps, best), references)
-    return table.assign(model="shape_matching", step_s=pressed.in_steps(steps).step_s, offline_s=taken)
+    fitted = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options).x
+    taken_s = perf_counter() - began
+    table = judge_motions(pressed, _shape_motion(pressed, steps, fitted), references)
+    return table.assign(model="shape_matching", step_s=pressed.in_steps(steps).step_s, offline_s=taken_s)
 
 
 def _shape_motion(pressed: Organ, steps: int, unknowns: np.ndarray) -> Callable[[int], np.ndarray]:

@@ -23,17 +23,17 @@ def numbers(report: Report) -> dict[str, Any]:
 
 
 def means(springs: pd.DataFrame) -> pd.DataFrame:
-    """Return of each model and step the mean errors ``fitted`` and ``tested``, and the median time, by model.
+    """Return of each model and time step the mean errors at ``fitted`` and ``tested`` contacts, and the median times.
 
     Errors are medians over the seeds of a search; ``low``, ``high`` are the range of ``tested`` over so many ``seeds``.
     """
     setting = ["model", "volume_force", "step_s"]
     medians = springs.groupby(setting, sort=False)[["ms_a_second", "offline_s"]].median()
-    for name, used in (("fitted", True), ("tested", False)):
-        part = tables.where(springs, used_in_fit=used).groupby([*setting, "seed"], sort=False)
-        means = part["rmse_of_peak"].mean().groupby(setting, sort=False)
-        medians[name] = means.median()
-    return medians.assign(low=means.min(), high=means.max(), seeds=means.size()).reset_index()
+    for name, fitted in (("fitted", True), ("tested", False)):
+        of_contacts = tables.where(springs, used_in_fit=fitted).groupby([*setting, "seed"], sort=False)
+        of_seeds = of_contacts["rmse_of_peak"].mean().groupby(setting, sort=False)
+        medians[name] = of_seeds.median()
+    return medians.assign(low=of_seeds.min(), high=of_seeds.max(), seeds=of_seeds.size()).reset_index()
 
 
 def best(springs: pd.DataFrame) -> pd.DataFrame:

@@ -29,29 +29,29 @@ CELLS = 4
 
 
 def compare_with_published(input: Any) -> pd.DataFrame:
-    """Compute the rows of OUTSIDE, for the rule of this name.
+    """Tabulate published values beside palpate's, the rows of OUTSIDE, for the rule of this name.
 
-    published : the file of the published values by case; displacements : that of the hanging bar's nodes
+    input : files, ``published`` of the values by case and ``displacements`` of the hanging bar's nodes
     """
     published, rows = read_yaml(input.published), []
     for case, ours, error, difference in _found(hanging_bar.read_displacements(input.displacements)):
         entry = published[case]
         value = float(entry["value"])
-        apart = ours / value - 1.0 if difference is None else difference
-        rows.append([case, entry["quantity"], entry["unit"], value, ours, error, apart, entry["source"]])
+        relative_difference = ours / value - 1.0 if difference is None else difference
+        rows.append([case, entry["quantity"], entry["unit"], value, ours, error, relative_difference, entry["source"]])
     return OUTSIDE.frame(rows)
 
 
 def _found(theirs: np.ndarray) -> Iterator[tuple[str, float, float, float | None]]:
-    """Yield the name of each case, palpate's value, its own error over it, and its difference from the published value.
+    """Yield the name of each case, palpate's value, its relative error by the mesh, and the difference from published.
 
-    The difference is None where it follows from both values. theirs : (833, 3) [m], the published displacements of the
-    hanging bar's nodes
+    The difference is relative, and None where the caller computes it from both values.
+    theirs : (833, 3) [m], the published displacements of the hanging bar's nodes
     """
     ours = hanging_bar.on_its_mesh()
-    largest = np.linalg.norm(ours - theirs, axis=1).max() / np.linalg.norm(theirs, axis=1).max()
+    worst_node = np.linalg.norm(ours - theirs, axis=1).max() / np.linalg.norm(theirs, axis=1).max()
     yield "bar_tip", -1e3 * ours[:, 2].min(), 0.0, None
-    yield "bar_nodes", 1e3 * np.sqrt((ours**2).sum(axis=1).mean()), 0.0, float(largest)
+    yield "bar_nodes", 1e3 * np.sqrt((ours**2).sum(axis=1).mean()), 0.0, float(worst_node)
     yield from _limits(["bar_limit", "bar_energy"], hanging_bar.tip_and_energy, CELLS // 4)
     yield "squeezed", prisms.confined_stress(0.7), 0.0, None
     yield "stretched", prisms.confined_stress(1.5), 0.0, None
@@ -62,8 +62,8 @@ def _found(theirs: np.ndarray) -> Iterator[tuple[str, float, float, float | None
     yield from _limits(["cook_free"], prisms.cook_neo_hookean(plane=False), CELLS)
 
 
-def _limits(cases: list[str], of: Callable, cells: int) -> Iterator[tuple[str, float, float, None]]:
-    """Yield each of ``cases`` with the limit of ``of`` over 1, 2 and 4 times ``cells``, and its relative own error."""
-    meshes = np.array([np.atleast_1d(of(factor * cells)) for factor in (1, 2, 4)])
-    for case, limit, off in zip(cases, *number_limits(meshes), strict=True):
-        yield case, float(limit), float(off / abs(limit)), None
+def _limits(cases: list[str], value: Callable, cells: int) -> Iterator[tuple[str, float, float, None]]:
+    """Yield each of ``cases``, the limit of ``value`` over 1, 2 and 4 times ``cells``, and its own error over that."""
+    values = np.array([np.atleast_1d(value(factor * cells)) for factor in (1, 2, 4)])
+    for case, limit, error in zip(cases, *number_limits(values), strict=True):
+        yield case, float(limit), float(error / abs(limit)), None

@@ -25,27 +25,27 @@ CORNERS = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
 
 
 def grid(cells: tuple[int, int, int], sizes_m: tuple[float, float, float]) -> TetMesh:
-    """Make the mesh of a block that Newton's ``add_soft_grid`` makes, of five tetrahedra a cell, in mirrored cells.
+    """Make the mesh of a block as Newton's ``add_soft_grid``, of five tetrahedra in each cell, in mirrored cells.
 
-    Four tetrahedra cut off corners of a cell that share no edge, and the fifth is the rest. Nodes are those in single
-    precision.
+    Four tetrahedra cut off corners of a cell that share no edge, and the fifth is the inner rest; which corners these
+    are alternates between even and odd cells. Nodes are rounded to single precision.
     """
     counts = np.array(cells)
     nodes = np.array([[i, j, k] for k in range(cells[2] + 1) for j in range(cells[1] + 1) for i in range(cells[0] + 1)])
     strides = np.array([1, cells[0] + 1, (cells[0] + 1) * (cells[1] + 1)])
     parity = CORNERS.sum(axis=1) % 2
-    fives = []
+    splits = []
     for odd in (0, 1):
         inner = np.flatnonzero(parity == odd)
         cut = np.flatnonzero(parity != odd)
-        near = [inner[np.abs(CORNERS[inner] - CORNERS[each]).sum(axis=1) == 1] for each in cut]
-        fives.append(np.array([[each, *others] for each, others in zip(cut, near, strict=True)] + [list(inner)]))
+        nearest = [inner[np.abs(CORNERS[inner] - CORNERS[each]).sum(axis=1) == 1] for each in cut]
+        splits.append(np.array([[each, *others] for each, others in zip(cut, nearest, strict=True)] + [list(inner)]))
     origins = nodes[(nodes < counts).all(axis=1)]
-    tetrahedra = (origins @ strides)[:, None, None] + (CORNERS @ strides)[np.array(fives)[origins.sum(axis=1) % 2]]
-    places = (nodes * (np.array(sizes_m) / counts)).astype(np.float32).astype(float)
-    mesh = TetMesh(places, tetrahedra.reshape(-1, 4))
+    tetrahedra = (origins @ strides)[:, None, None] + (CORNERS @ strides)[np.array(splits)[origins.sum(axis=1) % 2]]
+    positions = (nodes * (np.array(sizes_m) / counts)).astype(np.float32).astype(float)
+    mesh = TetMesh(positions, tetrahedra.reshape(-1, 4))
     mesh.tetrahedra[mesh.volumes < 0] = mesh.tetrahedra[mesh.volumes < 0][:, [1, 0, 2, 3]]
-    return TetMesh(places, mesh.tetrahedra)
+    return TetMesh(positions, mesh.tetrahedra)
 
 
 def read_displacements(path: str | Path) -> np.ndarray:

@@ -11,18 +11,18 @@ __all__ = ["measure", "shape", "volume"]
 
 
 def shape(s, mu, gradient, hessian):
-    """Return W = μ/2 (J^(−2/3) Σ sᵢ² − 3), and write its derivatives; infinite, with no slope, unless J > 0."""
+    """Return W = μ/2 (J^(−2/3) Σ sᵢ² − 3), J = s₁s₂s₃, and write its derivatives; infinite, flat, unless J > 0."""
     gradient[:], hessian[:] = 0.0, 0.0
     if not s[2] > 0.0:
         return inf
-    total = s[0] * s[0] + s[1] * s[1] + s[2] * s[2]
-    stiff = mu * (s[0] * s[1] * s[2]) ** (-2.0 / 3.0)
+    squares = s[0] * s[0] + s[1] * s[1] + s[2] * s[2]
+    scaled_mu = mu * (s[0] * s[1] * s[2]) ** (-2.0 / 3.0)
     for i in range(3):
-        gradient[i] = stiff * (s[i] - total / (3.0 * s[i]))
+        gradient[i] = scaled_mu * (s[i] - squares / (3.0 * s[i]))
         for j in range(3):
-            mixed = 2.0 * total / (9.0 * s[i] * s[j]) - 2.0 / 3.0 * (s[i] / s[j] + s[j] / s[i])
-            hessian[i, j] = stiff * (mixed + (1.0 + total / (3.0 * s[i] * s[i]) if i == j else 0.0))
-    return 0.5 * (stiff * total - 3.0 * mu)
+            mixed = 2.0 * squares / (9.0 * s[i] * s[j]) - 2.0 / 3.0 * (s[i] / s[j] + s[j] / s[i])
+            hessian[i, j] = scaled_mu * (mixed + (1.0 + squares / (3.0 * s[i] * s[i]) if i == j else 0.0))
+    return 0.5 * (scaled_mu * squares - 3.0 * mu)
 
 
 def volume(theta, mu, lam, derivatives):

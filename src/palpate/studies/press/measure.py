@@ -44,19 +44,19 @@ def place_of(body: Body, node: int) -> dict:
 
 
 def known_presses(body: Body, truths: Sequence[Path | str], loads: Sequence[Path | str], count: int) -> list[Known]:
-    """Return at most ``count`` presses whose truth is believed, the hardest of each contact, well spread over the body.
+    """Return at most ``count`` presses whose truth is believed: the hardest of each contact, spread over the body.
 
     truths, loads : files truth.h5 and loads.csv of the same regimes
     """
     hardest: dict[int, Known] = {}
     for truth_file, load_file in zip(truths, loads, strict=True):
-        truth, asked = stored(Truth, truth_file), {each.number: each for each in samples_in(pd.read_csv(load_file))}
+        truth, samples = stored(Truth, truth_file), {each.number: each for each in samples_in(pd.read_csv(load_file))}
         for i in np.flatnonzero(truth.believed):
-            contact, force = asked[truth.sample[i]].load.single()
+            contact, force = samples[truth.sample[i]].load.single()
             if contact in hardest and np.linalg.norm(hardest[contact].force) >= np.linalg.norm(force):
                 continue
-            own = float(truth.own[i, OWN.index("rmse_of_peak")])
-            hardest[contact] = Known(contact, place_of(body, contact), force, truth.displacement[i], own)
+            own_error = float(truth.own[i, OWN.index("rmse_of_peak")])
+            hardest[contact] = Known(contact, place_of(body, contact), force, truth.displacement[i], own_error)
     rows = spread_over(body.fine.nodes[list(hardest)], count) if hardest else []
     return [list(hardest.values())[row] for row in rows]
 
@@ -81,17 +81,17 @@ def measure(
     files_mb : size of each model's file [1e6 bytes]
     """
     rows = []
-    presses = [[one.press] for one in known] or [[dict(one)] for one in trials]
+    presses = [[press_case.press] for press_case in known] or [[dict(press_case)] for press_case in trials]
     for name, (contacts, model) in models.items():
         answers = [model.respond(each) for each in presses]
-        relative = [
-            errors(np.asarray(answer.displacement, float), one.displacement).rmse_of_peak
-            for answer, one in zip(answers, known, strict=False)
+        relative_errors = [
+            errors(np.asarray(answer.displacement, float), press_case.displacement).rmse_of_peak
+            for answer, press_case in zip(answers, known, strict=False)
         ]
         estimates = [answer.error for answer in answers if answer.error is not None and np.isfinite(answer.error)]
         seconds = time_calls([partial(model.respond, each) for each in presses], CALLS).seconds
         row = {"body": body, "model": name, "contacts": contacts, "samples": len(known)}
-        row |= {"rmse_of_peak": _median(relative), "rmse_of_peak_most": max(relative, default=np.nan)}
+        row |= {"rmse_of_peak": _median(relative_errors), "rmse_of_peak_most": max(relative_errors, default=np.nan)}
         row |= {"error_of_peak": _median(estimates), "doubted": sum(bool(answer.doubt) for answer in answers)}
         rows.append(row | online(seconds) | {"file_mb": files_mb[name]})
     return PRESS.frame(rows)
@@ -123,13 +123,13 @@ def export_model(
 def write_press(input: Any, output: Any, contacts: int, samples: int, radius_m: float) -> dict[str, pd.DataFrame]:
     """Measure the models of a body's page, and write the page, for the rule of this name."""
     body, model = load(input.body), read(input.model)
-    known = known_presses(body, input.truths, input.loads, samples)
+    presses = known_presses(body, input.truths, input.loads, samples)
     trials = trial_presses(body, contacts, 0.5 * model.info["peak_m"])
     models: dict[str, tuple] = {"contact_modes": (contacts, model)}
-    files = {"contact_modes": Path(input.model).read_bytes()}
+    file_bytes = {"contact_modes": Path(input.model).read_bytes()}
     if (coarse := coarse_answer(body, radius_m)) is not None:
-        models["coarse"], files["coarse"] = (0, coarse), packed(coarse)
-    table = measure(body.name, models, known, trials, {name: len(file) / 1e6 for name, file in files.items()})
-    shown = [model_in_page(row.model, files[row.model], model.info, row, known) for row in table.itertuples()]
+        models["coarse"], file_bytes["coarse"] = (0, coarse), packed(coarse)
+    table = measure(body.name, models, presses, trials, {name: len(file) / 1e6 for name, file in file_bytes.items()})
+    shown = [model_in_page(row.model, file_bytes[row.model], model.info, row, presses) for row in table.itertuples()]
     write_pages(shown, body.name, held_nodes(body), output.section, output.page)
     return {"table": table}

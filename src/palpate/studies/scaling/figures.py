@@ -39,25 +39,25 @@ def _times(axis, component: str, rows) -> None:
     for (stage, of_stage), colour in zip(rows.groupby("stage", sort=False), _STAGES, strict=False):
         label = style.with_power(stage, of_stage["seconds_exponent"].iloc[0])
         axis.loglog(of_stage["size"], of_stage["seconds"], "o-", ms=4, lw=1.2, color=colour, label=label)
-    ends = np.array([rows["size"].min(), rows["size"].max()], dtype=float)
-    first, last = (tables.where(rows, size=end)["seconds"].max() for end in ends)
-    ideal = first / ends if component == "cores" else last * ends / ends[-1]
-    axis.loglog(ends, ideal, color=style.FAINT, lw=0.9, ls=":", zorder=1)
+    sizes = np.array([rows["size"].min(), rows["size"].max()], dtype=float)
+    first_s, last_s = (tables.where(rows, size=size)["seconds"].max() for size in sizes)
+    ideal = first_s / sizes if component == "cores" else last_s * sizes / sizes[-1]
+    axis.loglog(sizes, ideal, color=style.FAINT, lw=0.9, ls=":", zorder=1)
     axis.set(title=COMPONENTS[component][0], xlabel=f"{rows['unit'].iloc[0]}, n")
     _finish(axis)
 
 
 def _memory(axis, scaling, components: list[str]) -> None:
-    """Draw the largest memory of each component at each size."""
+    """Draw the largest memory [MB] of all stages of each component over the size, where it is at least LEAST_MB."""
     for component in components:
         rows = tables.where(scaling, component=component)
-        power = rows.loc[rows["memory_mb"].idxmax(), "memory_exponent"]
-        most = rows.groupby("size")["memory_mb"].max()
-        most = most[most >= LEAST_MB]
+        exponent = rows.loc[rows["memory_mb"].idxmax(), "memory_exponent"]
+        largest_mb = rows.groupby("size")["memory_mb"].max()
+        largest_mb = largest_mb[largest_mb >= LEAST_MB]
         title, colour, marker = COMPONENTS[component]
-        if len(most):
-            label = style.with_power(title, power)
-            axis.loglog(most.index, most, marker=marker, ms=4, lw=1.2, color=colour, label=label)
+        if len(largest_mb):
+            label = style.with_power(title, exponent)
+            axis.loglog(largest_mb.index, largest_mb, marker=marker, ms=4, lw=1.2, color=colour, label=label)
     axis.set(title="memory", xlabel="size, n", ylabel="[MB]")
     if axis.lines:
         _finish(axis)
@@ -65,6 +65,6 @@ def _memory(axis, scaling, components: list[str]) -> None:
 
 def _finish(axis) -> None:
     axis.legend(loc="upper left", fontsize=7.5)
-    low, high = axis.get_ylim()
-    axis.set_ylim(low, high * (high / low) ** 0.45)  # room for the legend
+    bottom, top = axis.get_ylim()
+    axis.set_ylim(bottom, top * (top / bottom) ** 0.45)  # room for the legend
     style.plain_log(axis.xaxis, axis.yaxis)

@@ -35,8 +35,8 @@ def exponents(table: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for (component, stage), group in table.groupby(["component", "stage"], sort=False):
         largest = group.sort_values("size").tail(FITTED_SIZES)
-        held = largest[largest["memory_mb"] >= LEAST_MB]
-        rows.append((component, stage, _slope(largest, "seconds"), _slope(held, "memory_mb")))
+        with_memory = largest[largest["memory_mb"] >= LEAST_MB]
+        rows.append((component, stage, _slope(largest, "seconds"), _slope(with_memory, "memory_mb")))
     return pd.DataFrame(rows, columns=["component", "stage", "seconds_exponent", "memory_exponent"])
 
 
@@ -72,24 +72,24 @@ class Meter:
         """Repeat and time a call until ``patience_s`` is over, and return the result of the last one."""
         return self._timed(stage, call, given, self._patience_s)
 
-    def _timed(self, stage: str, call: Callable, given: tuple, patience: float) -> Any:
+    def _timed(self, stage: str, call: Callable, arguments: tuple, patience_s: float) -> Any:
         with suppress(OSError):  # forget the peak of resident memory, where the operating system can
             Path("/proc/self/clear_refs").write_text("5")
         seconds: list[float] = []
-        while not seconds or sum(seconds) < patience:
+        while not seconds or sum(seconds) < patience_s:
             start = self.clock()
-            result = call(*given)
+            result = call(*arguments)
             seconds.append(self.clock() - start)
-        grown = max(0.0, _resident_mb("VmHWM") - self._before)
-        self.stages.append({"stage": stage, "seconds": float(np.median(seconds)), "memory_mb": grown})
+        grown_mb = max(0.0, _resident_mb("VmHWM") - self._before)
+        self.stages.append({"stage": stage, "seconds": float(np.median(seconds)), "memory_mb": grown_mb})
         return result
 
 
-def _resident_mb(what: str) -> float:
+def _resident_mb(field: str) -> float:
     """Return the resident memory of this process [1e6 bytes], now (VmRSS) or at its peak (VmHWM); 0 if unknown."""
     status = Path("/proc/self/status")
     lines = status.read_text().splitlines() if status.exists() else []
-    return sum(1.024e-3 * float(line.split()[1]) for line in lines if line.startswith(f"{what}:"))
+    return sum(1.024e-3 * float(line.split()[1]) for line in lines if line.startswith(f"{field}:"))
 
 
 LENGTH_M = 0.2
@@ -116,8 +116,8 @@ def fem(refinements: int, meter: Meter) -> Size:
     body = meter.once("mesh", _liver, refinements)
     contact = int(body.coarse.surface[body.coarse.nodes[body.coarse.surface, 0].argmax()])
     down = np.array([0.0, 0.0, -1.0])
-    unit = nodal_load(body, 0, contact, down, RADIUS_M)
-    softness = np.linalg.norm(Equilibrium(body, 0).linear_solver()(unit), axis=1).max()
+    unit_load = nodal_load(body, 0, contact, down, RADIUS_M)
+    softness = np.linalg.norm(Equilibrium(body, 0).linear_solver()(unit_load), axis=1).max()
     load = nodal_load(body, refinements, contact, down * PEAK_OF_SIZE * LENGTH_M / softness, RADIUS_M)
     solver = meter.once("set up", Equilibrium, body, refinements)
     meter.often("linearise", solver.linearise, body.fine.nodes)
@@ -166,11 +166,11 @@ def cores(count: int, meter: Meter) -> Size:
     # a reference at rest costs as much as a moving one
     still = np.zeros((cube.settings.steps, len(cube.settings.keys.corners), 3))
     fitness = cube.fitness("top", {"top": (still, still)})
-    before = numba.get_num_threads()
+    threads_before = numba.get_num_threads()
     numba.set_num_threads(count)
     population = Genetic(fitness, len(cube.model.masses), POPULATION, cube.limits, 1)
     meter.often("generation", population.advance)
-    numba.set_num_threads(before)
+    numba.set_num_threads(threads_before)
     return "cores", count
 
 
@@ -206,8 +206,8 @@ def _paper(training: "Training", meter: Meter) -> None:
     from palpate.models.enrichment.paper_enrichment import Blend, DescribedSamples
 
     def prepare() -> Blend:
-        known = DescribedSamples(training, "ordered")
-        return Blend(known, "nonnegative_a", known.choose_sigma("nonnegative_a"))
+        described = DescribedSamples(training, "ordered")
+        return Blend(described, "nonnegative_a", described.choose_sigma("nonnegative_a"))
 
     blend, db = meter.once("paper 1: prepare", prepare), training.db
     meter.often("paper 1: query", blend.predict, db.coarse_live[0], int(db.contact[0]), db.force[0])
@@ -224,13 +224,13 @@ def _training(fine: int, count: int) -> "Training":
     from palpate.models.enrichment.training_samples import gather
 
     random, mesh = np.random.default_rng(0), liver(LENGTH_M)
-    among, n = mesh.surface, len(mesh.nodes)
+    skin, n = mesh.surface, len(mesh.nodes)
     ends = random.integers(n, size=(fine, 2)).ravel()
     prolongation = sparse.csr_array((np.full(2 * fine, 0.5), (np.repeat(np.arange(fine), 2), ends)), shape=(fine, n))
-    moved, coarse = (1e-3 * random.normal(size=(count, m, 3)) for m in (fine, n))
+    moved, coarse = (1e-3 * random.normal(size=(count, n_nodes, 3)) for n_nodes in (fine, n))
     db = Database(
-        LENGTH_M / 2 * fibonacci_sphere(fine), np.empty((0, 3), dtype=np.int64), mesh.nodes, mesh.tetrahedra, among,
-        prolongation, mesh.normals[among], among[np.arange(count) % CONTACTS], random.normal(size=(count, 3)), moved,
+        LENGTH_M / 2 * fibonacci_sphere(fine), np.empty((0, 3), dtype=np.int64), mesh.nodes, mesh.tetrahedra, skin,
+        prolongation, mesh.normals[skin], skin[np.arange(count) % CONTACTS], random.normal(size=(count, 3)), moved,
         coarse, coarse, np.zeros(count), np.zeros(count), MATERIAL, "none",
     )  # fmt: skip
     settings = FitOptions(
@@ -265,9 +265,9 @@ def measure(component: str, sizes: list[int], report: Callable[[int], None] = la
     clock = time.perf_counter if component == "cores" else time.thread_time
     run(sizes[0], Meter(clock, 0.0))  # compiles what is called
     rows = []
-    for asked in sizes:
+    for wanted in sizes:
         meter = Meter(clock)
-        unit, size = run(asked, meter)
+        unit, size = run(wanted, meter)
         labels = {"component": component, "unit": unit, "size": size}
         threads = {"threads": size if component == "cores" else 1}
         rows += [labels | stage | threads for stage in meter.stages]
@@ -287,6 +287,6 @@ def measure_scaling(wildcards: Any, threads: int, say: Callable, sizes: list[int
     # the component "cores" uses all cores; the others run on one
     table = measure(component, sizes or doubling(threads), lambda size: say(f"{component}: {size} done"))
     for row in table.drop_duplicates("stage").itertuples():
-        said = powers({"time": row.seconds_exponent, "memory": row.memory_exponent})
-        say(f"{row.stage}: {said or 'no growth to fit'}")
+        growth = powers({"time": row.seconds_exponent, "memory": row.memory_exponent})
+        say(f"{row.stage}: {growth or 'no growth to fit'}")
     return table

@@ -49,14 +49,14 @@ def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
 def tube() -> Particles:
     """Make the surface of paper 1's cylinder, 182 nodes and 360 triangles, held at both ends."""
     mesh = cylinder(LENGTH_M, RADIUS_M)
-    ends = np.flatnonzero(np.isin(mesh.nodes[:, 2], [0.0, LENGTH_M]))
-    return particles_of(nest("tube", mesh, 0, ends, Material(3000.0, 0.3, 1000.0)), 0, surface=True)
+    end_nodes = np.flatnonzero(np.isin(mesh.nodes[:, 2], [0.0, LENGTH_M]))
+    return particles_of(nest("tube", mesh, 0, end_nodes, Material(3000.0, 0.3, 1000.0)), 0, surface=True)
 
 
 def poke(particles: Particles, force_n: float, case: str, stiffness_n_m: float, extra: dict[str, Any]) -> pd.DataFrame:
-    """Simulate a poke with ``extra`` effects, and tabulate a row of BODY_SPRINGS for each time and ring of nodes."""
-    at = np.array([RADIUS_M, 0.0, LENGTH_M / 2])
-    load = Load(at_m=at.tolist(), force_n=[-force_n, 0.0, 0.0], press_s=PRESS_S, hold_s=HOLD_S, release_s=RELEASE_S)
+    """Simulate a poke with ``extra`` effects; return a row of BODY_SPRINGS for each time and ring around the poke."""
+    at_m = np.array([RADIUS_M, 0.0, LENGTH_M / 2])
+    load = Load(at_m=at_m.tolist(), force_n=[-force_n, 0.0, 0.0], press_s=PRESS_S, hold_s=HOLD_S, release_s=RELEASE_S)
     scene = Scene(
         name="body_springs",
         body=particles.name,
@@ -71,16 +71,16 @@ def poke(particles: Particles, force_n: float, case: str, stiffness_n_m: float, 
         **extra,
     )
     motion = run(scene, particles).motion
-    distance = np.linalg.norm(particles.nodes - at, axis=1)
+    distance = np.linalg.norm(particles.nodes - at_m, axis=1)
     distance = np.linalg.norm(particles.nodes - particles.nodes[np.argmin(distance)], axis=1)
     ring = (distance / RING_M + 0.5).astype(int)
-    moved = np.linalg.norm(motion.positions - particles.nodes, axis=2)
+    displacements = np.linalg.norm(motion.positions - particles.nodes, axis=2)
     rows = []
-    for t, u in zip(motion.times, moved, strict=True):
+    for t, u in zip(motion.times, displacements, strict=True):
         phase = np.searchsorted(np.cumsum([PRESS_S, HOLD_S, RELEASE_S]), t - 1e-9)
         named = ("press", "hold", "release", "after")[phase]
         for r in np.unique(ring):
-            of = u[ring == r]
-            counts = len(of), int(np.sum(of > MOVED * u.max()))
-            rows.append((case, stiffness_n_m, t, named, distance[ring == r].mean(), of.mean(), of.max(), *counts))
+            local = u[ring == r]
+            counts = len(local), int(np.sum(local > MOVED * u.max()))
+            rows.append((case, stiffness_n_m, t, named, distance[ring == r].mean(), local.mean(), local.max(), *counts))
     return BODY_SPRINGS.frame(rows)

@@ -31,16 +31,16 @@ def experiments(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _integrators(stability: pd.DataFrame) -> Iterator[Claim]:
-    """Judge the stability of explicit springs and of goal positions by single springs."""
+    """Judge the stability of explicit springs and of goal positions by the oscillation of one mass."""
     premise, limit_s = "one mass on one spring, no damping", limit(stability)
     claim, published = "explicit integration of a spring is unstable beyond a step of", "2 sqrt(m/k)"
     ours = f"{limit_s:.4f} sqrt(m/k)"
     yield Claim(3, "3", claim, premise, published, ours, verdict(abs(limit_s / 2 - 1) < _TOLERANCE))
     goals = where(stability, scheme="goal_position")
-    calm, longest = bool(np.isinf(goals["blow_up_measured"]).all()), goals["h_over_sqrt_m_k"].max()
-    ours = f"at no step up to {longest:.3g} sqrt(m/k)" if calm else "they do"
+    never_unstable, longest = bool(np.isinf(goals["blow_up_measured"]).all()), goals["h_over_sqrt_m_k"].max()
+    ours = f"at no step up to {longest:.3g} sqrt(m/k)" if never_unstable else "they do"
     premise = "one mass, its goal at rest, no damping"
-    yield Claim(3, "3", "goal positions never become unstable", premise, "at no step", ours, verdict(calm))
+    yield Claim(3, "3", "goal positions never become unstable", premise, "at no step", ours, verdict(never_unstable))
     error = float((goals["growth_measured"] - 1).abs().max())
     claim = "goal positions keep the amplitude of an oscillation: both eigenvalues have modulus"
     ours = f"1 within {error:.1g} a step, α from {goals['alpha'].min():g} to {goals['alpha'].max():g}"
@@ -52,7 +52,7 @@ def _poke(body_springs: pd.DataFrame) -> Iterator[Claim]:
     premise, section = "a tube's surface held at both ends, poked at one node", "3, figures 3.5, 3.6"
     by_stiffness = pokes(body_springs).set_index("body_springs_n_m").sort_index()
     dampers = by_stiffness["case"] == "dampers_only"
-    left, shares = (
+    left_shares, shares = (
         by_stiffness["left_m"] / by_stiffness["depth_m"],
         (by_stiffness["moved"] / by_stiffness["nodes"])[~dampers],
     )
@@ -63,12 +63,12 @@ def _poke(body_springs: pd.DataFrame) -> Iterator[Claim]:
     ours = ", ".join(f"{percent(share)} at {k:g} N/m" for k, share in shares.items()) + " of the nodes move"
     local = shares.is_monotonic_decreasing and shares.iloc[-1] < shares.iloc[0]
     yield Claim(3, section, "virtual body springs keep a poke local", premise, "they do", ours, verdict(local))
-    shown = left[~dampers]
-    ours = f"{', '.join(f'{percent(max(share, 1e-4))} at {k:g} N/m' for k, share in shown.items())} are left, or less"
-    for share in left[dampers]:
+    springs = left_shares[~dampers]
+    ours = f"{', '.join(f'{percent(max(share, 1e-4))} at {k:g} N/m' for k, share in springs.items())} are left, or less"
+    for share in left_shares[dampers]:
         ours += f"; of the same dampers without springs, {percent(max(share, 1e-4))}"
     claim = "with virtual body springs the body comes back when it is released"
-    yield Claim(3, section, claim, premise, "it does", ours, verdict(bool((shown[shown.index > 0] < _LEFT).all())))
+    yield Claim(3, section, claim, premise, "it does", ours, verdict(bool((springs[springs.index > 0] < _LEFT).all())))
 
 
 def _column(clusters: pd.DataFrame) -> Claim:
@@ -116,8 +116,8 @@ _CLOSE_TO_THEORY = 0.02
 def creep(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claim on creep of springs with Maxwell dampers, by its closed solution."""
     table = tables["maxwell_creep"]
-    error, held = closeness(table), table[table["load"] > 1.0 - 1e-6]["creep_m"]
-    crept = float(held.iloc[-1] / held.iloc[0] - 1.0)
+    error, under_load = closeness(table), table[table["load"] > 1.0 - 1e-6]["creep_m"]
+    crept = float(under_load.iloc[-1] / under_load.iloc[0] - 1.0)
     ours = f"{100 * crept:.2g} % more under the load that stays, {100 * error:.2g} % from the closed solution"
     claim = "Maxwell dampers beside springs make a body creep as a standard linear solid does"
     premise = f"{spaced(table['scene'].iloc[0])}: small strains, slow against its swings"
@@ -135,10 +135,10 @@ def formulas(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _forced() -> Claim:
-    """Judge that outer forces do not change stability: two runs under the same force differ as they do without it."""
+    """Judge whether a force changes stability: runs from 1 and from 0 must differ by the same with and without it."""
     alpha = 1.0
     force = np.random.default_rng(1).normal(size=RECURSION_STEPS)
-    differences = [_run(1.0, alpha, load) - _run(0.0, alpha, load) for load in (force, 0.0 * force)]
+    differences = [_run(1.0, alpha, pushes) - _run(0.0, alpha, pushes) for pushes in (force, 0.0 * force)]
     error = float(np.abs(differences[0] - differences[1]).max() / np.abs(differences[1]).max())
     claim = "forces that depend on neither position nor velocity leave the stability of goal positions as it is"
     ours = f"two runs part as without the force, within {error:.0e}"
@@ -199,20 +199,20 @@ def _modes(modes: pd.DataFrame) -> Iterator[Claim]:
 
 def _clusters(goals: pd.DataFrame) -> Iterator[Claim]:
     """Judge the stability of overlapping clusters, with goals added as in the thesis and averaged."""
-    letter = where(goals, kind="each_tetrahedron", goals="sum").iloc[0]
-    calm = bool(np.isinf(letter["alpha_limit_measured"]))
-    ours = "at no α up to 1" if calm else f"stable below α = {letter['alpha_limit_measured']:.3f} only"
+    thesis = where(goals, kind="each_tetrahedron", goals="sum").iloc[0]
+    always_stable = bool(np.isinf(thesis["alpha_limit_measured"]))
+    ours = "at no α up to 1" if always_stable else f"stable below α = {thesis['alpha_limit_measured']:.3f} only"
     claim = "goal positions never become unstable, clusters that overlap included"
     premise = (
-        f"one cluster a tetrahedron, each adds its pull: {letter['clusters_mean']:.0f} clusters a particle; derived "
+        f"one cluster a tetrahedron, each adds its pull: {thesis['clusters_mean']:.0f} clusters a particle; derived "
         "for one goal a particle"
     )
-    yield Claim(3, "3", claim, premise, "at no step, α from 0 to 1", ours, verdict(calm, within=False))
+    yield Claim(3, "3", claim, premise, "at no step, α from 0 to 1", ours, verdict(always_stable, within=False))
     averaged = where(goals, goals="mean")["alpha_limit_measured"]
-    calm = bool(np.isinf(averaged).all())
+    always_stable = bool(np.isinf(averaged).all())
     premise = "the same clusters and fewer ones, goals averaged"
-    ours = "at no α up to 1" if calm else f"stable below α = {averaged.min():.3f} only"
-    yield Claim(3, "3", claim, premise, "at no step, α from 0 to 1", ours, verdict(calm))
+    ours = "at no α up to 1" if always_stable else f"stable below α = {averaged.min():.3f} only"
+    yield Claim(3, "3", claim, premise, "at no step, α from 0 to 1", ours, verdict(always_stable))
 
 
 def limit(stability: pd.DataFrame) -> float:
@@ -233,12 +233,12 @@ def held(body_springs: pd.DataFrame) -> pd.DataFrame:
 def pokes(body_springs: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each case and stiffness [N/m]: how deep and wide the surface gives way, and what is left of it.
 
-    depth_m, left_m : largest displacement [m] at the end of the hold and of the run; moved, nodes : numbers
+    depth_m, left_m : largest displacement [m] at the end of the hold and of the run; moved, nodes : numbers of nodes
     """
     by_case, last = ["case", "body_springs_n_m"], where(body_springs, time_s=body_springs["time_s"].max())
-    ends, left = (rows.groupby(by_case, sort=False)["max_displacement_m"].max() for rows in (held(body_springs), last))
+    depth, left = (rows.groupby(by_case, sort=False)["max_displacement_m"].max() for rows in (held(body_springs), last))
     counts = held(body_springs).groupby(by_case, sort=False)[["moved", "nodes"]].sum()
-    return counts.assign(depth_m=ends, left_m=left).reset_index()
+    return counts.assign(depth_m=depth, left_m=left).reset_index()
 
 
 def tips(clusters: pd.DataFrame) -> pd.Series:

@@ -67,10 +67,10 @@ DEFORMATION_MODES = Table(
 def deformation_modes() -> pd.DataFrame:
     """Compute the rows of deformation_modes.csv: the goals of a deformed block in each mode, with β = 1."""
     body, tables = block(), []
-    q = body.nodes - body.nodes.mean(axis=0)
+    from_centre = body.nodes - body.nodes.mean(axis=0)
     for deformation, displace in DEFORMATIONS.items():
-        moved = displace(q)
-        x = body.nodes + moved
+        displacement = displace(from_centre)
+        x = body.nodes + displacement
         for mode in TERMS:
             matching = settings.ShapeMatching.model_validate({"mode": mode, "alpha": 1.0, "beta": 1.0})
             goal = np.empty_like(x)
@@ -78,7 +78,7 @@ def deformation_modes() -> pd.DataFrame:
             table = pd.DataFrame({"deformation": deformation, "mode": mode, "particle": np.arange(len(x))})
             for name, places in (("rest_", body.nodes), ("", x), ("goal_", goal)):
                 table[[f"{name}{axis}_m" for axis in "xyz"]] = places
-            tables.append(table.assign(left=np.linalg.norm(goal - x) / np.linalg.norm(moved)))
+            tables.append(table.assign(left=np.linalg.norm(goal - x) / np.linalg.norm(displacement)))
     return pd.concat(tables, ignore_index=True)
 
 
@@ -199,14 +199,14 @@ def cluster_goals(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
     for kind in KINDS:
         for overlap in OVERLAPS:
             matched = _matched(body, kind, overlap, 1.0, beta)
-            shared = matched.clusters.shared_by
-            used = alpha / float(shared.mean()) if overlap == "sum" else alpha
-            rest = settle(body, _matched(body, kind, overlap, used, beta), force_n, QUICK_RATE_1_S, QUICK_STILL_M)
+            overlaps = matched.clusters.shared_by
+            used_alpha = alpha / float(overlaps.mean()) if overlap == "sum" else alpha
+            rest = settle(body, _matched(body, kind, overlap, used_alpha, beta), force_n, QUICK_RATE_1_S, QUICK_STILL_M)
             limit = _predicted_limit(body, matched)
-            counts = len(matched.ranks), len(matched.clusters.members), float(shared.mean()), int(shared.max())
+            counts = len(matched.ranks), len(matched.clusters.members), float(overlaps.mean()), int(overlaps.max())
             limits = limit, _measured_limit(body, kind, overlap, beta, limit)
             peak = float(np.linalg.norm(rest - body.nodes, axis=1).max())
-            rows.append((kind, overlap, *counts, *limits, used, peak, _drift(body, matched)))
+            rows.append((kind, overlap, *counts, *limits, used_alpha, peak, _drift(body, matched)))
     return CLUSTER_GOALS.frame(rows)
 
 
@@ -219,25 +219,25 @@ def _matched(body: Particles, kind: str, overlap: str, alpha: float, beta: float
 def _predicted_limit(body: Particles, matched: ShapeMatching) -> float:
     """Compute the limit of stable α from the linearised scheme; inf if it is above 1.
 
-    It is 4/λ with the largest eigenvalue λ of the derivative of x − g(x), for goals g, at rest and α = 1.
+    It is 4/λ with the largest eigenvalue λ of the ``derivative`` of x − g(x), for goals g, at rest and α = 1.
     """
     free = np.setdiff1d(np.arange(len(body.nodes)), body.held)
     unknowns = (3 * free[:, None] + np.arange(3)).ravel()
-    pull = np.empty((len(unknowns), len(unknowns)))
-    for number, unknown in enumerate(unknowns):
-        moved = []
+    derivative = np.empty((len(unknowns), len(unknowns)))
+    for column, unknown in enumerate(unknowns):
+        pulls = []
         for sign in (1.0, -1.0):
             x, goal = body.nodes.copy(), np.empty_like(body.nodes)
             x.ravel()[unknown] += sign * START_M
             matched.goals(x, goal)
-            moved.append(matched.alpha * (x - goal).ravel()[unknowns])
-        pull[:, number] = (moved[0] - moved[1]) / (2.0 * START_M)
-    limit = 4.0 / float(np.linalg.eigvals(pull).real.max())
+            pulls.append(matched.alpha * (x - goal).ravel()[unknowns])
+        derivative[:, column] = (pulls[0] - pulls[1]) / (2.0 * START_M)
+    limit = 4.0 / float(np.linalg.eigvals(derivative).real.max())
     return limit if limit <= 1.0 else np.inf
 
 
 def _measured_limit(body: Particles, kind: str, overlap: str, beta: float, predicted: float) -> float:
-    """Search the least α at which a small disturbance grows by bisection; inf if it does not grow at α = 1."""
+    """Search by bisection, first near ``predicted``, the least α at which a disturbance grows; inf if none up to 1."""
 
     def grows(alpha: float) -> bool:
         return _grows(body, _matched(body, kind, overlap, alpha, beta))

@@ -47,10 +47,10 @@ def _threshold(axis, stability) -> None:
     """Mark the step at which simulations become unstable, for schemes with such a step."""
     finite = stability[np.isfinite(stability["blow_up_measured"])]
     for scheme, rows in finite.groupby("scheme"):
-        at, stated = rows[["blow_up_measured", "limit_stated"]].iloc[0]
-        axis.axvline(at, color=style.FAINT, ls=":", lw=1)
-        text = f"{_NAMES[scheme]} unstable\nfrom {at:.4f} (stated limit {stated:.4f})"
-        place = (at, 0.97), (-6, 0), ("data", "axes fraction"), "offset points"
+        unstable_from, stated = rows[["blow_up_measured", "limit_stated"]].iloc[0]
+        axis.axvline(unstable_from, color=style.FAINT, ls=":", lw=1)
+        text = f"{_NAMES[scheme]} unstable\nfrom {unstable_from:.4f} (stated limit {stated:.4f})"
+        place = (unstable_from, 0.97), (-6, 0), ("data", "axes fraction"), "offset points"
         axis.annotate(text, *place, ha="right", va="top", fontsize=8)
 
 
@@ -74,8 +74,8 @@ def draw_deformation_modes(deformation_modes) -> Figure:
             _edges(axis, group, "", _SEEN_FROM, style.FAINT, 1.6)
             _edges(axis, group, "goal_", _SEEN_FROM, colour, 0.7)
             left = group["left"].iloc[0]
-            said, place = f"misses {percent(left)}" if left > 1e-9 else "follows", ((0.5, 0.0), (0, -2))
-            axis.annotate(said, *place, "axes fraction", "offset points", ha="center", va="top", fontsize=8)
+            outcome, place = f"misses {percent(left)}" if left > 1e-9 else "follows", ((0.5, 0.0), (0, -2))
+            axis.annotate(outcome, *place, "axes fraction", "offset points", ha="center", va="top", fontsize=8)
             axis.set_axis_off()
             axis.set_aspect("equal")
             axis.autoscale()
@@ -85,22 +85,22 @@ def draw_deformation_modes(deformation_modes) -> Figure:
     return figure
 
 
-def _edges(axis, group, which: str, view: np.ndarray, colour: str, width: float) -> None:
-    """Join particles that are neighbours at rest, drawn across and up along ``view`` (2, 3).
+def _edges(axis, group, prefix: str, view: np.ndarray, colour: str, width: float) -> None:
+    """Draw lines between particles that are neighbours at rest, seen along the axes ``view`` (2, 3), across and up.
 
-    which : begins the names of the columns of their places
+    prefix : of the columns of their drawn places: "rest_", "goal_" or none
     """
     rest = group[[f"rest_{axis}_m" for axis in "xyz"]].to_numpy()
-    places = 100.0 * group[[f"{which}{axis}_m" for axis in "xyz"]].to_numpy() @ view.T
-    order = {tuple(np.round(node, 9)): number for number, node in enumerate(rest)}
+    places = 100.0 * group[[f"{prefix}{axis}_m" for axis in "xyz"]].to_numpy() @ view.T
+    number_at = {tuple(np.round(node, 9)): number for number, node in enumerate(rest)}
     lines = []
     for side in range(3):
-        steps = np.diff(np.unique(np.round(rest[:, side], 9)))
-        for node, number in order.items():
-            other = list(node)
-            other[side] += steps.min() if len(steps) else 0.0
-            if (next_to := order.get(tuple(np.round(other, 9)), number)) != number:
-                lines.append(places[[number, next_to]])
+        spacings = np.diff(np.unique(np.round(rest[:, side], 9)))
+        for node, number in number_at.items():
+            neighbour = list(node)
+            neighbour[side] += spacings.min() if len(spacings) else 0.0
+            if (neighbour_number := number_at.get(tuple(np.round(neighbour, 9)), number)) != number:
+                lines.append(places[[number, neighbour_number]])
     axis.add_collection(LineCollection(lines, colors=colour, linewidths=width))
 
 
@@ -115,7 +115,7 @@ def draw_clusters(clusters) -> Figure:
     figure, (axes,) = style.panels(1, len(groups) + 1, size, width_ratios=[2.0] * len(groups) + [2.4])
     norm = matplotlib.colors.Normalize(0.0, 100.0 * np.linalg.norm(displacement(clusters), axis=1).max())
     places = 100.0 * np.concatenate([clusters[["rest_x_m", "rest_z_m"]], clusters[["x_m", "z_m"]]])
-    (left, low), (right, high) = places.min(axis=0) - 1.5, places.max(axis=0) + 1.5
+    (left, bottom), (right, top) = places.min(axis=0) - 1.5, places.max(axis=0) + 1.5
     for axis, (count, group), colour in zip(axes, groups, _COLOURS, strict=False):
         _edges(axis, group, "rest_", _FROM_SIDE, style.FAINT, 0.7)
         _edges(axis, group, "", _FROM_SIDE, style.INK, 0.9)
@@ -123,7 +123,7 @@ def draw_clusters(clusters) -> Figure:
         colours = {"c": farther, "norm": norm, "cmap": style.DISPLACEMENT, "edgecolors": style.INK}
         dots = axis.scatter(*(100.0 * group[["x_m", "z_m"]].to_numpy().T), s=18, linewidths=0.4, zorder=3, **colours)
         axis.set_title(f"{count} cluster{'s' if count > 1 else ''}\ntip moves {farther.max():.1f} cm", color=colour)
-        axis.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel="x [cm]")
+        axis.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x [cm]")
         axis.label_outer()
         sideways = 100.0 * (group["x_m"] - group["rest_x_m"]).groupby(group["rest_z_m"]).mean()  # of each layer
         axes[-1].plot(sideways, 100.0 * sideways.index, color=colour, marker="o", ms=3, label=str(count))
@@ -152,13 +152,13 @@ def draw_cluster_goals(cluster_goals) -> Figure:
         measured, stated = (np.minimum(rows[name], 1.0) for name in ("alpha_limit_measured", "alpha_limit"))
         limits.bar(places, measured, 0.36, color=colour, label=label)
         limits.plot(places, stated, "_", color=style.INK, ms=16, label="by the eigenvalue" if goals == "sum" else None)
-        for place, limit, bound in zip(places, rows["alpha_limit_measured"], measured, strict=True):
+        for place, limit, height in zip(places, rows["alpha_limit_measured"], measured, strict=True):
             text = f"{limit:.3f}" if np.isfinite(limit) else "none\nup to 1"
-            limits.annotate(text, (place, bound), (0, 3), textcoords="offset points", ha="center", fontsize=8)
+            limits.annotate(text, (place, height), (0, 3), textcoords="offset points", ha="center", fontsize=8)
         tips.bar(places, 100.0 * rows["peak_m"], 0.36, color=colour, label=label)
         for place, row in zip(places, rows.itertuples(), strict=True):
-            at = (place, 100.0 * row.peak_m)
-            tips.annotate(f"α = {row.alpha:.3g}", at, (0, 3), textcoords="offset points", ha="center", fontsize=8)
+            top = (place, 100.0 * row.peak_m)
+            tips.annotate(f"α = {row.alpha:.3g}", top, (0, 3), textcoords="offset points", ha="center", fontsize=8)
     names = [
         f"{_KINDS[row.kind]}\n{row.clusters} clusters, {row.clusters_mean:.0f} a particle"
         for row in cluster_goals.drop_duplicates("kind").itertuples()
@@ -179,18 +179,18 @@ _THESIS_MS, _NS = 20.0, 20.0
 def draw_shape_matching_timing(shape_matching_timing) -> Figure:
     """Draw objects of 100 particles, one panel for each number of clusters, and one object of many particles."""
     table = shape_matching_timing
-    many, one = tables.where(table, particles=100), tables.where(table, objects=1)
-    counts = sorted(many["clusters"].unique())
+    many_objects, one_object = tables.where(table, particles=100), tables.where(table, objects=1)
+    counts = sorted(many_objects["clusters"].unique())
     figure, (axes,) = style.panels(1, len(counts) + 1, (2.6 * (len(counts) + 1) + 0.4, 3.9), sharey=True)
     slopes = exponents(table).set_index(["mode", "clusters"])["exponent"]
     for axis, clusters in zip(axes, counts, strict=False):
         title = f"objects of 100 particles,\n{clusters} cluster{'s' if clusters > 1 else ''} each"
         fits = slopes.xs(clusters, level="clusters")
         labels = {mode: style.with_power(mode, power) for mode, power in fits.items()}
-        _curves(axis, tables.where(many, clusters=clusters), title, labels)
+        _curves(axis, tables.where(many_objects, clusters=clusters), title, labels)
         if clusters == HEADLINE["clusters"]:
             _mark_headline(axis, headline(table))
-    largest = tables.where(one, clusters=HEADLINE["clusters"])
+    largest = tables.where(one_object, clusters=HEADLINE["clusters"])
     _curves(axes[-1], largest, f"one object,\n{HEADLINE['clusters']} clusters", {mode: mode for mode in _MODES})
     axes[0].set_ylabel("time of a step on one core [ms]")
     axes[0].set_ylim(table["ms_per_step"].min() / 12, 60)
@@ -204,8 +204,8 @@ def _curves(axis, rows, title: str, labels: dict[str, str]) -> None:
         colour, marker, size = _MODES[mode]
         curve = tables.where(rows, mode=mode).sort_values("all_particles")
         axis.loglog(curve["all_particles"], curve["ms_per_step"], color=colour, marker=marker, ms=size, label=label)
-    ends = np.array([rows["all_particles"].min(), rows["all_particles"].max()])
-    axis.loglog(ends, 1e-6 * _NS * ends, color=style.FAINT, lw=0.8, ls=":", label=f"{_NS:g} ns per particle")
+    counts = np.array([rows["all_particles"].min(), rows["all_particles"].max()])
+    axis.loglog(counts, 1e-6 * _NS * counts, color=style.FAINT, lw=0.8, ls=":", label=f"{_NS:g} ns per particle")
     axis.set(title=title, xlabel="total number of particles, n")
     axis.legend(loc="lower right")
 
@@ -215,8 +215,8 @@ def _mark_headline(axis, milliseconds: float) -> None:
     particles = HEADLINE["objects"] * HEADLINE["particles"]
     axis.plot(particles, _THESIS_MS, "*", color=style.INK, ms=9)
     text = f"thesis: {_THESIS_MS:g} ms\nhere: {milliseconds:.2g} ms"
-    at = (particles, _THESIS_MS)
-    axis.annotate(text, at, (-8, 0), textcoords="offset points", ha="right", va="center", fontsize=8)
+    thesis_point = (particles, _THESIS_MS)
+    axis.annotate(text, thesis_point, (-8, 0), textcoords="offset points", ha="right", va="center", fontsize=8)
     axis.plot([particles] * 2, [milliseconds, _THESIS_MS], color=style.INK, lw=0.8, ls="--")
 
 
@@ -226,35 +226,35 @@ _SHADES = ("#c5e29f", "#8cc63f", "#3f6b12")  # the hue of body springs in style.
 @style.figure("body_springs", tables=("body_springs",))
 def draw_body_springs(body_springs) -> Figure:
     """Draw the displacement at the end of the hold over the distance from the poke, and the largest one over time."""
-    figure, ((local, back),) = style.panels(1, 2, (9.5, 3.9))
+    figure, ((by_distance, by_time),) = style.panels(1, 2, (9.5, 3.9))
     handles, shades = [], iter(_SHADES)
     for (case, stiffness), rows in body_springs.groupby(["case", "body_springs_n_m"], sort=False):
         colour, dashes, label = _look(case, stiffness, shades)
         end = held(rows)
         peak = end["max_displacement_m"].max()
-        local.plot(1e3 * end["distance_m"], 1e3 * end["mean_displacement_m"], "o", ls=dashes, ms=4, color=colour)
-        over = rows.groupby("time_s")["max_displacement_m"].max() / peak
-        back.plot(over.index, 100 * over, ls=dashes, color=colour)
+        by_distance.plot(1e3 * end["distance_m"], 1e3 * end["mean_displacement_m"], "o", ls=dashes, ms=4, color=colour)
+        shares = rows.groupby("time_s")["max_displacement_m"].max() / peak
+        by_time.plot(shares.index, 100 * shares, ls=dashes, color=colour)
         share = end["moved"].sum() / end["nodes"].sum()
         label = f"{label}\n{100 * share:.0f} % of nodes moved, {1e3 * peak:.1f} mm"
         handles.append(Line2D([], [], color=colour, ls=dashes, marker="o", ms=4, label=label))
     released = body_springs.loc[body_springs["phase"] == "hold", "time_s"].max()
-    back.axvline(released, color=style.FAINT, ls=":", lw=1)
+    by_time.axvline(released, color=style.FAINT, ls=":", lw=1)
     place = (released, 0.01), (-3, 2), ("data", "axes fraction"), "offset points"
-    back.annotate("release", *place, rotation=90, ha="right", va="bottom", fontsize=7)
-    local.set(xlabel="rest distance from the poke [mm]", ylabel="mean displacement [mm]", title="during the hold")
-    back.set(xlabel="time [s]", ylabel="largest displacement [% of that during the hold]", title="over time")
-    back.set(yscale="log", ylim=(1e-2, 300))
-    style.plain_log(back.yaxis)
+    by_time.annotate("release", *place, rotation=90, ha="right", va="bottom", fontsize=7)
+    by_distance.set(xlabel="rest distance from the poke [mm]", ylabel="mean displacement [mm]", title="during the hold")
+    by_time.set(xlabel="time [s]", ylabel="largest displacement [% of that during the hold]", title="over time")
+    by_time.set(yscale="log", ylim=(1e-2, 300))
+    style.plain_log(by_time.yaxis)
     title = "moved: by more than 10 % of the largest"
     figure.legend(handles=handles, loc="outside right upper", labelspacing=0.9, title=title)
     return figure
 
 
-def _look(case: str, stiffness: float, shades) -> tuple[str, str, str]:
+def _look(case: str, stiffness: float, unused_shades) -> tuple[str, str, str]:
     """Return colour, line style and label of a case."""
     if case == "body_springs":
-        return next(shades), "-", f"body springs, {stiffness:g} N/m per node"
+        return next(unused_shades), "-", f"body springs, {stiffness:g} N/m per node"
     return {
         "none": (style.INK, "-", "surface springs only"),
         "dampers_only": (style.FAINT, "--", "dampers only, without body springs"),

@@ -108,19 +108,19 @@ def cases(alphas: list[float]) -> list[Case]:
 
 
 def _log_amplitudes(case: Case, integrator: Integrator, step: float) -> np.ndarray:
-    """Simulate LENGTH steps of ``step`` sqrt(m/k), and return the logarithm of the amplitude after each, (LENGTH,)."""
+    """Return the logarithm of the amplitude / SIZE_M after each of LENGTH steps of ``step`` sqrt(m/k), (LENGTH,)."""
     h = step / FREQUENCY
-    frequency, logs, total = case.frequency(h), np.empty(LENGTH), 0.0
-    u, w = SIZE_M, 0.0
+    frequency, logs, log_growth = case.frequency(h), np.empty(LENGTH), 0.0
+    displacement, scaled_velocity = SIZE_M, 0.0
     for i in range(LENGTH):
         x, v = NODES.copy(), np.zeros((2, 3))
-        x[1, 0], v[1, 0] = u, frequency * w
+        x[1, 0], v[1, 0] = displacement, frequency * scaled_velocity
         x, v = integrator.step(x, v, h)
-        u, w = x[1, 0], v[1, 0] / frequency
-        size = math.hypot(u, w)
-        total += math.log(size / SIZE_M)
-        logs[i] = total
-        u, w = SIZE_M * u / size, SIZE_M * w / size
+        displacement, scaled_velocity = x[1, 0], v[1, 0] / frequency
+        amplitude = math.hypot(displacement, scaled_velocity)
+        log_growth += math.log(amplitude / SIZE_M)
+        logs[i] = log_growth
+        displacement, scaled_velocity = SIZE_M * displacement / amplitude, SIZE_M * scaled_velocity / amplitude
     return logs
 
 

@@ -44,12 +44,12 @@ def measure(scene: Scene, particles: Particles, motion: Motion) -> pd.DataFrame:
     times = np.linspace(0.0, scene.duration_s, INSTANTS)
     system = compose(scene, particles)
     loads = np.array([_load(system, time) for time in times])
-    full = loads[np.argmax(np.linalg.norm(loads, axis=(1, 2)))]
-    shares = np.tensordot(loads, full, 2) / np.vdot(full, full)
-    static = _static(compose(scene, particles, without="maxwell"), full)
+    largest_load = loads[np.argmax(np.linalg.norm(loads, axis=(1, 2)))]
+    shares = np.tensordot(loads, largest_load, 2) / np.vdot(largest_load, largest_load)
+    static = _static(compose(scene, particles, without="maxwell"), largest_load)
     node = int(np.argmax(np.linalg.norm(static, axis=1)))
-    most = float(np.linalg.norm(static[node]))
-    along = static[node] / most
+    static_m = float(np.linalg.norm(static[node]))
+    direction = static[node] / static_m
     assert scene.maxwell is not None
     crept = creep(times, shares, scene.maxwell.stiffness_ratio, scene.maxwell.relaxation_s)
     return pd.DataFrame(
@@ -57,21 +57,21 @@ def measure(scene: Scene, particles: Particles, motion: Motion) -> pd.DataFrame:
             "scene": scene.name,
             "time_s": motion.times,
             "load": np.interp(motion.times, times, shares),
-            "creep_m": (motion.positions[:, node] - motion.rest[node]) @ along,
-            "closed_m": most * np.interp(motion.times, times, crept),
-            "springs_m": most * np.interp(motion.times, times, shares),
+            "creep_m": (motion.positions[:, node] - motion.rest[node]) @ direction,
+            "closed_m": static_m * np.interp(motion.times, times, crept),
+            "springs_m": static_m * np.interp(motion.times, times, shares),
         }
     )
 
 
 def creep(times: np.ndarray, loads: np.ndarray, ratio: float, relaxation_s: float) -> np.ndarray:
-    """Compute the displacement (t,) of the standard linear solid at evenly spaced ``times`` (t,) [s].
+    """Compute the displacement (t,) of the standard linear solid at evenly spaced ``times`` (t,) [s], exactly.
 
-    It is relative to that of the springs alone under the load 1, and exact: the sum over all changes of the load.
-    loads : (t,), linear in between; ratio : r; relaxation_s : τ [s]
+    It is over the displacement of the springs alone under the load 1.
+    loads : (t,), linear between the times; ratio : r of the module's text; relaxation_s : τ [s]
     """
-    slow, late = relaxation_s * (1.0 + ratio), ratio / (1.0 + ratio)
-    solid = StateSpace([[-1.0 / slow]], [[late / slow]], [[1.0]], [[1.0 - late]])
+    time_constant, delayed_share = relaxation_s * (1.0 + ratio), ratio / (1.0 + ratio)
+    solid = StateSpace([[-1.0 / time_constant]], [[delayed_share / time_constant]], [[1.0]], [[1.0 - delayed_share]])
     return lsim(solid, loads, times)[1]
 
 

@@ -33,16 +33,16 @@ def measure(repeats: int) -> pd.DataFrame:
     Objects of 100 particles vary in number, clusters and mode; one object of 8 clusters varies in particles. Times are
     processor times, which exclude other processes.
     """
-    scans = [(100, objects, clusters) for clusters in (1, 8, 18) for objects in OBJECTS]
-    scans += [(particles, 1, 8) for particles in DIVISIONS if particles > 100]
+    sizes_tried = [(100, objects, clusters) for clusters in (1, 8, 18) for objects in OBJECTS]
+    sizes_tried += [(particles, 1, 8) for particles in DIVISIONS if particles > 100]
     rows, steppers = [], []
-    for particles, objects, clusters in scans:
+    for particles, objects, clusters in sizes_tried:
         for mode in TERMS:
             step, matched = stepper(particles, objects, clusters, mode)
             steppers.append(step)
-            sizes = {"particles": particles, "clusters": len(matched.ranks) // objects, "mode": mode}
+            row = {"particles": particles, "clusters": len(matched.ranks) // objects, "mode": mode}
             members = len(matched.clusters.members)
-            rows.append(sizes | {"objects": objects, "all_particles": particles * objects, "memberships": members})
+            rows.append(row | {"objects": objects, "all_particles": particles * objects, "memberships": members})
     seconds = np.median([[processor_seconds(step, TIMED_S) for step in steppers] for _ in range(repeats)], axis=0)
     return pd.DataFrame(rows).assign(ms_per_step=1e3 * seconds, threads=1)
 
@@ -56,9 +56,9 @@ LEAST_PARTICLES = 3000
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
     """Fit the exponent of all_particles in ms_per_step for objects of 100 particles, by mode and clusters."""
-    kept = table[(table["particles"] == 100) & (table["all_particles"] >= LEAST_PARTICLES)]
+    large = table[(table["particles"] == 100) & (table["all_particles"] >= LEAST_PARTICLES)]
     rows = []
-    for (mode, clusters), group in kept.groupby(["mode", "clusters"], sort=False):
+    for (mode, clusters), group in large.groupby(["mode", "clusters"], sort=False):
         slope = np.polyfit(np.log(group["all_particles"]), np.log(group["ms_per_step"]), 1)[0]
         rows.append({"mode": mode, "clusters": clusters, "exponent": slope})
     return pd.DataFrame(rows)

@@ -28,7 +28,7 @@ PAPERS = {"method": "genetic", "volume_force": False}
 def searches(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims on searches of spring moduli, without volume force and as medians over the seeds."""
     fits, history = (where(tables[name], **PAPERS) for name in ("spring_fit", "spring_history"))
-    fitted, others = (where(fits, used_in_fit=used) for used in (True, False))
+    fitted, other_presses = (where(fits, used_in_fit=in_fit) for in_fit in (True, False))
     count, seeds = int(fitted["generations"].max()), fitted["seed"].nunique()
     runs = f"median of {seeds} seeds" if seeds > 1 else "one seed"
     premise = f"a cube of 120 nodes and 590 springs, fitted to finite elements; {count} generations, {runs}"
@@ -37,7 +37,7 @@ def searches(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     published, ours = f"about {SECONDS / 3600:g} h", f"{fitted['seconds'].median():.2g} s"
     why = "the paper does not name its machine"
     yield Claim(2, "2", "the search takes", premise, published, ours, not_testable(why))
-    yield _holds(fitted["rmse_of_peak"].median(), others, premise)
+    yield _holds(fitted["rmse_of_peak"].median(), other_presses, premise)
     yield _volume(tables["spring_floor"])
     yield _fixed_ratio(tables["spring_floor"])
     yield from _searches(tables["spring_history"], premise)
@@ -54,24 +54,24 @@ def _fitness(reached: float, count: int, premise: str) -> Claim:
 
 
 def _converged(history: pd.DataFrame, premise: str) -> Claim:
-    """Judge convergence by the fraction of the gain in fitness that falls into the last tenth of the generations."""
+    """Judge whether the last tenth of generations brings less than _GAIN of the gain in fitness, as median of seeds."""
     fractions = []
     for _, run in history.groupby("seed"):
-        best = run.sort_values("generation").set_index("generation")["fitness"].cummax()
-        late = best[best.index <= (1 - _LATE) * best.index.max()].iloc[-1]
-        whole = best.iloc[-1] - best.iloc[0]
-        fractions.append((best.iloc[-1] - late) / whole if whole else 0.0)
+        best_fitness = run.sort_values("generation").set_index("generation")["fitness"].cummax()
+        before_last_tenth = best_fitness[best_fitness.index <= (1 - _LATE) * best_fitness.index.max()].iloc[-1]
+        whole_gain = best_fitness.iloc[-1] - best_fitness.iloc[0]
+        fractions.append((best_fitness.iloc[-1] - before_last_tenth) / whole_gain if whole_gain else 0.0)
     fraction, count = float(pd.Series(fractions).median()), int(history["generation"].max())
     ours = f"the last tenth of {count} generations brings {percent(fraction)} of the gain"
     claim = "the genetic algorithm has converged after"
     return Claim(2, "2, figure 2", claim, premise, f"about {GENERATIONS} generations", ours, verdict(fraction < _GAIN))
 
 
-def _holds(error: float, others: pd.DataFrame, premise: str) -> Claim:
-    worst = others.groupby("press")["rmse_of_peak"].median().max()
-    ours = f"{percent(error)} of the peak on the fitted press, up to {percent(worst)} on the others"
+def _holds(fitted_error: float, other_presses: pd.DataFrame, premise: str) -> Claim:
+    worst = other_presses.groupby("press")["rmse_of_peak"].median().max()
+    ours = f"{percent(fitted_error)} of the peak on the fitted press, up to {percent(worst)} on the others"
     claim = "moduli fitted to the top press hold for the left and the front press too"
-    return Claim(2, "2, figure 3", claim, premise, "they do", ours, verdict(worst < _HOLDS * error))
+    return Claim(2, "2, figure 3", claim, premise, "they do", ours, verdict(worst < _HOLDS * fitted_error))
 
 
 def _volume(floor: pd.DataFrame) -> Claim:
@@ -92,21 +92,21 @@ def _fixed_ratio(floor: pd.DataFrame) -> Claim:
     ours = "mean error " + ", ".join(f"{percent(error)} at {poisson:g}" for poisson, error in errors.items())
     claim = "springs without a volume force have one Poisson's ratio, whatever their moduli"
     premise = f"the same cube, tissues of {len(errors)} ratios, moduli fitted to all three presses"
-    near = errors.index[(errors.index - SPRING_POISSON).to_series().abs().to_numpy().argmin()]
-    return Claim(2, "beyond the paper", claim, premise, "1/4", f"{ours}; least at {best:g}", verdict(best == near))
+    nearest = errors.index[(errors.index - SPRING_POISSON).to_series().abs().to_numpy().argmin()]
+    return Claim(2, "beyond the paper", claim, premise, "1/4", f"{ours}; least at {best:g}", verdict(best == nearest))
 
 
 def _searches(history: pd.DataFrame, premise: str) -> Iterator[Claim]:
-    """Judge the time in which other searches reach the genetic algorithm's final fitness, as medians over seeds."""
-    taken = where(history, **PAPERS).groupby("seed")["seconds"].max().median()
+    """Judge the times [s] until other searches are as fit as the genetic algorithm at its end, as medians of seeds."""
+    genetic_s = where(history, **PAPERS).groupby("seed")["seconds"].max().median()
     for method, words in (("gradient", "the gradient by the adjoint"), ("cma_es", "CMA-ES")):
         if where(history, method=method, volume_force=False).empty:
             continue
-        after, ours = as_fit_after(history, method, False), "not as fit at its end"
-        if after is not None:
-            ours = f"as fit after {after:.2g} s as the genetic algorithm after {taken:.2g} s"
+        found_s, ours = as_fit_after(history, method, False), "not as fit at its end"
+        if found_s is not None:
+            ours = f"as fit after {found_s:.2g} s as the genetic algorithm after {genetic_s:.2g} s"
         claim = f"{words} beats the genetic algorithm by orders of magnitude in time"
-        holds = after is not None and taken / after >= _MAGNITUDE
+        holds = found_s is not None and genetic_s / found_s >= _MAGNITUDE
         yield Claim(2, "beyond the paper", claim, premise, "ten times or more", ours, verdict(bool(holds)))
 
 
@@ -116,10 +116,10 @@ def as_fit_after(history: pd.DataFrame, method: str, force: bool) -> float | Non
     force : whether springs have the volume force
     """
     runs = where(history, volume_force=force)
-    wanted = where(runs, method="genetic").groupby("seed")["fitness"].max().median()
+    wanted_fitness = where(runs, method="genetic").groupby("seed")["fitness"].max().median()
     rows = where(runs, method=method)
-    first = rows[rows["fitness"] >= wanted].groupby("seed")["seconds"].min()
-    return float(first.median()) if 0 < len(first) == rows["seed"].nunique() else None
+    first_s = rows[rows["fitness"] >= wanted_fitness].groupby("seed")["seconds"].min()
+    return float(first_s.median()) if 0 < len(first_s) == rows["seed"].nunique() else None
 
 
 BOUND_M = 0.005
@@ -144,40 +144,40 @@ def presses(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 
 
 def _growth(errors: pd.DataFrame, premise: str) -> Claim:
-    """Judge whether the errors along x, y and z grow with the steps, for each press as medians over the seeds."""
-    grown, signs = [], 0
+    """Judge whether errors along x, y, z are larger in the last quarter of steps than in the first, by medians."""
+    grown, with_both_signs = [], 0
     for _, rows in errors.groupby("press", sort=False):
         median = rows.groupby("step")[["error_x_m", "error_y_m", "error_z_m"]].median()
-        parts = np.array_split(median.abs().to_numpy(), _PART)
-        grown += (parts[-1].mean(axis=0) > parts[0].mean(axis=0)).tolist()
-        signs += int(((median > 0).any() & (median < 0).any()).sum())
-    ours = f"{sum(grown)} of {len(grown)} axes of presses; {signs} of them have errors of both signs"
+        quarters = np.array_split(median.abs().to_numpy(), _PART)
+        grown += (quarters[-1].mean(axis=0) > quarters[0].mean(axis=0)).tolist()
+        with_both_signs += int(((median > 0).any() & (median < 0).any()).sum())
+    ours = f"{sum(grown)} of {len(grown)} axes of presses; {with_both_signs} of them have errors of both signs"
     claim = "errors in x, y and z grow with the number of steps"
     return Claim(2, "2, figure 3", claim, premise, "in all three presses", ours, verdict(all(grown)))
 
 
 def _bounds(errors: pd.DataFrame, premise: str) -> Iterator[Claim]:
-    """Judge the paper's bound as printed, which the zero answer meets, and scaled from an organ to the cube."""
+    """Judge the paper's bound of errors as printed, which no motion at all meets, too, and scaled to the cube."""
     largest = errors.groupby("press", sort=False)[["most_m", "zero_m"]].max()
-    worst, zero = 1e3 * largest.max()
-    ours = f"{worst:.2g} mm at most; without any motion {zero:.2g} mm"
+    worst_mm, motion_mm = 1e3 * largest.max()
+    ours = f"{worst_mm:.2g} mm at most; without any motion {motion_mm:.2g} mm"
     claim = "errors of position stay below"
-    below = worst < 1e3 * BOUND_M
-    kind = verdict(below) if zero > 1e3 * BOUND_M else BOUND if below else verdict(False)
-    yield Claim(2, "2, figure 3", claim, premise, "5 mm in all three presses", ours, kind)
+    below = worst_mm < 1e3 * BOUND_M
+    judged = verdict(below) if motion_mm > 1e3 * BOUND_M else BOUND if below else verdict(False)
+    yield Claim(2, "2, figure 3", claim, premise, "5 mm in all three presses", ours, judged)
     scaled = BOUND_M / ORGAN_M * 0.01
     by_press = ", ".join(
-        f"{press} {1e3 * error:.2g} of {1e3 * still:.2g} mm" for press, error, still in largest.itertuples()
+        f"{press} {1e3 * error:.2g} of {1e3 * motion_m:.2g} mm" for press, error, motion_m in largest.itertuples()
     )
     scale = f"{premise}; 5 mm on a cube of an organ's size, {ORGAN_M:g} m, are {1e3 * scaled:g} mm on one of 10 mm"
-    kind = verdict(bool((largest["most_m"] < scaled).all()))
-    yield Claim(2, "2, figure 3", f"{claim} 5 % of the cube's side", scale, "in all three presses", by_press, kind)
+    judged = verdict(bool((largest["most_m"] < scaled).all()))
+    yield Claim(2, "2, figure 3", f"{claim} 5 % of the cube's side", scale, "in all three presses", by_press, judged)
 
 
 def _least(fits: pd.DataFrame, premise: str) -> Claim:
     medians = fits.groupby(["press", "used_in_fit"], sort=False)["rmse_m"].median().reset_index()
-    used = medians["used_in_fit"].astype(bool)
+    fitted = medians["used_in_fit"].astype(bool)
     ours = ", ".join(f"{row.press} {1e3 * row.rmse_m:.2g} mm" for row in medians.itertuples())
-    least = medians[used]["rmse_m"].max() < medians[~used]["rmse_m"].min()
+    fitted_is_least = medians[fitted]["rmse_m"].max() < medians[~fitted]["rmse_m"].min()
     claim = "errors are least for the press that was fitted"
-    return Claim(2, "2, figure 3", claim, premise, "least for the top press", ours, verdict(least))
+    return Claim(2, "2, figure 3", claim, premise, "least for the top press", ours, verdict(fitted_is_least))

@@ -24,12 +24,12 @@ def draw_spring_fit(spring_history) -> Figure:
     """
     history = spring_history[spring_history["method"] != "gradient_all"]  # its fitness is a sum of three presses
     figure, grid = style.panels(2, 2, (9.5, 6.2), sharey=True, sharex="col")
-    last = 1.2 * history["seconds"].max()
+    last_s = 1.2 * history["seconds"].max()
     for (over_generations, over_time), force in zip(grid, FORCES, strict=True):
         rows = tables.where(history, volume_force=force)
         for method, of_method in rows.groupby("method", sort=False):
             if of_method["generation"].max() == 0:
-                _at_once(over_time, of_method, look(method), last)
+                _at_once(over_time, of_method, look(method), last_s)
                 continue
             _band(over_generations, of_method, "generation", look(method), np.linspace)
             _band(over_time, of_method, "seconds", look(method), np.geomspace)
@@ -38,40 +38,40 @@ def draw_spring_fit(spring_history) -> Figure:
         axis.set(yscale="log", ylim=(0.6 * -history["fitness"].max(), None))
         style.plain_log(axis.yaxis)
     over_generations.set(xlabel="generation or iteration")
-    over_time.set(xscale="log", xlabel="time of the search [s]", xlim=(history["seconds"].min() / 1.5, last))
+    over_time.set(xscale="log", xlabel="time of the search [s]", xlim=(history["seconds"].min() / 1.5, last_s))
     style.plain_log(over_time.xaxis)
     figure.legend(handles=_legend(history), loc="outside upper center", ncols=4, title="less is better")
     return figure
 
 
 def best_so_far(runs, column: str, places: np.ndarray) -> np.ndarray:
-    """Compute −fitness of each seed at ``places`` of ``column``, (seeds, places); nan before its first value.
+    """Compute the best −fitness so far of each seed, (seeds, places), at ``places`` on the axis ``column``.
 
-    A seed that has ended keeps its last value.
+    It is NaN before a seed's first value; a seed that has ended keeps its last value.
     """
     curves = []
     for _, run in runs.groupby("seed", sort=False):
         run = run.sort_values(column)
         best = np.minimum.accumulate(-run["fitness"].to_numpy())
-        known = np.searchsorted(run[column].to_numpy(), places, side="right")
-        curves.append(np.where(known > 0, best[np.maximum(known, 1) - 1], np.nan))
+        count = np.searchsorted(run[column].to_numpy(), places, side="right")
+        curves.append(np.where(count > 0, best[np.maximum(count, 1) - 1], np.nan))
     return np.array(curves)
 
 
-def _band(axis, runs, column, look, spread) -> None:
-    """Draw the median and range of the seeds of one search, from the place where all seeds have a value."""
+def _band(axis, runs, column, look, spacing) -> None:
+    """Draw the median and range of the seeds of one search over ``column``, from where all seeds have a value."""
     starts, ends = runs.groupby("seed")[column].agg(["min", "max"]).max()
-    places = spread(starts, ends, _POINTS)
+    places = spacing(starts, ends, _POINTS)
     curves = best_so_far(runs, column, places)
     axis.fill_between(places, curves.min(axis=0), curves.max(axis=0), color=look.colour, alpha=0.25, lw=0)
     axis.plot(places, np.median(curves, axis=0), color=look.colour)
 
 
-def _at_once(axis, runs, look, last: float) -> None:
-    """Draw a method without a search."""
-    at, error = runs["seconds"].median(), -runs["fitness"].median()
-    axis.plot([at, last], [error, error], color=look.colour, lw=0.8, ls=":")
-    axis.plot(at, error, look.marker, color=look.colour, mec="white", mew=0.6, ms=8)
+def _at_once(axis, runs, look, last_s: float) -> None:
+    """Draw a method without a search: a marker at its time, and a line at its −fitness up to ``last_s`` [s]."""
+    time_s, unfitness = runs["seconds"].median(), -runs["fitness"].median()
+    axis.plot([time_s, last_s], [unfitness, unfitness], color=look.colour, lw=0.8, ls=":")
+    axis.plot(time_s, unfitness, look.marker, color=look.colour, mec="white", mew=0.6, ms=8)
 
 
 def _legend(history) -> list:
@@ -109,8 +109,8 @@ def draw_spring_errors(spring_errors) -> Figure:
                 axis.plot(curve.index, curve, color=look(method).colour, ls=DASHES[force], lw=1.2)
             axis.axhline(0.0, color=style.FAINT, lw=0.8)
             axis.set_title(f"{press} press, {name}{' (fitted)' if fitted else ''}")
-        moved = 1e3 * tables.where(shown, press=press)["zero_m"].max()
-        axes[0].set_ylabel(f"error [mm]\nmoved: {moved:.2g} mm")
+        moved_mm = 1e3 * tables.where(shown, press=press)["zero_m"].max()
+        axes[0].set_ylabel(f"error [mm]\nmoved: {moved_mm:.2g} mm")
     for axis in grid[-1]:
         axis.set_xlabel("step")
     lines = [Line2D([], [], color=FITS[m].colour, label=FITS[m].label) for m in SHOWN if m in set(shown["method"])]

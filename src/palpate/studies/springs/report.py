@@ -34,21 +34,21 @@ def numbers(report: Report) -> dict[str, Any]:
 def _met(fits: pd.DataFrame) -> list[str]:
     """Name the methods whose median errors are small enough, with and without the volume force."""
     medians = fits.groupby(["volume_force", "method", "press", "used_in_fit"], sort=False)["rmse_of_peak"].median()
-    bounds = [FITTED if used else OTHERS for used in medians.index.get_level_values("used_in_fit")]
+    bounds = [FITTED if in_fit else OTHERS for in_fit in medians.index.get_level_values("used_in_fit")]
     met = (medians <= bounds).groupby(level=["volume_force", "method"], sort=False).all()
     return [f"{look(method).label} ({FORCES[force]})" for force, method in met.index[met]]
 
 
 def _medians(fits: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate the median of the seeds and, where there are several, their range."""
-    used = fits.groupby("press", sort=False)["used_in_fit"].mean()
-    fitted, rows = set(used.index[used == used.max()]), []
+    """Tabulate times, fitness and errors of each method, without and with volume force: medians and ranges of seeds."""
+    share_of_fits = fits.groupby("press", sort=False)["used_in_fit"].mean()
+    fitted_presses, rows = set(share_of_fits.index[share_of_fits == share_of_fits.max()]), []
     for (force, method), runs in fits.groupby(["volume_force", "method"], sort=False):
         row = {"forces": FORCES[force], "method": look(method).label}
         row |= {"time": seconds(runs[runs["used_in_fit"]].groupby("seed")["seconds"].first().median())}
         row |= {"fitness [m]": runs[runs["press"] == fits["press"].iloc[0]]["fitness"].median()}
         for press, of_press in runs.groupby("press", sort=False):
-            row[f"{press} press{' (fitted)' if press in fitted else ''}"] = _spread(of_press["rmse_of_peak"])
+            row[f"{press} press{' (fitted)' if press in fitted_presses else ''}"] = _spread(of_press["rmse_of_peak"])
         rows.append(row)
     return pd.DataFrame(rows)
 

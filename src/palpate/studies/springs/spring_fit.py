@@ -55,7 +55,7 @@ SPRING_ERRORS = Table(
 def judge(
     cube: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Compare the motion of the key points with the references of all presses, of which ``used`` were fitted.
+    """Compare the motion of springs at the key points with ``references`` of all presses; ``used`` names fitted ones.
 
     young : moduli (n,) [Pa] of the nodes
     Returns a row of SPRING_FIT a press, over all steps, and rows of SPRING_ERRORS (paper 2's figure 3), one a step.
@@ -64,11 +64,11 @@ def judge(
     rest = cube.settings.keys.of(cube.model.nodes)
     for press, (positions, _) in references.items():
         error = simulate(model, young, cube.presses[press], cube.settings)[0] - positions
-        rmse, moved = float(np.sqrt((error**2).sum(axis=2).mean())), np.linalg.norm(positions - rest, axis=2)
-        value = float(cube.fitness(press, references).of(model)(young[None])[0])
-        most = np.abs(error).max(axis=(0, 1))
-        rows.append((press, press in used, rmse, rmse / float(moved.max()), *most, value))
-        signed = pd.DataFrame(error[:, moved.max(axis=0).argmax()], columns=["error_x_m", "error_y_m", "error_z_m"])
+        rmse, moved_m = float(np.sqrt((error**2).sum(axis=2).mean())), np.linalg.norm(positions - rest, axis=2)
+        fitness = float(cube.fitness(press, references).of(model)(young[None])[0])
+        largest_by_axis = np.abs(error).max(axis=(0, 1))
+        rows.append((press, press in used, rmse, rmse / float(moved_m.max()), *largest_by_axis, fitness))
+        signed = pd.DataFrame(error[:, moved_m.max(axis=0).argmax()], columns=["error_x_m", "error_y_m", "error_z_m"])
         signed.insert(0, "step", np.arange(1, len(error) + 1))
         largest, zero = (np.abs(each).max(axis=(1, 2)) for each in (error, positions - rest))
         by_step.append(signed.assign(most_m=largest, zero_m=zero, press=press, used_in_fit=press in used))
@@ -93,29 +93,29 @@ def tables(
     """
     trial = cube.with_volume(cube.volume_n_m()) if volume_force else cube
     fitnesses = [trial.fitness(press, references) for press in references]
-    used = fitnesses if method == "gradient_all" else fitnesses[:1]
-    names = [each.press.name for each in used]
-    parts: dict[str, list[pd.DataFrame]] = {"spring_fit": [], "spring_history": [], "spring_errors": []}
+    fitted = fitnesses if method == "gradient_all" else fitnesses[:1]
+    fitted_presses = [each.press.name for each in fitted]
+    tables_of_runs: dict[str, list[pd.DataFrame]] = {"spring_fit": [], "spring_history": [], "spring_errors": []}
     fitnesses[0](trial.start()[None])  # so that compilation is not timed
     value_and_gradient(fitnesses[0], trial.start(), trial.settings.volume_n_m)
     for seed in seeds:
         limits, material = trial.limits, trial.particles.material
-        model, fit = find(method, used, material, trial.start(), limits, searches, seed, partial(report, seed))
+        model, fit = find(method, fitted, material, trial.start(), limits, searches, seed, partial(report, seed))
         history = fit.history[-1:] if method == "uniform" else fit.history  # one modulus has no search worth a curve
         rises = pd.DataFrame(history, columns=["evaluations", "seconds", "fitness"]).astype({"evaluations": int})
         rises.insert(0, "generation", np.arange(len(rises)))
-        last = rises.iloc[-1]
+        last_row = rises.iloc[-1]
         labels = {"method": method, "volume_force": volume_force, "seed": seed}
-        judged, grown = judge(trial, model, fit.young, references, names)
+        judged, errors_by_step = judge(trial, model, fit.young, references, fitted_presses)
         judged = judged.assign(
-            generations=int(last["generation"]),
-            evaluations=int(last["evaluations"]),
-            seconds=last["seconds"],
+            generations=int(last_row["generation"]),
+            evaluations=int(last_row["evaluations"]),
+            seconds=last_row["seconds"],
             volume_n_m=trial.settings.volume_n_m,
         )
-        for name, table in zip(parts, (judged, rises, grown), strict=True):
-            parts[name].append(table.assign(**labels)[[*labels, *table.columns]])
-    return {name: pd.concat(runs, ignore_index=True) for name, runs in parts.items()}
+        for name, table in zip(tables_of_runs, (judged, rises, errors_by_step), strict=True):
+            tables_of_runs[name].append(table.assign(**labels)[[*labels, *table.columns]])
+    return {name: pd.concat(runs, ignore_index=True) for name, runs in tables_of_runs.items()}
 
 
 INCOMPRESSIBLE = 0.49
@@ -138,22 +138,22 @@ def measure(cube: Experiment, references: dict[str, Motion], stiffest_n_m: float
     The springs are fitted to all presses at once, so that their error is the least possible.
     """
     fitnesses = [cube.fitness(press, references) for press in references]
-    alone, _ = descend(fitnesses, cube.start(), cube.limits, evaluations)
+    springs_alone, _ = descend(fitnesses, cube.start(), cube.limits, evaluations)
     # from the material's volume force, and from none with the best moduli without it: so a volume force cannot seem to
     # increase the error only because a descent ended too early
-    ends = []
-    for young, stiffness in ((cube.start(), min(cube.volume_n_m(), stiffest_n_m)), (alone.young, 0.0)):
+    volume_fits = []
+    for young, stiffness in ((cube.start(), min(cube.volume_n_m(), stiffest_n_m)), (springs_alone.young, 0.0)):
         trial = cube.with_volume(stiffness)
         fitnesses = [trial.fitness(press, references) for press in references]
-        ends.append(descend(fitnesses, young, cube.limits, evaluations, stiffest_n_m))
-    fit, stiffness = max(ends, key=lambda end: end[0].fitness)
-    parts = []
-    for trial, fitted, force in ((cube, alone, False), (cube.with_volume(stiffness), fit, True)):
+        volume_fits.append(descend(fitnesses, young, cube.limits, evaluations, stiffest_n_m))
+    best_fit, stiffness = max(volume_fits, key=lambda end: end[0].fitness)
+    rows = []
+    for trial, fitted, volume_force in ((cube, springs_alone, False), (cube.with_volume(stiffness), best_fit, True)):
         judged = judge(trial, cube.model, fitted.young, references, list(references))[0]
-        about = {"volume_n_m": trial.settings.volume_n_m, "poisson": cube.particles.material.poisson}
-        parts.append(judged.assign(volume_force=force, **about))
+        labels = {"volume_n_m": trial.settings.volume_n_m, "poisson": cube.particles.material.poisson}
+        rows.append(judged.assign(volume_force=volume_force, **labels))
     names = " ".join(SPRING_FLOOR.columns) + " max_x_m max_y_m max_z_m fitness"
-    return pd.concat(parts)[names.split()]
+    return pd.concat(rows)[names.split()]
 
 
 def simulate_spring_reference(output: Any, calibration: Settings, poisson: float) -> None:
@@ -168,12 +168,12 @@ def fit_springs(
     """Fit springs by one method, without and with a volume force, for the rule of this name."""
     method, references = wildcards.method, cube_experiment.load_references(input.reference)
     seeds = range(seed, seed + (searches.seeds if method in SEEDED else 1))
-    for force in ("springs", "volume"):
+    for forces in ("springs", "volume"):
         cube = experiment(calibration, calibration.material.poisson)
-        report = rarely(say, f"{method}, {force}: seed, generation, best fitness")
-        made = tables(cube, method, force == "volume", references, searches, seeds, report)
-        for path in output[force]:
-            write_table(made[Path(path).stem], path)
+        report = rarely(say, f"{method}, {forces}: seed, generation, best fitness")
+        computed = tables(cube, method, forces == "volume", references, searches, seeds, report)
+        for path in output[forces]:
+            write_table(computed[Path(path).stem], path)
 
 
 def measure_spring_floor(say: Callable, calibration: Settings, poissons: list[float], evaluations: int) -> pd.DataFrame:

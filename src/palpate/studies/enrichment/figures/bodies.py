@@ -52,23 +52,23 @@ def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, 
     lines the outline at rest. Displacements are to scale.
     """
     peaks = database.peaks
-    chosen = _spread(predictions["detail_correction"].sample, peaks, database.contact)
-    limit = peaks[chosen].max() * 1e3
-    views = render.same_scale([camera(database, i, _clouds(database, i)) for i in chosen])
+    samples = _spread(predictions["detail_correction"].sample, peaks, database.contact)
+    limit_mm = peaks[samples].max() * 1e3
+    views = render.same_scale([camera(database, i, _clouds(database, i)) for i in samples])
     aspect = views[0].width / views[0].height
 
     titles = ["rest,\nwith its load", "fine FEM", "coarse FEM", *map(model_looks.short, DEFORMED_BY)]
-    figure, axes = style.grid(len(chosen), len(titles), aspect, _INCHES)
+    figure, axes = style.grid(len(samples), len(titles), aspect, _INCHES)
     with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
-        for row, i, view in zip(axes, chosen, views, strict=True):
-            bare = stage.picture(view, [lambda s: _surface(s, body, database, "rest", 0.0, limit)])
-            for axis, (what, moved, caption) in zip(row, _states(database, predictions, i), strict=True):
-                style.place(axis, _deformed(stage, view, body, database, i, (what, moved), limit), caption)
-                if what != "rest":
-                    style.outline(axis, bare)
+        for row, i, view in zip(axes, samples, views, strict=True):
+            rest_picture = stage.picture(view, [lambda s: _surface(s, body, database, "rest", 0.0, limit_mm)])
+            for axis, (state, displacement, caption) in zip(row, _states(database, predictions, i), strict=True):
+                style.place(axis, _deformed(stage, view, body, database, i, (state, displacement), limit_mm), caption)
+                if state != "rest":
+                    style.outline(axis, rest_picture)
     for axis, title in zip(axes[0], titles, strict=True):
         axis.set_title(title, loc="center")
-    style.colour_bar(figure, Normalize(0, limit), style.DISPLACEMENT, "displacement [mm]", extend="max")
+    style.colour_bar(figure, Normalize(0, limit_mm), style.DISPLACEMENT, "displacement [mm]", extend="max")
     return figure
 
 
@@ -76,12 +76,12 @@ def _spread(samples: np.ndarray, peaks: np.ndarray, contacts: np.ndarray) -> lis
     """Choose SAMPLES of the samples from small to large peak, with different contacts as far as possible."""
     ranked = samples[np.argsort(peaks[samples], kind="stable")]
     chosen: list[int] = []
-    for share in (np.arange(SAMPLES) + 0.5) / SAMPLES:
-        fresh = [i for i in ranked if contacts[i] not in contacts[chosen] and i not in chosen]
-        rest = fresh or [i for i in ranked if i not in chosen]
-        if rest:
-            target = np.quantile(peaks[ranked], share)
-            chosen.append(int(min(rest, key=lambda i: abs(peaks[i] - target))))
+    for quantile in (np.arange(SAMPLES) + 0.5) / SAMPLES:
+        at_new_contact = [i for i in ranked if contacts[i] not in contacts[chosen] and i not in chosen]
+        candidates = at_new_contact or [i for i in ranked if i not in chosen]
+        if candidates:
+            target = np.quantile(peaks[ranked], quantile)
+            chosen.append(int(min(candidates, key=lambda i: abs(peaks[i] - target))))
     return sorted(chosen, key=lambda i: peaks[i])
 
 
@@ -89,12 +89,12 @@ def _states(database, predictions, i):
     """Yield the columns of one row: their kind, displacement, of fine surface or all coarse nodes [m], and caption."""
     fine, coarse = database.fine[i], database.coarse_live[i]
     yield "rest", np.zeros_like(fine), f"sample {i}: {np.linalg.norm(database.force[i]):.2g} N"
-    for what, moved in (("fine", fine), ("coarse", coarse)):
-        yield what, moved, f"peak {np.linalg.norm(moved, axis=1).max() * 1e3:.1f} mm"
+    for state, displacement in (("fine", fine), ("coarse", coarse)):
+        yield state, displacement, f"peak {np.linalg.norm(displacement, axis=1).max() * 1e3:.1f} mm"
     for method in DEFORMED_BY:
-        at = np.flatnonzero(predictions[method].sample == i)[0]
-        moved = predictions[method].predicted[at]
-        yield "method", moved, f"error {100 * errors(moved, fine).rmse_of_peak:.2g} % of peak"
+        row = np.flatnonzero(predictions[method].sample == i)[0]
+        displacement = predictions[method].predicted[row]
+        yield "method", displacement, f"error {100 * errors(displacement, fine).rmse_of_peak:.2g} % of peak"
 
 
 def _clouds(database, i) -> list[np.ndarray]:
@@ -116,9 +116,9 @@ def _arrow(nodes) -> float:
 
 def _deformed(stage, view, body, database, i, state, limit) -> np.ndarray:
     """Render one panel, (height, width, 3) uint8."""
-    what, moved = state
-    actors = [lambda s: _surface(s, body, database, what, moved, limit), lambda s: _held(s, body)]
-    if what == "rest":
+    kind, displacement = state
+    actors = [lambda s: _surface(s, body, database, kind, displacement, limit), lambda s: _held(s, body)]
+    if kind == "rest":
         contact, length = database.coarse_nodes[database.contact[i]], _arrow(database.nodes_fine_surface)
         actors.append(lambda s: s.arrow(contact, database.force[i], _normal(database, i), length))
     return stage.picture(view, actors)
@@ -130,14 +130,14 @@ def _held(stage, body) -> None:
     stage.dots(mesh.nodes[np.intersect1d(body.supported(0), mesh.surface)], 0.07 * _arrow(mesh.nodes))
 
 
-def _surface(stage, body, database, what, moved, limit) -> None:
+def _surface(stage, body, database, kind, displacement, limit) -> None:
     """Add the deformed surface; the rest state is grey, and it and the coarse mesh show their edges."""
-    coarse = what == "coarse"
+    coarse = kind == "coarse"
     nodes = database.coarse_nodes if coarse else database.nodes_fine_surface
     triangles = body.coarse.triangles if coarse else database.triangles
-    millimetres = None if what == "rest" else np.linalg.norm(moved, axis=1) * 1e3
-    edges = what in ("rest", "coarse")
-    stage.surface(nodes + moved, triangles, millimetres, (0, limit), style.DISPLACEMENT, edges=edges)
+    millimetres = None if kind == "rest" else np.linalg.norm(displacement, axis=1) * 1e3
+    edges = kind in ("rest", "coarse")
+    stage.surface(nodes + displacement, triangles, millimetres, (0, limit), style.DISPLACEMENT, edges=edges)
 
 
 JUDGED = ["interpolation", model_looks.PAPERS, "detail_correction"]
@@ -151,24 +151,24 @@ def draw_error_over_body(body: Body, database: Database, groups: dict[str, dict[
     groups : maps a heading such as "paper protocol, samples held out" to predictions of JUDGED
     Samples are ranked for each method by itself, by RMSE over the fine surface nodes / peak.
     """
-    shown = {(g, m): ranked(database, groups[g][m]) for g in groups for m in JUDGED}
+    shown = {(heading, judged): ranked(database, groups[heading][judged]) for heading in groups for judged in JUDGED}
     rest = database.nodes_fine_surface
     scale = limits([field for picks in shown.values() for _, field, _, _ in picks])
-    views = render.same_scale([camera(database, i, [rest + moved]) for p in shown.values() for i, _, moved, _ in p])
+    views = render.same_scale([camera(database, i, [rest + moved]) for few in shown.values() for i, _, moved, _ in few])
     aspect = views[0].width / views[0].height
     figure, axes = style.grid(len(JUDGED), 3 * len(groups), aspect, _INCHES)
-    cells = [(r, 3 * c + k) for c in range(len(groups)) for r in range(len(JUDGED)) for k in range(3)]
+    cells = [(row, 3 * c + rank) for c in range(len(groups)) for row in range(len(JUDGED)) for rank in range(3)]
     picks = [pick for picks in shown.values() for pick in picks]
     with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
-        for (r, c), view, (i, field, moved, error) in zip(cells, views, picks, strict=True):
+        for (row, c), view, (i, field, moved, error) in zip(cells, views, picks, strict=True):
             picture = _coloured(stage, view, body, database, 100 * field, moved, scale)
-            style.place(axes[r, c], picture, f"sample {i}: {percent(error)} of peak")
+            style.place(axes[row, c], picture, f"sample {i}: {percent(error)} of peak")
     for axis, method in zip(axes[:, 0], JUDGED, strict=True):
         axis.set_ylabel(model_looks.short(method), fontweight="bold")
     for c, group in enumerate(groups):
         axes[0, 3 * c].set_title(f"{group}\nbest", loc="left")
-        for k, name in enumerate(("median", "worst"), 1):
-            axes[0, 3 * c + k].set_title(name, loc="left")
+        for rank, name in enumerate(("median", "worst"), 1):
+            axes[0, 3 * c + rank].set_title(name, loc="left")
     label = "error at each node [% of the sample's peak displacement]"
     style.colour_bar(figure, LogNorm(*scale), style.ERROR, label, extend="min", format="%g")
     return figure
@@ -184,11 +184,11 @@ def ranked(database, prediction) -> list[tuple]:
     """Rank the samples: (sample, error / peak (n,), displacement (n, 3), RMSE / peak) of best, median and worst."""
     reference = database.fine[prediction.sample]
     peaks = np.linalg.norm(reference, axis=2).max(axis=1)
-    fields = np.linalg.norm(prediction.predicted - reference, axis=2) / peaks[:, None]
-    errors = np.sqrt(np.mean(fields**2, axis=1))
-    order = np.argsort(errors, kind="stable")
-    picks = order[[0, (len(order) - 1) // 2, -1]]
-    return [(int(prediction.sample[p]), fields[p], reference[p], float(errors[p])) for p in picks]
+    error_fields = np.linalg.norm(prediction.predicted - reference, axis=2) / peaks[:, None]
+    rmse = np.sqrt(np.mean(error_fields**2, axis=1))
+    order = np.argsort(rmse, kind="stable")
+    chosen = order[[0, (len(order) - 1) // 2, -1]]
+    return [(int(prediction.sample[p]), error_fields[p], reference[p], float(rmse[p])) for p in chosen]
 
 
 def camera(database, i, clouds) -> render.View:
@@ -217,7 +217,7 @@ def write(database: Database, predictions: dict[str, Prediction], path: str | Pa
     norm = LogNorm(*scale)
     rest = database.nodes_fine_surface
     positions = np.array([rest + moved for _, _, moved, _ in picks])
-    notes = [f"sample {i}: {percent(error)} of peak" for i, _, _, error in picks]
+    notes = [f"sample {sample}: {percent(error)} of peak" for sample, _, _, error in picks]
     methods = [model_looks.short(method).replace("\n", " ") for method in JUDGED]
     choices = {"method": methods, "test sample": ["best", "median", "worst"]}
     shown = turnable.Turnable(

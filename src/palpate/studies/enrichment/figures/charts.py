@@ -19,14 +19,14 @@ def draw_feature_vectors(feature_vectors, premise_bodies) -> Figure:
 
     Lines are the two presses; a title has the distance of their vectors over the length of the first.
     """
-    about = premise_bodies.sort_values("moved_share", ascending=False, kind="stable")
-    rows = list(dict.fromkeys([about["premise"].iloc[0], about["premise"].iloc[-1]]))
-    figure, grid = style.panels(len(rows), len(model_looks.FEATURES), (10, 2.1 * len(rows) + 0.8))
-    for axes, premise in zip(grid, rows, strict=True):
-        moved = about.set_index("premise").loc[premise, "moved_share"]
+    premises = premise_bodies.sort_values("moved_share", ascending=False, kind="stable")
+    shown = list(dict.fromkeys([premises["premise"].iloc[0], premises["premise"].iloc[-1]]))
+    figure, grid = style.panels(len(shown), len(model_looks.FEATURES), (10, 2.1 * len(shown) + 0.8))
+    for axes, premise in zip(grid, shown, strict=True):
+        moved_share = premises.set_index("premise").loc[premise, "moved_share"]
         for axis, features in zip(axes, model_looks.FEATURES, strict=True):
             _vectors(axis, tables.where(feature_vectors, premise=premise, features=features), features)
-        axes[0].set_ylabel(f"{premise.replace('_', ' ')}\n({100 * moved:.0f} % moves)\ndisplacement / peak")
+        axes[0].set_ylabel(f"{premise.replace('_', ' ')}\n({100 * moved_share:.0f} % moves)\ndisplacement / peak")
     for axis in grid[-1]:
         axis.set_xlabel("place in the vector")
     figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
@@ -39,8 +39,8 @@ def _vectors(axis, rows, features) -> None:
     for i, (vector, colour) in enumerate(zip(vectors, colours, strict=True)):
         style_of = {"lw": 1.0 if len(vector) > 60 else 1.5, "ls": "-" if i == 0 else "--"}
         axis.plot(np.arange(len(vector)), vector, color=colour, label=("one node", "another node")[i], **style_of)
-    apart = np.linalg.norm(vectors[1] - vectors[0]) / np.linalg.norm(vectors[0])
-    axis.set_title(f"{model_looks.FEATURES[features][0]}\n{apart:.2f} apart")
+    distance = np.linalg.norm(vectors[1] - vectors[0]) / np.linalg.norm(vectors[0])
+    axis.set_title(f"{model_looks.FEATURES[features][0]}\n{distance:.2f} apart")
 
 
 @style.figure("sigma_sweep", tables=("sigma_sweep", "enrichment_accuracy"))
@@ -60,12 +60,12 @@ def draw_sigma_sweep(sigma_sweep, enrichment_accuracy, *, published: dict) -> Fi
     for axes, (body, regime) in zip(grid, rows, strict=True):
         unit_m = published["sigma"]["unit_m"].get(body)
         sigma_m = None if unit_m is None else published["sigma"]["value"] * unit_m
-        here = tables.where(accuracy, body=body, regime=regime).set_index("method")
+        errors_of_body = tables.where(accuracy, body=body, regime=regime).set_index("method")
         for axis, name in zip(axes, features, strict=True):
             panel = tables.where(sweep, body=body, regime=regime, features=name)
             for weights, curve in panel.groupby("weights", sort=False):
-                _curve(axis, curve.sort_values("sigma_relative"), here, f"{name}_{weights}", sigma_m)
-            axis.axhline(100 * here.loc["interpolation", "rmse_of_peak"], color=style.FAINT, ls="--", lw=1.2)
+                _curve(axis, curve.sort_values("sigma_relative"), errors_of_body, f"{name}_{weights}", sigma_m)
+            axis.axhline(100 * errors_of_body.loc["interpolation", "rmse_of_peak"], color=style.FAINT, ls="--", lw=1.2)
             axis.set(xscale="log", yscale="log")
         axes[0].set_ylabel(f"{body}, {regime} loads\nRMSE [% of peak]")
         style.plain_log(axes[0].yaxis)
@@ -86,13 +86,13 @@ def _curve(axis, curve, accuracy, method, sigma_m) -> None:
     colour = model_looks.look(method).colour
     relative, error = curve["sigma_relative"].to_numpy(), 100 * curve["rmse_of_peak"].to_numpy()
     axis.plot(relative, error, color=colour, zorder=2)
-    ratio = relative[0] / curve["sigma_m"].iloc[0]
+    relative_per_metre = relative[0] / curve["sigma_m"].iloc[0]
     marks = [(accuracy["sigma_m"].get(method), "o", colour), (sigma_m, "D", "white")]
     for sigma, marker, fill in marks:
-        at = np.nan if sigma is None else sigma * ratio
-        if relative[0] <= at <= relative[-1] * (1 + 1e-9):
-            height = np.exp(np.interp(np.log(at), np.log(relative), np.log(error)))
-            axis.plot(at, height, marker, color=colour, mfc=fill, mec=colour, ms=5.5, zorder=3)
+        place = np.nan if sigma is None else sigma * relative_per_metre
+        if relative[0] <= place <= relative[-1] * (1 + 1e-9):
+            height = np.exp(np.interp(np.log(place), np.log(relative), np.log(error)))
+            axis.plot(place, height, marker, color=colour, mfc=fill, mec=colour, ms=5.5, zorder=3)
 
 
 def _sweep_legend() -> list[Line2D]:
@@ -125,21 +125,21 @@ def draw_premises(premises, premise_bodies) -> Figure:
     Contacts are held out. Whiskers hold 90 % of draws of splits and contacts. Left of the line ordered features pay;
     ratios beyond SHOWN are arrows at its end.
     """
-    about = premise_bodies.sort_values("moved_share", kind="stable")
-    shown = tables.where(premises, held_out="contacts")
-    whole = shown[shown["train"] == shown.groupby("premise")["train"].transform("max")]
-    figure, ((left, right),) = style.panels(1, 2, (10, 0.62 * len(about) + 1.7), sharey=True)
+    bodies = premise_bodies.sort_values("moved_share", kind="stable")
+    errors = tables.where(premises, held_out="contacts")
+    with_all_samples = errors[errors["train"] == errors.groupby("premise")["train"].transform("max")]
+    figure, ((left, right),) = style.panels(1, 2, (10, 0.62 * len(bodies) + 1.7), sharey=True)
     right.set(xscale="log", xlim=SHOWN, xlabel="error / error of unordered features with the same weights")
-    for y, row in enumerate(about.itertuples()):
-        rows = tables.where(whole, premise=row.premise)
+    for y, row in enumerate(bodies.itertuples()):
+        rows = tables.where(with_all_samples, premise=row.premise)
         _errors(left, y, rows)
         _ratios(right, y, rows)
     labels = [
         f"{row.premise.replace('_', ' ')}{'*' if row.responses == 'nonlinear' else ''}\n"
         f"{100 * row.moved_share:.0f} % of the surface moves"
-        for row in about.itertuples()
+        for row in bodies.itertuples()
     ]
-    left.set_yticks(range(len(about)), labels)
+    left.set_yticks(range(len(bodies)), labels)
     left.invert_yaxis()
     left.set(xscale="log", xlabel="RMSE [% of peak], mean of the test samples")
     right.axvline(1.0, color=style.INK, lw=1, zorder=1)
@@ -151,7 +151,7 @@ def draw_premises(premises, premise_bodies) -> Figure:
 
 
 def _errors(axis, y, rows) -> None:
-    """Draw the errors of the paper's weights, and of the answers that need no samples."""
+    """Draw errors [% of peak] in row ``y``: marks of answers that need no samples, and whiskers of the features."""
     for name, marker, colour in (
         ("zero", "|", style.FAINT),
         ("interpolation", "X", model_looks.look("interpolation").colour),
@@ -165,18 +165,18 @@ def _errors(axis, y, rows) -> None:
 
 
 def _ratios(axis, y, rows) -> None:
-    """Draw the ratios of both kinds of ordered features, one mark for each way to weigh."""
+    """Draw into row ``y`` the ratios of ordered features to unordered ones, one mark for each way to weigh."""
     for i, weights in enumerate(READINGS):
-        for features, up in (("ordered", -0.04), ("framed", 0.04)):
+        for features, shift in (("ordered", -0.04), ("framed", 0.04)):
             row = tables.where(rows, features=features, weights=weights).iloc[0]
             values, marker = [row[c] for c in ("ratio", "ratio_low", "ratio_high")], READINGS[weights][1]
             if values[0] > 0.9 * SHOWN[1]:
                 values, marker = [0.9 * SHOWN[1]] * 3, ">"
-            _whisker(axis, y + 0.19 * (i - 1.5) + up, values, features, marker)
+            _whisker(axis, y + 0.19 * (i - 1.5) + shift, values, features, marker)
 
 
 def _whisker(axis, y, values, features, marker="s") -> None:
-    """Draw one mark at the first of ``values``, and a line from the second to the third."""
+    """Draw one mark at the first of three ``values``, and a line between the others, the ends of its interval."""
     colour = model_looks.look(f"{features}_{PAPERS}").colour
     axis.plot(values[1:], [y, y], color=colour, lw=1.2, zorder=2)
     axis.plot(values[0], y, marker, color=colour, mec="white", mew=0.5, ms=5.5, zorder=3)
@@ -207,10 +207,10 @@ def draw_complexity(complexity) -> Figure:
     for y, row in enumerate(complexity.to_dict("records")):
         for letter, shift in (("r", -0.14), ("k", 0.14)):
             value = row[f"exponent_{letter}"]
-            reach = np.abs([[row[f"exponent_{letter}_{end}"] - value] for end in ("low", "high")])
-            axis.errorbar(value, y + shift, xerr=reach, fmt="o", color=_COLOURS[letter], capsize=3)
-            paper = row[f"paper_exponent_{letter}"]
-            axis.plot(paper, y + shift, "D", mfc="none", mec=style.INK, ms=9, mew=0.9, zorder=3)
+            interval = np.abs([[row[f"exponent_{letter}_{end}"] - value] for end in ("low", "high")])
+            axis.errorbar(value, y + shift, xerr=interval, fmt="o", color=_COLOURS[letter], capsize=3)
+            papers_exponent = row[f"paper_exponent_{letter}"]
+            axis.plot(papers_exponent, y + shift, "D", mfc="none", mec=style.INK, ms=9, mew=0.9, zorder=3)
     labels = [
         f"{model_looks.OPERATIONS.get(row.operation, row.operation)}\n{row.paper_order.replace('^2', '²')}"
         for row in complexity.itertuples()
@@ -235,15 +235,15 @@ def draw_timing_bars(enrichment_timing) -> Figure:
     figure = Figure(figsize=(10, 0.5 * len(set(timing["method"])) + 1.3), layout="constrained")
     for axis, body in zip(figure.subplots(1, len(names), sharex=True, squeeze=False)[0], names, strict=True):
         rows = tables.where(timing, body=body)
-        low = 0.3 * timing[["mean_s", "paper_mean_s"]].min().min()
+        shortest_s = 0.3 * timing[["mean_s", "paper_mean_s"]].min().min()
         for y, row in enumerate(rows.itertuples()):
-            _bar(axis, y + 0.2, row.mean_s, low, color=model_looks.look(row.method).colour)
-            _bar(axis, y - 0.2, row.paper_mean_s, low, color="white", edgecolor="#555555", hatch="////")
+            _bar(axis, y + 0.2, row.mean_s, shortest_s, color=model_looks.look(row.method).colour)
+            _bar(axis, y - 0.2, row.paper_mean_s, shortest_s, color="white", edgecolor="#555555", hatch="////")
             times = [getattr(row, f"d{i}_s") for i in range(1, 6)]
             axis.plot(times, [y + 0.2] * 5, "o", color="white", mec=style.INK, ms=3, mew=0.6)
         axis.set_yticks(range(len(rows)), [model_looks.short(m).replace("\n", " ") for m in rows["method"]])
         axis.set(xscale="log", title=body, xlabel="time a deformation [s]")
-        axis.set_xlim(low, 40 * timing[["mean_s", "paper_mean_s"]].max().max())
+        axis.set_xlim(shortest_s, 40 * timing[["mean_s", "paper_mean_s"]].max().max())
         axis.invert_yaxis()
         axis.grid(axis="y", visible=False)
     handles = [
@@ -254,10 +254,10 @@ def draw_timing_bars(enrichment_timing) -> Figure:
     return figure
 
 
-def _bar(axis, y, seconds, low, **look) -> None:
+def _bar(axis, y, seconds, left_s, **look) -> None:
     """Draw one bar with its number at the end; none where the paper has no such row."""
     if seconds > 0:
-        axis.barh(y, seconds - low, left=low, height=0.36, linewidth=0.7, **look)
+        axis.barh(y, seconds - left_s, left=left_s, height=0.36, linewidth=0.7, **look)
         axis.annotate(written(seconds), (seconds, y), (5, 0), textcoords="offset points", va="center", fontsize=7.5)
 
 
@@ -275,21 +275,21 @@ def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost) -> 
     size = (4.0 * len(names) + 2.4, 2.6 * len(rows) + 0.6)
     figure, grid = style.panels(len(rows), len(names), size, sharex=True, sharey=True)
     joined = joined.assign(model=joined["method"], late=1e3 * joined["online_p95_s"])
-    drawn = {}
+    points_of = {}
     for axes, (protocol, regime) in zip(grid, rows, strict=True):
         for axis, body in zip(axes, names, strict=True):
             panel = tables.where(joined, body=body, protocol=protocol, regime=regime)
-            drawn[axis] = _points(axis, panel)
-            fine = 1e3 * tables.where(fem_cost, body=body, regime=regime)["seconds"].median()
-            axis.axvline(fine, color=model_looks.look("fine_fem").colour, ls="-.", lw=1, zorder=1)
+            points_of[axis] = _points(axis, panel)
+            fine_fem_ms = 1e3 * tables.where(fem_cost, body=body, regime=regime)["seconds"].median()
+            axis.axvline(fine_fem_ms, color=model_looks.look("fine_fem").colour, ls="-.", lw=1, zorder=1)
             axis.set_title(f"{body}, {protocol} protocol, {spaced(regime)} loads", pad=18)
         axes[0].set_ylabel("RMSE [% of peak]")
     for axis in grid[-1]:
         axis.set_xlabel("online time a query [ms]")
-    low, high = grid[0, 0].get_ylim()
-    grid[0, 0].set_ylim(low / 2, high)  # room for the names of failures
-    for axis, part in drawn.items():
-        steps(axis, part)
+    bottom, top = grid[0, 0].get_ylim()
+    grid[0, 0].set_ylim(bottom / 2, top)  # room for the names of failures
+    for axis, shown_points in points_of.items():
+        steps(axis, shown_points)
     finish(grid.ravel(), frames())
     handles = handles_of(
         points(
@@ -328,8 +328,8 @@ def draw_fem_cost(fem_cost, sample_peaks) -> Figure:
     names = tables.bodies(joined)
     figure, grid = style.panels(2, len(names), (4.2 * len(names) + 0.4, 5), sharex=True, sharey="row")
     for column, body in zip(grid.T, names, strict=True):
-        here = tables.where(joined, body=body)
-        for (regime, rows), (colour, marker) in zip(here.groupby("regime", sort=False), _REGIMES, strict=False):
+        rows_of_body = tables.where(joined, body=body)
+        for (regime, rows), (colour, marker) in zip(rows_of_body.groupby("regime", sort=False), _REGIMES, strict=False):
             label = f"{regime} loads: median {rows['seconds'].median():.2g} s, most {rows['seconds'].max():.2g} s"
             looks = {"color": colour, "ms": 4, "mec": "white", "mew": 0.4, "label": label}
             for axis, value in zip(column, ("seconds", "newton_iterations"), strict=True):

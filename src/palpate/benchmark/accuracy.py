@@ -113,9 +113,9 @@ def truth_levels(body: Body) -> range:
     those before it have another shape. With a smooth surface by a formula all levels are taken: their facets converge
     to it with the order of 2, which the limit includes.
     """
-    fine = len(body.levels) - 1
-    first = max(0 if body.smooth is not None else body.shape_level, fine - 2)
-    return range(first, max(fine + 1, first + 2) + 1)
+    finest = len(body.levels) - 1
+    coarsest = max(0 if body.smooth is not None else body.shape_level, finest - 2)
+    return range(coarsest, max(finest + 1, coarsest + 2) + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,11 +265,11 @@ def _judge(
 ) -> Judge:
     numbers = truth.sample[rows]
     patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in db.contact[numbers]])
-    own = np.where(truth.believed[rows, None], truth.own[rows], np.nan)
-    place = truth_levels(body).index(level) if (level := len(body.levels) - 2) in truth_levels(body) else None
-    coarser = None if place is None else truth.levels[rows, place]
-    known = truth.displacement[rows], own, truth.seconds[rows]
-    return Judge(split, numbers, side, db.take(numbers), *known, patch, coarser=coarser)
+    own_errors = np.where(truth.believed[rows, None], truth.own[rows], np.nan)
+    coarser_index = truth_levels(body).index(level) if (level := len(body.levels) - 2) in truth_levels(body) else None
+    coarser = None if coarser_index is None else truth.levels[rows, coarser_index]
+    of_truth = truth.displacement[rows], own_errors, truth.seconds[rows]
+    return Judge(split, numbers, side, db.take(numbers), *of_truth, patch, coarser=coarser)
 
 
 def read_judged(
@@ -281,8 +281,8 @@ def read_judged(
     more : whether presses at training contacts are judged too
     """
     case, db, table = _read(files, regime, split, *rest)
-    judged = case.body, db, table, stored(Truth, files["truth"]), split, case.radius_m
-    return case, replace(judge(*judged), training=judge_at_training(*judged) if more else None)
+    of_judge = case.body, db, table, stored(Truth, files["truth"]), split, case.radius_m
+    return case, replace(judge(*of_judge), training=judge_at_training(*of_judge) if more else None)
 
 
 def read_case(files: Mapping[str, Any], regime: str, split: int, *rest: Any) -> Case:

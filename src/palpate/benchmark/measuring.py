@@ -167,16 +167,16 @@ def measure(kind: Kind, settings: Iterable[Prepared], repeats: int, budget_s: fl
     questions: list[Row] = []
     of_settings: list[Row] = []
     with threadpool_limits(limits=1):
-        for one in settings:
-            if isinstance(one.solver, LeftOut):
-                warnings.warn(f"{one.about['model']} is left out: {one.solver}.", stacklevel=2)
+        for setting in settings:
+            if isinstance(setting.solver, LeftOut):
+                warnings.warn(f"{setting.about['model']} is left out: {setting.solver}.", stacklevel=2)
                 continue
-            rows = ask(kind, one.solver, repeats, budget_s)
-            offline_s = one.seconds + sum(one.used.values())
-            costs = {"offline_s": offline_s, "memory_mb": float(getattr(one.solver, "memory_mb", 0.0))}
-            more, rest = kind.further(one, rows)
-            questions += [kind.labels | one.about | row for row in (*rows, *rest)]
-            of_settings.append(kind.labels | one.about | costs | kind.means(rows) | more)
+            rows = ask(kind, setting.solver, repeats, budget_s)
+            offline_s = setting.seconds + sum(setting.used.values())
+            costs = {"offline_s": offline_s, "memory_mb": float(getattr(setting.solver, "memory_mb", 0.0))}
+            more_columns, more_rows = kind.further(setting, rows)
+            questions += [kind.labels | setting.about | row for row in (*rows, *more_rows)]
+            of_settings.append(kind.labels | setting.about | costs | kind.means(rows) | more_columns)
     return questions, of_settings
 
 

@@ -121,31 +121,31 @@ class StaticSolver:
             self._up = quadratic_prolongation(body.levels[level - 1], body.levels[level])
 
     def solve(self, sample: Sample, tolerance: float) -> tuple[Solution, tuple[float, int]]:
-        """Return the equilibrium of one sample, with the smallest det F and the number of inverted elements in it."""
-        solution, start, seconds, firm = None, None, 0.0, False
-        for each, problem in zip(self._levels, self._problems, strict=True):
+        """Return the equilibrium of one sample, its smallest det F and how many of its elements are inverted."""
+        solution, start, seconds, start_is_stable = None, None, 0.0, False
+        for level, problem in zip(self._levels, self._problems, strict=True):
             if solution is not None:
                 start = problem.mesh.nodes + self._up @ (solution.x - self._problems[0].mesh.nodes)
                 seconds = solution.seconds[-1]
-            nodal = sample.nodal(self._body, each, self._order)
-            last = each == self._levels[-1]
-            solve = problem.settle if firm else problem.solve
-            solution = solve(nodal, tolerance if last else max(tolerance, NESTED), start)
-            firm = bool(not last and nodal.any() and problem.softness(solution.x) >= FIRM)
+            nodal = sample.nodal(self._body, level, self._order)
+            is_last = level == self._levels[-1]
+            search = problem.settle if start_is_stable else problem.solve
+            solution = search(nodal, tolerance if is_last else max(tolerance, NESTED), start)
+            start_is_stable = bool(not is_last and nodal.any() and problem.softness(solution.x) >= FIRM)
         assert solution is not None
         solution.seconds[-1] += seconds
         least_det = problem.least_det(solution.x)
-        count = 0 if least_det > 0.0 else inverted(self._body.levels[each], solution.x, self._order)
+        count = 0 if least_det > 0.0 else inverted(self._body.levels[level], solution.x, self._order)
         return solution, (least_det, count)
 
 
 def inverted(mesh: Mesh, x: np.ndarray, order: int = 1) -> int:
     """Count the elements of ``mesh`` with a point at which det F is not positive, at positions ``x`` (n, 3) [m]."""
     gradients, _ = shape_gradients(mesh)
-    linear = mesh.tetrahedra, np.eye(4)[None]
-    elements, slopes = linear if order == 1 else (ten_nodes(mesh), quadratic_gradients(QUADRATURE_POINTS))
-    f = np.einsum("eai,qac,ecj->eqij", x[elements], slopes, gradients, optimize=True)
-    return int((np.linalg.det(f) <= 0.0).any(axis=1).sum())
+    linear_elements = mesh.tetrahedra, np.eye(4)[None]
+    elements, slopes = linear_elements if order == 1 else (ten_nodes(mesh), quadratic_gradients(QUADRATURE_POINTS))
+    deformation_gradients = np.einsum("eai,qac,ecj->eqij", x[elements], slopes, gradients, optimize=True)
+    return int((np.linalg.det(deformation_gradients) <= 0.0).any(axis=1).sum())
 
 
 def _warn_of_inverted(name: str, responses: Responses) -> None:

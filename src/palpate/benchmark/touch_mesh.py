@@ -86,9 +86,9 @@ def problem_of(body: Body, level: int, order: int, touches: Sequence[Touch], sha
     poses = [touch.pose(shape) for touch in touches]
     deepest = [pose.moved(touch.depth_m * touch.direction) for pose, touch in zip(poses, touches, strict=True)]
 
-    def near(at: np.ndarray) -> np.ndarray:
+    def near(places: np.ndarray) -> np.ndarray:
         ends = zip(deepest, touches, strict=True)
-        return np.min([pose.gaps(at)[0] / touch.depth_m for pose, touch in ends], axis=0) < TOUCHED_WITHIN
+        return np.min([pose.gaps(places)[0] / touch.depth_m for pose, touch in ends], axis=0) < TOUCHED_WITHIN
 
     points = contact_points(body.levels[level], order, body.material.young_pa, near)
     return Indentation(body, level, order, points, poses[:1], first.instrument.sticks)
@@ -191,14 +191,14 @@ class TouchedMeshes:
         assert isinstance(whole, TetMesh) and isinstance(mesh, TetMesh)  # sheets are not touched
         roots = local.roots[-1] if isinstance(local, LocalBody) else np.arange(len(cells))
         # parts of an element of the first level that is halved as often as each element here
-        parts = np.full(len(cells), 8.0 ** max(0, held - COARSER))
-        away = np.linalg.norm(mesh.nodes - self._body.fine.nodes[touch.node], axis=1)
-        near = away <= self._reach([touch], np.array([level - 1]))
-        parts[near[cells].any(axis=1)] = 8.0 ** max(level, held - COARSER)
+        parts_of_root = np.full(len(cells), 8.0 ** max(0, held - COARSER))
+        distances = np.linalg.norm(mesh.nodes - self._body.fine.nodes[touch.node], axis=1)
+        is_near = distances <= self._reach([touch], np.array([level - 1]))
+        parts_of_root[is_near[cells].any(axis=1)] = 8.0 ** max(level, held - COARSER)
         fixed = np.isin(cells, local.anchors[-1])
-        rim = np.isin(cells, cells[fixed & ~fixed.all(axis=1, keepdims=True)]).any(axis=1)
-        parts[rim] = np.maximum(parts[rim], 8.0**held)
-        tetrahedra = np.maximum(parts * mesh.volumes / whole.volumes[roots], 1.0).sum()
+        is_at_rim = np.isin(cells, cells[fixed & ~fixed.all(axis=1, keepdims=True)]).any(axis=1)
+        parts_of_root[is_at_rim] = np.maximum(parts_of_root[is_at_rim], 8.0**held)
+        tetrahedra = np.maximum(parts_of_root * mesh.volumes / whole.volumes[roots], 1.0).sum()
         return round(tetrahedra * (len(mesh.nodes) + len(mesh.edges)) / len(cells)), round(tetrahedra)
 
     def at_rim(self, held: int) -> tuple[Body, int]:

@@ -124,12 +124,12 @@ def presses(settings: pd.DataFrame, errors: pd.DataFrame, kind: str) -> Candidat
     would take the two as independent, and models that extrapolate from the levels of the truth err as it does.
     """
     column = KINDS[kind]
-    wide, means = _wide(settings, errors, column), averaged(settings)
-    contact, sample = (wide.columns.get_level_values(name).to_numpy() for name in ("contact", "sample"))
-    own_there = np.nan_to_num(own_errors(errors, column, sample))
+    errors_of, means = _wide(settings, errors, column), averaged(settings)
+    contact, sample = (errors_of.columns.get_level_values(name).to_numpy() for name in ("contact", "sample"))
+    own_of_samples = np.nan_to_num(own_errors(errors, column, sample))
     means = means[~means["model"].isin(BOUNDS)].set_index(SETTING, drop=False)
-    rows = means[means.index.isin(wide.index)]
-    held = HeldOut(wide.reindex(rows.index).to_numpy() + own_there, contact)
+    rows = means[means.index.isin(errors_of.index)]
+    held = HeldOut(errors_of.reindex(rows.index).to_numpy() + own_of_samples, contact)
     asked = np.isfinite(held.errors)
     rows = rows.reset_index(drop=True)
     rows = rows.assign(
@@ -144,9 +144,9 @@ def presses(settings: pd.DataFrame, errors: pd.DataFrame, kind: str) -> Candidat
         f"settings left out as they failed on some samples: {failed}" if failed else "",
     ]
     own = own_error(settings, column)
-    floor = float(np.fmax(EXACT, finite(bound_factor(own_there, contact)) + own))
-    about = {"scene": settings["scene"].iloc[0], "error": kind}
-    return Candidates(rows, about, "press", own, floor, tied=TIED, notes=notes, held=held)
+    floor = float(np.fmax(EXACT, finite(bound_factor(own_of_samples, contact)) + own))
+    labels = {"scene": settings["scene"].iloc[0], "error": kind}
+    return Candidates(rows, labels, "press", own, floor, tied=TIED, notes=notes, held=held)
 
 
 def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataFrame:
@@ -155,10 +155,10 @@ def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataF
     A contact is asked in the split that tests on it, else where it chooses settings; of settings that learn nothing
     there may be answers at training contacts too.
     """
-    place = ["split", *SETTING]
-    named = settings[place].assign(key=same_settings(settings))
+    keys = ["split", *SETTING]
+    named = settings[keys].assign(key=same_settings(settings))
     named = named.assign(first=named.groupby(["model", "key"], sort=False)["setting"].transform("first"))
-    joined = errors.merge(named, on=place).sort_values("side", key=lambda sides: sides.map(_FIRST), kind="stable")
+    joined = errors.merge(named, on=keys).sort_values("side", key=lambda sides: sides.map(_FIRST), kind="stable")
     joined["setting"] = joined["first"]
     failed = joined[column].isna().groupby([joined[name] for name in SETTING]).any()
     wide = joined.drop_duplicates([*SETTING, "sample"]).pivot(
@@ -169,15 +169,15 @@ def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataF
 
 def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
     """Raise InputError if a setting stands twice or its samples do not have the mean that its row gives."""
-    place = ["split", *SETTING]
-    usable = settings[~settings["model"].isin(BOUNDS) & (settings["failures"] == 0)].set_index(place, drop=False)
+    keys = ["split", *SETTING]
+    usable = settings[~settings["model"].isin(BOUNDS) & (settings["failures"] == 0)].set_index(keys, drop=False)
     scene = settings["scene"].iloc[0]
     if usable.index.has_duplicates:
         twice = usable[usable.index.duplicated()].iloc[0]
         raise InputError(
             f"accuracy_vs_time.csv has {twice['model']} {twice['setting']} of {scene} twice: give each its own setting"
         )
-    means = errors[errors["side"] == "test"].groupby(place)["rmse_of_peak"].mean().reindex(usable.index)
+    means = errors[errors["side"] == "test"].groupby(keys)["rmse_of_peak"].mean().reindex(usable.index)
     if not (right := np.isclose(means, usable["rmse_of_peak"], rtol=1e-6, atol=0)).all():
         raise InputError(
             f"accuracy_vs_time.csv and the samples of {' '.join(usable[~right].iloc[0][SETTING])} of {scene} disagree: "
@@ -264,10 +264,10 @@ def motions(
     elsewhere, that of ``constant`` in ``bounds``; where a scene has none, the error on its own path, the standard's
     own added. Within a time the error on that path decides, which all settings have.
     """
-    first = rows.iloc[0]
-    until, whole = first["resolved_s"], first["duration_s"]
+    first_row = rows.iloc[0]
+    until, whole = first_row["resolved_s"], first_row["duration_s"]
     over = f"the first {until:.3g} of {whole:.3g} s" if until < whole * (1 - 1e-9) else "the whole motion"
-    about = {"scene": first["scene"], "error": error, "split": 0, "over": over}  # such a scene is not divided
+    about = {"scene": first_row["scene"], "error": error, "split": 0, "over": over}  # such a scene is not divided
     # modes for another place show what that costs, and nobody who knows the place takes them
     finished = rows[(rows["failures"] == 0) & (rows["varied"] != "place")].reset_index(drop=True)
     if error == "force":  # how wrong the standard's mesh is in it no press shows, and of pushes elsewhere none is known
@@ -276,8 +276,8 @@ def motions(
             rmse_of_peak=finished["force_rms_of_peak"], reference_error=finished["reference_force_error"]
         )
         bounds = pressed = None
-    if said := parted(first):
-        return Candidates(finished[:0], about, "step", notes=[f"no error of a model is known, as {said}"])
+    if reason := parted(first_row):
+        return Candidates(finished[:0], about, "step", notes=[f"no error of a model is known, as {reason}"])
     if finished.empty:
         felt = " and told a force" if error == "force" else ""
         return Candidates(finished, about, "step", notes=[f"no model got through the scene{felt}"])
@@ -307,20 +307,20 @@ def bound_elsewhere(row: pd.Series, bounds: pd.DataFrame | None) -> tuple[float,
 
     row : of dynamic_accuracy.csv; bounds : of motion_bounds.csv. Without a bound, NaN and the reason.
     """
-    alone = "on this path only, as"
+    on_path = "on this path only, as"
     if bounds is None or bounds.empty:
-        return np.nan, f"{alone} nothing was measured elsewhere"
+        return np.nan, f"{on_path} nothing was measured elsewhere"
     places = f"{bounds['places'].max():g} other places"
-    mine = (bounds["model"] == row["model"]) & (bounds["setting"] == row["setting"])
-    of_setting = bounds[mine & (bounds["estimate"] == CONSTANT)]
+    is_setting = (bounds["model"] == row["model"]) & (bounds["setting"] == row["setting"])
+    of_setting = bounds[is_setting & (bounds["estimate"] == CONSTANT)]
     if of_setting.empty:
-        return np.nan, f"{alone} this setting was not asked at the {places}"
-    there = of_setting.iloc[0]
-    if np.isnan(there["bound_of_peak"]):
-        return np.nan, f"{alone} this setting answered at {there['places'] - there['failures']:g} of {places}"
-    tried = np.isfinite(there["coverage"])
-    held = f", where it held for {percent(there['coverage'])} of the places held out" if tried else ""
-    return float(there["bound_of_peak"]), f"{places} of the push{held}"
+        return np.nan, f"{on_path} this setting was not asked at the {places}"
+    bound_row = of_setting.iloc[0]
+    if np.isnan(bound_row["bound_of_peak"]):
+        return np.nan, f"{on_path} this setting answered at {bound_row['places'] - bound_row['failures']:g} of {places}"
+    tried = np.isfinite(bound_row["coverage"])
+    held = f", where it held for {percent(bound_row['coverage'])} of the places held out" if tried else ""
+    return float(bound_row["bound_of_peak"]), f"{places} of the push{held}"
 
 
 def _reference(row: pd.Series, pressed: pd.DataFrame | None, error: str) -> tuple[float, str]:
@@ -380,7 +380,7 @@ def operator_error(pressed: pd.DataFrame, column: str) -> float:
 def _converged(pressed: pd.DataFrame, elements: str, level: int | None = None) -> pd.DataFrame:
     """Select the rows of elements on a level, the finest if none is named, that were solved most exactly from rest."""
     rows = pressed[pressed["model"] == elements]
-    solved = fields_of(rows, "level", "start", "tolerance", "target")
-    solved = solved[(solved["start"] == "rest") & solved["target"].isna() & solved["tolerance"].notna()]
-    solved = solved[solved["level"] == (solved["level"].max() if level is None else level)]
-    return rows.loc[solved.index[solved["tolerance"] == solved["tolerance"].min()]]
+    fields = fields_of(rows, "level", "start", "tolerance", "target")
+    fields = fields[(fields["start"] == "rest") & fields["target"].isna() & fields["tolerance"].notna()]
+    fields = fields[fields["level"] == (fields["level"].max() if level is None else level)]
+    return rows.loc[fields.index[fields["tolerance"] == fields["tolerance"].min()]]

@@ -56,10 +56,10 @@ class HeldOut:
 
     def _over(self, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the bound and the mean of each setting over ``samples`` (n,) bool."""
-        there = np.where(samples, self.errors, np.nan)
-        count = np.isfinite(there).sum(axis=1)
-        mean = np.where(count > 0, np.nansum(there, axis=1) / np.maximum(count, 1), np.inf)
-        return bounds(there, self.contact), mean
+        errors = np.where(samples, self.errors, np.nan)
+        count = np.isfinite(errors).sum(axis=1)
+        mean = np.where(count > 0, np.nansum(errors, axis=1) / np.maximum(count, 1), np.inf)
+        return bounds(errors, self.contact), mean
 
 
 def share_below(errors: np.ndarray, contact: np.ndarray, most: float) -> float:
@@ -141,15 +141,15 @@ class Candidates:
         Ties go to what uses the least of the time, so that a larger one never has a larger error; of motions, to the
         fastest.
         """
-        by = self.compared if np.isfinite(rows["limit"]).any() else "mean"
-        order = (("doubted", 1.0), (by, EQUAL), ("pace" if self.unit == "step" else "used", 1.0), ("pace", 1.0))
+        column = self.compared if np.isfinite(rows["limit"]).any() else "mean"
+        order = (("doubted", 1.0), (column, EQUAL), ("pace" if self.unit == "step" else "used", 1.0), ("pace", 1.0))
         best = pick(rows, order, self.floor)
-        taken = _taken(best, best["limit"]) | self._rival(best, rows, order, by)
-        taken["confidence"] = self._stays(best, rows, by)
+        taken = _taken(best, best["limit"]) | self._rival(best, rows, order, column)
+        taken["confidence"] = self._stays(best, rows, column)
         taken["margin"] = 1.0 - (best["used"] if np.isnan(limit.max_error) else best["limit"] / limit.max_error)
-        what = best["basis"] if by == "limit" else "error"
+        what = best["basis"] if column == "limit" else "error"
         spare = f" that leave {percent(MARGIN)} of {limit.time} unused" if limit.time else ""
-        return taken, [f"least {what} of {_counted(rows)}{spare}", *self._hidden(best[by])]
+        return taken, [f"least {what} of {_counted(rows)}{spare}", *self._hidden(best[column])]
 
     def _stays(self, best: pd.Series, rows: pd.DataFrame, by: str) -> float:
         """Return the share of contacts without which ``best`` has, or ties with, the least error of ``rows``."""
@@ -200,8 +200,8 @@ class Candidates:
         for place, (bound, mean) in self.held.without.items():
             fits = _below(rows.assign(limit=bound, mean=mean), most)
             if len(fits):
-                there = self.held.errors[pick(fits, self._by_time, self.floor).name, self.held.contact == place]
-                per_place.append(there[np.isfinite(there)])
+                left_out = self.held.errors[pick(fits, self._by_time, self.floor).name, self.held.contact == place]
+                per_place.append(left_out[np.isfinite(left_out)])
                 places.append(np.full(len(per_place[-1]), place))
         errors, contact = np.concatenate(per_place), np.concatenate(places)
         if not len(errors):  # with as few contacts as a bound needs there is none where one is left out
@@ -213,8 +213,8 @@ class Candidates:
         others = rows[rows["model"] != best["model"]]
         if others.empty:
             return {}
-        rival, least = pick(others, order, self.floor), 0.0 if by == "pace" else self.floor
-        factor = max(rival[by], least) / max(best[by], least)
+        rival, floor = pick(others, order, self.floor), 0.0 if by == "pace" else self.floor
+        factor = max(rival[by], floor) / max(best[by], floor)
         return {"rival": rival["model"], "rival_setting": rival["setting"], "factor": factor}
 
     def _passed_over(self, best: pd.Series, max_error: float) -> dict[str, Any]:

@@ -30,22 +30,22 @@ def bound_factor(scores: np.ndarray, contact: np.ndarray) -> float:
 def bounds(errors: np.ndarray, contact: np.ndarray) -> np.ndarray:
     """Return the bound (m,) of each row of ``errors`` (m, n): ``bound_factor`` of its samples that are not NaN."""
     known, factors = np.isfinite(errors), np.empty(len(errors))
-    for there in {row.tobytes(): row for row in known}.values():
-        same = (known == there).all(axis=1)
-        factors[same] = _factors(errors[same][:, there], contact[there])
+    for asked in {row.tobytes(): row for row in known}.values():
+        rows = (known == asked).all(axis=1)
+        factors[rows] = _factors(errors[rows][:, asked], contact[asked])
     return factors
 
 
 def _factors(scores: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Return the ``bound_factor`` (m,) of each row of ``scores`` (m, n)."""
-    _, unit, count = np.unique(contact, return_inverse=True, return_counts=True)
-    if not len(count):
+    """Return the ``bound_factor`` (m,) of each row of ``scores`` (m, n): a quantile in which contacts weigh alike."""
+    _, contact_index, samples_of = np.unique(contact, return_inverse=True, return_counts=True)
+    if not len(samples_of):
         return np.full(len(scores), np.inf)
     order = np.argsort(scores, axis=1, kind="stable")
-    weights = 1.0 / (count[unit] * (len(count) + 1))
+    weights = 1.0 / (samples_of[contact_index] * (len(samples_of) + 1))
     reached = np.cumsum(weights[order], axis=1) >= LEVEL - _ROUNDING
-    first = np.take_along_axis(order, reached.argmax(axis=1)[:, None], axis=1)
-    return np.where(reached.any(axis=1), np.take_along_axis(scores, first, axis=1)[:, 0], np.inf)
+    first_reached = np.take_along_axis(order, reached.argmax(axis=1)[:, None], axis=1)
+    return np.where(reached.any(axis=1), np.take_along_axis(scores, first_reached, axis=1)[:, 0], np.inf)
 
 
 def finite(factor: float) -> float:
@@ -89,14 +89,14 @@ class Draws:
     """
 
     def __init__(self, contact: np.ndarray):
-        _, self._unit, count = np.unique(contact, return_inverse=True, return_counts=True)
-        total = len(count)
+        _, self._unit, samples_of = np.unique(contact, return_inverse=True, return_counts=True)
+        total = len(samples_of)
         step = round(1.0 / (1.0 - LEVEL))
         found_on = max(FEWEST, total // step * step - 1)
         draws = DRAWS if total > found_on else 0
         ranks = np.random.default_rng(SEED).permuted(np.tile(np.arange(total), (draws, 1)), axis=1)
         self._tried = (ranks >= found_on)[:, self._unit]
-        self._weights = ~self._tried / (count[self._unit] * (found_on + 1.0))
+        self._weights = ~self._tried / (samples_of[self._unit] * (found_on + 1.0))
 
     def coverage(self, errors: np.ndarray, estimate: np.ndarray) -> Coverage:
         """Try bounds of ``errors`` (n,) that are a factor times ``estimate`` (n,), which is positive."""

@@ -121,7 +121,7 @@ class Limit(Generic[Answer]):
 
     answer : the best estimate
     ratios : for each axis an answer with the ratio of changes of each of its parts
-    off : for each axis, and then for each pair, the own errors of ``answer`` as differences from it
+    off : for each axis, and then for each pair, the own errors of ``answer``, as vectors or numbers to add to it
     """
 
     answer: Answer
@@ -143,8 +143,8 @@ def limit_over(answers: Mapping[Any, Answer], centre: tuple[int, ...], rates: Se
     answers : by how often each axis was halved
     centre : of the answer in which the lines along all axes cross
     rates : the ratio of changes along each axis if it is known, else None
-    The own error of an axis is that of the longest line along it, which may lie beside the centre. That of two axes
-    together is the difference that the last halving of the first, up to the centre, makes to the effect of the second.
+    The own error of an axis is that of the longest line along it, which may lie beside the centre. That of a pair is
+    the effect of the second axis ``after`` the last halving of the first, up to the centre, less that ``before``.
     """
     kind: Any = type(answers[centre])
     limits, ratios, own_errors = [], [], []

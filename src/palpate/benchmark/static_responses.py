@@ -121,7 +121,7 @@ class StaticSolver:
             self._up = quadratic_prolongation(body.levels[level - 1], body.levels[level])
 
     def solve(self, sample: Sample, tolerance: float) -> tuple[Solution, tuple[float, int]]:
-        """Return the equilibrium of one sample, its smallest det F and how many of its elements are inverted."""
+        """Return a sample's equilibrium, least det F and count of inverted elements; each level starts the next."""
         solution, start, seconds, start_is_stable = None, None, 0.0, False
         for level, problem in zip(self._levels, self._problems, strict=True):
             if solution is not None:

@@ -229,31 +229,31 @@ def given_touches(body: Body, instrument: Instrument, given: Sequence[Given]) ->
     """
     mesh, allowed, pulls = body.fine, places_to_touch(body), instrument.kind == GRASP
     corners = mesh.nodes[mesh.triangles]
-    longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+    longest_edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
     rows: list[list[float]] = []
     for i, each in enumerate(given):
-        away = np.linalg.norm(mesh.nodes[mesh.surface] - each.at_m, axis=1)
-        node, place = int(mesh.surface[away.argmin()]), f"touch.at[{i}]"
-        if away.min() > longest:
+        away_m = np.linalg.norm(mesh.nodes[mesh.surface] - each.at_m, axis=1)
+        node, place = int(mesh.surface[away_m.argmin()]), f"touch.at[{i}]"
+        if away_m.min() > longest_edge:
             raise InputError(
-                f"{place}.at_m is {away.min():.3g} m off the surface of {body.name}; give a point on it, in metres."
+                f"{place}.at_m is {away_m.min():.3g} m off the surface of {body.name}; give a point on it, in metres."
             )
         if node not in allowed:
             raise InputError(f"{place}.at_m is where {body.name} is held, or beside; give another place.")
         outward = mesh.normals[node]
-        way = outward if pulls else -outward
+        direction = outward if pulls else -outward
         if each.direction is not None:
-            way = np.array(each.direction, dtype=float)
-        if way @ outward >= 0.0 and not pulls:
+            direction = np.array(each.direction, dtype=float)
+        if direction @ outward >= 0.0 and not pulls:
             raise InputError(f"{place}.direction points out of {body.name} there; give a way into it, or null.")
-        way = way / np.linalg.norm(way)
-        thick = float(np.ptp(mesh.nodes @ way))
+        direction = direction / np.linalg.norm(direction)
+        thick = float(np.ptp(mesh.nodes @ direction))
         for depth in each.depths_m:
             if depth >= thick and not pulls:
                 raise InputError(
                     f"{place}.depths_m has {depth:g}, and {body.name} is {thick:.3g} m thick along that way; give less."
                 )
-            rows.append([len(rows), node, *way, depth, depth])
+            rows.append([len(rows), node, *direction, depth, depth])
     return pd.DataFrame(rows, columns=TOUCH_COLUMNS).astype({"sample": int, "node": int})
 
 
@@ -296,8 +296,8 @@ def choose_touches(
         tilt = np.deg2rad(TILT * rng.random()) if len(rows) % 2 else 0.0
         turn, depth_m = 2.0 * np.pi * rng.random(), float(rng.uniform(*depth_of_radius)) * instrument.radius_m
         across, along, outward = upright(instrument, body.fine.nodes[node], body.fine.normals[node]).axes
-        out = np.cos(tilt) if instrument.kind == GRASP else -np.cos(tilt)
-        direction = out * outward + np.sin(tilt) * (np.cos(turn) * across + np.sin(turn) * along)
+        outward_part = np.cos(tilt) if instrument.kind == GRASP else -np.cos(tilt)
+        direction = outward_part * outward + np.sin(tilt) * (np.cos(turn) * across + np.sin(turn) * along)
         for fall in range(FALLS):
             if has_equilibrium(touch := Touch(instrument, int(node), direction, depth_m * LOWER**fall)):
                 rows.append([len(rows), node, *direction, touch.depth_m, depth_m])

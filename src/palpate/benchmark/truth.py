@@ -170,16 +170,16 @@ def truth_of(
     progress, tolerance : as ``ascend`` takes them
     """
     levels = truth_levels(body)
-    wanted = [levels if len(levels) < 4 or each.number in finest else levels[:-1] for each in samples]
-    ascents, whole = ascend(body, samples, wanted, tolerance, progress)
+    levels_of_sample = [levels if len(levels) < 4 or each.number in finest else levels[:-1] for each in samples]
+    ascents, whole = ascend(body, samples, levels_of_sample, tolerance, progress)
     columns = columns_of([_row(body, each, len(levels)) for each in ascents])
-    then = "they are left out."
+    consequence = "they are left out."
     if columns["rejected"].all():
-        then = (
+        consequence = (
             "models are judged by their distance from the finest elements, which may be far from the truth; lay the "
             "body on a bed, hold more of it, press less, or refine it."
         )
-    warn_of_rejected(body.name, "presses", columns["rejected"], then)
+    warn_of_rejected(body.name, "presses", columns["rejected"], consequence)
     last = max(each.levels[-1] for each in ascents)
     return Truth(
         **columns,

@@ -126,13 +126,13 @@ class Pulls(Kind):
         self._add_opening(one.about, self._answer)
         if not self._truth.rejected:
             columns |= dict(zip(ERRORS, pull_errors(self._answer, self._truth.pulled), strict=True))
-        change, first, again = (np.array(row[CALLS]) for row in rows)
-        first += change[: len(first)]
-        steps = self._steps(one.solver) if np.median(first) <= SOON_S else []
-        for name, calls in zip((*TIMES, "step"), (change, first, again, steps), strict=True):
+        change_s, first_s, again_s = (np.array(row[CALLS]) for row in rows)
+        first_s += change_s[: len(first_s)]
+        steps = self._steps(one.solver) if np.median(first_s) <= SOON_S else []
+        for name, calls in zip((*TIMES, "step"), (change_s, first_s, again_s, steps), strict=True):
             columns |= online([[seconds] for seconds in calls], name)
         lost = getattr(one.solver, "lost_share", 0.0)
-        return columns | {"lost_share": lost, "calls": len(first), "memory_mb": self._held_mb}, []
+        return columns | {"lost_share": lost, "calls": len(first_s), "memory_mb": self._held_mb}, []
 
     def _steps(self, solver: CutModel) -> Sequence[float]:
         """Return the times [s] of answers after each step of a moving blade; none of other cuts, or where one fails."""

@@ -66,25 +66,25 @@ def fit_springs(
     if volume:
         bulk = volume_stiffness(spring_model(particles_of(training.body, 0, surface=False)), given)
 
-    def young_pa(q: np.ndarray) -> float:
-        return float(given.young_pa * np.exp(q[0]))
+    def young_pa(logs: np.ndarray) -> float:
+        return float(given.young_pa * np.exp(logs[0]))
 
-    def scene(compared: ComparedScene, steps: int, q: np.ndarray) -> Scene:
+    def scene(compared: ComparedScene, steps: int, logs: np.ndarray) -> Scene:
         stiffness = Springs()
         if compared.thickness_m:  # the modulus times the thickness [N/m], and a share of that against bending
-            along = compared.thickness_m * young_pa(q)
-            stiffness = Springs(structural_n_m=along, shear_n_m=along, bending_n_m=float(np.exp(q[2])) * along)
-        return compared.springs(steps, stiffness, float(np.exp(q[1])), bulk * young_pa(q) / given.young_pa)
+            along = compared.thickness_m * young_pa(logs)
+            stiffness = Springs(structural_n_m=along, shear_n_m=along, bending_n_m=float(np.exp(logs[2])) * along)
+        return compared.springs(steps, stiffness, float(np.exp(logs[1])), bulk * young_pa(logs) / given.young_pa)
 
-    def misfit(q: np.ndarray) -> float:
-        limit = training.limit_s(scene(training, training.frames, q), young_pa(q))
-        return error_of(training, scene(training, training.steps(step_share * limit), q), young_pa(q), wanted)
+    def misfit(logs: np.ndarray) -> float:
+        limit = training.limit_s(scene(training, training.frames, logs), young_pa(logs))
+        return error_of(training, scene(training, training.steps(step_share * limit), logs), young_pa(logs), wanted)
 
-    start, sides, bounds = [0.0, np.log(0.1)], [-0.4, 0.7], [(-2.3, 2.3), (-6.0, 1.0)]
+    start, steps_of_start, bounds = [0.0, np.log(0.1)], [-0.4, 0.7], [(-2.3, 2.3), (-6.0, 1.0)]
     if training.thickness_m:
-        start, sides, bounds = [*start, -4.0], [*sides, 1.5], [*bounds, (-9.0, 1.0)]
-    q = _simplex(misfit, np.array(start), sides, bounds, evaluations, f"{training.name}: no springs")
-    return Fitted(lambda compared, steps: scene(compared, steps, q), young_pa(q), perf_counter() - begin)
+        start, steps_of_start, bounds = [*start, -4.0], [*steps_of_start, 1.5], [*bounds, (-9.0, 1.0)]
+    logs = _simplex(misfit, np.array(start), steps_of_start, bounds, evaluations, f"{training.name}: no springs")
+    return Fitted(lambda compared, steps: scene(compared, steps, logs), young_pa(logs), perf_counter() - begin)
 
 
 def fit_shapes(training: ComparedScene, wanted: np.ndarray, per_frame: int, evaluations: int) -> Fitted:
@@ -96,21 +96,21 @@ def fit_shapes(training: ComparedScene, wanted: np.ndarray, per_frame: int, eval
     clusters = cubes(training.body.coarse)
     scaled = training.held and not training.loads.contact
 
-    def scene(compared: ComparedScene, steps: int, q: np.ndarray) -> Scene:
-        matching = ShapeMatching(mode="linear", alpha=float(q[0]), beta=float(q[1]), clusters=clusters)
-        loaded = compared.scale_loads(float(np.exp(q[3]))) if scaled else compared
-        return loaded.shapes(steps, matching, float(np.exp(q[2])))
+    def scene(compared: ComparedScene, steps: int, fitted: np.ndarray) -> Scene:
+        matching = ShapeMatching(mode="linear", alpha=float(fitted[0]), beta=float(fitted[1]), clusters=clusters)
+        loaded = compared.scale_loads(float(np.exp(fitted[3]))) if scaled else compared
+        return loaded.shapes(steps, matching, float(np.exp(fitted[2])))
 
-    def misfit(q: np.ndarray) -> float:
-        return error_of(training, scene(training, steps, q), young, wanted)
+    def misfit(fitted: np.ndarray) -> float:
+        return error_of(training, scene(training, steps, fitted), young, wanted)
 
     bounds, sides = [(0.02, 1.0), (0.0, 0.99), (-5.0, 7.0)], [0.25, 0.3, -1.0]
     starts = [np.array([alpha, beta, 1.6]) for alpha, beta in product((0.3, 0.9), (0.2, 0.7))]
     if scaled:
         bounds, sides = [*bounds, (-12.0, 12.0)], [*sides, 0.7]
         starts = [np.array([0.7, 0.4, 1.6, scale]) for scale in np.arange(-6.0, 6.1, 1.5)]
-    q = _simplex(misfit, min(starts, key=misfit), sides, bounds, evaluations, f"{training.name}: no shapes")
-    return Fitted(lambda compared, steps: scene(compared, steps, q), young, perf_counter() - begin)
+    fitted = _simplex(misfit, min(starts, key=misfit), sides, bounds, evaluations, f"{training.name}: no shapes")
+    return Fitted(lambda compared, steps: scene(compared, steps, fitted), young, perf_counter() - begin)
 
 
 def error_of(compared: ComparedScene, scene: Scene, young_pa: float, wanted: np.ndarray) -> float:
@@ -123,8 +123,8 @@ def error_of(compared: ComparedScene, scene: Scene, young_pa: float, wanted: np.
     return float(min(rmse, 1.0))
 
 
-def _simplex(misfit: Callable, start: np.ndarray, sides: list, bounds: list, evaluations: int, what: str) -> np.ndarray:
-    corners = np.vstack([start, start + np.diag(sides)])
+def _simplex(misfit: Callable, start: np.ndarray, edges: list, bounds: list, evaluations: int, what: str) -> np.ndarray:
+    corners = np.vstack([start, start + np.diag(edges)])
     options = {"maxfev": evaluations, "initial_simplex": corners, "xatol": 1e-3, "fatol": 1e-5}
     result = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options)
     if not result.fun < 1.0:

@@ -120,10 +120,10 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
         if halving > 1:
             # the motions at steps of no length, from those at a step and at half of it
             before, truth = _limits(tried, compared.order)
-            off = np.sqrt(np.mean(np.sum((truth - before) ** 2, axis=2), axis=1))
+            change_m = np.sqrt(np.mean(np.sum((truth - before) ** 2, axis=2), axis=1))
             peaks = np.linalg.norm(truth, axis=2).max(axis=1)
-            changes.append(off / peaks.max())
-            resolved = resolved_frames(off, peaks, change)
+            changes.append(change_m / peaks.max())
+            resolved = resolved_frames(change_m, peaks, change)
             if resolved == compared.frames:
                 break
     if resolved < max(1, LEAST_SHARE * compared.frames):
@@ -137,7 +137,7 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
     force_before, force = (each[:resolved] for each in _limits(forces, compared.order))
     return Reference(
         truth=truth[:resolved],
-        change=float((off[:resolved] / peaks[:resolved].max()).max()),
+        change=float((change_m[:resolved] / peaks[:resolved].max()).max()),
         step_s=lengths[-1],
         bound=change,
         tried=np.array(tried)[:, :resolved],

@@ -187,7 +187,7 @@ def touch_table(settings: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([kept, more], axis=1)[TOUCH.columns]
 
 
-def _mean_sizes_and_bounds(part: pd.DataFrame, own: pd.DataFrame) -> dict[str, float]:
+def _mean_sizes_and_bounds(part: pd.DataFrame, own_errors: pd.DataFrame) -> dict[str, float]:
     """Return means of absolute errors of one setting in one scene, and bounds that a touch elsewhere stays below.
 
     part : its rows of touches; own : the truth's own errors by scene and sample, which are added to those of models
@@ -196,12 +196,12 @@ def _mean_sizes_and_bounds(part: pd.DataFrame, own: pd.DataFrame) -> dict[str, f
     answered = part[part["failure"].fillna("") == ""]
     row = {f"{name}_size": answered[name].astype(float).abs().mean() for name in SIGNED}
     places = pd.MultiIndex.from_frame(answered[["scene", "sample"]])
-    of_truth = 0.0 if (part["model"] == TRUTH).all() else own.reindex(places).to_numpy(dtype=float)
+    of_truth = 0.0 if (part["model"] == TRUTH).all() else own_errors.reindex(places).to_numpy(dtype=float)
     errors = answered[list(BOUNDED)].to_numpy(dtype=float)
-    errors, whole = np.abs(errors) + of_truth, len(answered) == len(part)
+    errors, all_answered = np.abs(errors) + of_truth, len(answered) == len(part)
     touch = answered["sample"].to_numpy()
     for name, values in zip(BOUNDED, errors.T, strict=True):
-        known = whole and np.isfinite(values).all()
+        known = all_answered and np.isfinite(values).all()
         row[f"{name}_bound"] = finite(bound_factor(values, touch)) if known else np.nan
         if known and name == "force_error":
             # the bound is one number for all touches, so that the estimate of each is 1

@@ -44,8 +44,8 @@ def _claim(order: float, rows: pd.DataFrame, whole: pd.DataFrame) -> Claim:
     holds = bool((local[error] < coarse[error]).all() and (local[time] < fine[time]).all())
     ours = []
     for scene in scenes:
-        three = (table.loc[scene] for table in (coarse, local, fine))
-        said = ", ".join(f"{percent(each[error])} in {two_digits(1e3 * each[time])} ms" for each in three)
+        three_rows = (table.loc[scene] for table in (coarse, local, fine))
+        said = ", ".join(f"{percent(each[error])} in {two_digits(1e3 * each[time])} ms" for each in three_rows)
         ours.append(f"{scene.replace('_', ' ')}: {said}")
     claim = "a fine model only where force acts is more precise there than a coarse one, and faster than a fine one"
     premise = f"elements of order {order:g}, level {depth:g} near the contact; errors at the patch: coarse, local, fine"

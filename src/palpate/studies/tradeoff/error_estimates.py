@@ -72,13 +72,13 @@ def _of_stored_response(case: Case, loads: list[Load]) -> Iterator[tuple]:
     for i, load in enumerate(loads):
         contact, force = load.single()
         begin = perf_counter()
-        flat, warped = linear.predict(None, contact, force), turned.answer(contact, force)[0]
-        peak = float(np.linalg.norm(flat, axis=1).max())
-        change = float(np.sqrt(np.mean(np.sum((warped - flat) ** 2, axis=1)))) / peak
+        straight, warped = linear.predict(None, contact, force), turned.answer(contact, force)[0]
+        peak = float(np.linalg.norm(straight, axis=1).max())
+        change = float(np.sqrt(np.mean(np.sum((warped - straight) ** 2, axis=1)))) / peak
         seconds = perf_counter() - begin
         others = training[training != contact]
-        away = float(np.linalg.norm(nodes[others] - nodes[contact], axis=1).min())
-        for name, value in zip(CHEAP, (peak / size, change, away / size), strict=True):
+        distance = float(np.linalg.norm(nodes[others] - nodes[contact], axis=1).min())
+        for name, value in zip(CHEAP, (peak / size, change, distance / size), strict=True):
             yield i, EVERY, "", name, value, value, seconds
 
 
@@ -87,15 +87,15 @@ def _second(case: Case, loads: list[Load]) -> Iterator[tuple]:
     level = len(case.body.levels) - 2
     if level < 0:
         return
-    coarser, up = Simulation(case, level, _ENOUGH, None, 2, FastEquilibrium), to_surface(case.body, level, 2)
+    coarser, surface_map = Simulation(case, level, _ENOUGH, None, 2, FastEquilibrium), to_surface(case.body, level, 2)
     chosen = np.unique(np.linspace(0, len(loads) - 1, _TIMED).round().astype(int))
-    for turn, i in enumerate((chosen[0], *chosen)):
+    for call, i in enumerate((chosen[0], *chosen)):
         begin = perf_counter()
         try:
-            up @ coarser.displacement(loads[i])
+            surface_map @ coarser.displacement(loads[i])
         except NotConverged:
             continue
-        if turn:  # the first call compiles, and fills caches
+        if call:  # the first call compiles, and fills caches
             yield i, EVERY, "", COARSER, np.nan, np.nan, perf_counter() - begin
 
 

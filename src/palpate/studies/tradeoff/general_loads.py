@@ -104,10 +104,10 @@ def _pairs(case: Case, judge: Judge, chosen: np.ndarray) -> Iterator[Load]:
     """Yield presses at two contacts at once: that of each of the ``chosen`` samples, and the nearest one APART."""
     nodes, samples = case.body.coarse.nodes, judge.samples
     for i in chosen:
-        away = np.linalg.norm(nodes[samples.contact] - nodes[samples.contact[i]], axis=1)
-        away[away < APART * max(case.radius_m, 1e-9)] = np.inf
-        if np.isfinite(away).any():
-            pair = (i, int(np.argmin(away)))
+        distance = np.linalg.norm(nodes[samples.contact] - nodes[samples.contact[i]], axis=1)
+        distance[distance < APART * max(case.radius_m, 1e-9)] = np.inf
+        if np.isfinite(distance).any():
+            pair = (i, int(np.argmin(distance)))
             yield Load(tuple(Press(int(samples.contact[j]), SHARE * samples.force[j]) for j in pair))
 
 
@@ -240,9 +240,9 @@ def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = it
     """
     body, samples = case.body, judge.samples
     tests = np.flatnonzero(judge.side == "test")
-    size = np.linalg.norm(samples.force, axis=1)
+    newtons = np.linalg.norm(samples.force, axis=1)
     contacts = [tests[samples.contact[tests] == node] for node in np.unique(samples.contact[tests])]
-    hardest = [each[np.argmax(size[each])] for each in contacts]
+    hardest = [samples_there[np.argmax(newtons[samples_there])] for samples_there in contacts]
     chosen = np.unique(np.linspace(0, len(hardest) - 1, count).round().astype(int))
     operator, asked = _Beyond(case), []
     for i in progress([hardest[k] for k in chosen]):
@@ -310,12 +310,12 @@ class _Beyond:
 
     def answer(self, node: int, force: np.ndarray) -> np.ndarray | None:
         """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N], or None where there is no sound one."""
-        before, last = self._levels.elements(self._last - 1), self._levels.elements(self._last)
-        load = before.nodal(*self._levels.disc(node, self._last - 1), force)
-        start = before.settle(load, np.zeros_like(before.rest), MOST_ITERATIONS, LEFT)
-        load = last.nodal(*self._levels.disc(node, self._last), force)
-        moved = last.settle(load, self._up @ start, MOST_ITERATIONS, LEFT)
-        left = np.linalg.norm(last.force(moved) + load)
-        if not (left <= LEFT * np.linalg.norm(load) and last.least_det(moved) > 0.0):
+        coarser, finest = self._levels.elements(self._last - 1), self._levels.elements(self._last)
+        load = coarser.nodal(*self._levels.disc(node, self._last - 1), force)
+        start = coarser.settle(load, np.zeros_like(coarser.rest), MOST_ITERATIONS, LEFT)
+        load = finest.nodal(*self._levels.disc(node, self._last), force)
+        moved = finest.settle(load, self._up @ start, MOST_ITERATIONS, LEFT)
+        residual = np.linalg.norm(finest.force(moved) + load)
+        if not (residual <= LEFT * np.linalg.norm(load) and finest.least_det(moved) > 0.0):
             return None
         return moved[self._body.fine.surface]

@@ -215,9 +215,9 @@ def accuracy_vs_time(settings: pd.DataFrame, commit: str) -> pd.DataFrame:
 
     That is offline_s over the time that a query saves against fine FEM in the same split; inf where it saves nothing.
     """
-    whose = ["scene", "split"]
-    fine = settings[settings["model"] == SAVED_AGAINST].groupby(whose)["online_median_s"].last()
-    against = settings[whose].merge(fine.rename("fine"), left_on=whose, right_index=True, how="left")["fine"]
-    saved = against.to_numpy() - settings["online_median_s"].to_numpy()
-    queries = np.where(saved > 0, settings["offline_s"] / np.where(saved > 0, saved, 1.0), np.inf)
+    keys = ["scene", "split"]
+    fine_s = settings[settings["model"] == SAVED_AGAINST].groupby(keys)["online_median_s"].last()
+    fine_of_row = settings[keys].merge(fine_s.rename("fine"), left_on=keys, right_index=True, how="left")["fine"]
+    saved_s = fine_of_row.to_numpy() - settings["online_median_s"].to_numpy()
+    queries = np.where(saved_s > 0, settings["offline_s"] / np.where(saved_s > 0, saved_s, 1.0), np.inf)
     return settings.assign(break_even_queries=queries, commit=commit)[ACCURACY_VS_TIME.columns]

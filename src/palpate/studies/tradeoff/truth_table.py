@@ -57,11 +57,11 @@ def truth_row(
     and have columns of their own. Extreme ratios and determinants are of all samples, rejected ones too.
     other : rows of ``other_element``; geometry : rows of ``geometry_share``; or None where these were not tried
     """
-    kept = truth.believed & np.isfinite(truth.levels[:, -1]).all(axis=(1, 2))
-    less = truth.believed & ~kept & np.isfinite(truth.displacement).all(axis=(1, 2))
-    row: dict = {"scene": scene, "samples": int(kept.sum()), "rejected": int((~truth.believed).sum())}
-    row |= _counted(truth, kept) | _own(truth, kept, _MEANS) | _own(truth, less, KINDS.values(), "validation_")
-    row |= {"validation_samples": int(less.sum())}
+    finest = truth.believed & np.isfinite(truth.levels[:, -1]).all(axis=(1, 2))
+    coarser = truth.believed & ~finest & np.isfinite(truth.displacement).all(axis=(1, 2))
+    row: dict = {"scene": scene, "samples": int(finest.sum()), "rejected": int((~truth.believed).sum())}
+    row |= _counted(truth, finest) | _own(truth, finest, _MEANS) | _own(truth, coarser, KINDS.values(), "validation_")
+    row |= {"validation_samples": int(coarser.sum())}
     if other is not None and len(other):
         own = _own(truth, np.isin(truth.sample, other["sample"]), _MEANS)
         row |= _means(other, "other_element", "other_element_patch")
@@ -135,27 +135,27 @@ def other_element(
     limits: list[list[np.ndarray]] = [[] for _ in asked]
     starts: list[np.ndarray | None] = [None] * len(asked)
     solver: Equilibrium | None = None
-    lost: set[int] = set()
+    unsolved: set[int] = set()
     for level, i in progress([(level, i) for level in levels for i in range(len(asked))]):
         if i == 0 or solver is None:
             solver = None  # before the next one is made, which is eight times as large
             solver = Equilibrium(whole, level)
-        if i in lost:
+        if i in unsolved:
             continue
         try:
             rest, start = solver.mesh.nodes, starts[i]
             forces = asked[i].nodal(body, level, whole=whole)
             moved = solver.solve(forces, NEXT, None if start is None else rest + start).x - rest
         except NotConverged:
-            lost.add(i)
+            unsolved.add(i)
             continue
         starts[i] = whole.prolongations[level] @ moved if level < last else None
         limits[i].append(_on_surface(body, whole, level, moved))
     return pd.DataFrame(
         [
-            _row(body, sample, np.array(u), truth.displacement[row])
-            for i, (sample, u, row) in enumerate(zip(asked, limits, rows, strict=True))
-            if i not in lost
+            _row(body, sample, np.array(answers), truth.displacement[row])
+            for i, (sample, answers, row) in enumerate(zip(asked, limits, rows, strict=True))
+            if i not in unsolved
         ],
         columns=OTHER_ELEMENT_COLUMNS,
     )
@@ -175,8 +175,8 @@ def widened(truth: Truth, check: pd.DataFrame) -> Truth:
     if check.empty:
         return truth
     rows = [int(np.flatnonzero(truth.sample == sample)[0]) for sample in check["sample"]]
-    distances, said = check[list(OWN)].to_numpy(), truth.own[rows]
-    factors = np.fmax(1.0, distances.mean(axis=0) / said.mean(axis=0))
+    distances, own_errors = check[list(OWN)].to_numpy(), truth.own[rows]
+    factors = np.fmax(1.0, distances.mean(axis=0) / own_errors.mean(axis=0))
     own = truth.own * factors
     own[rows] = np.fmax(own[rows], distances)
     return replace(truth, own=own)
@@ -227,10 +227,10 @@ def geometry_share(
     for row, answer in zip(rows, answers, strict=True):
         if answer.failure:
             continue
-        own, limit = truth.levels[row, level - truth_levels(body)[0]], truth.displacement[row]
-        moved = (answer.surface[0] - own) / (1.0 - 2.0 ** (-ORDER * level))
+        body_answer, truth_limit = truth.levels[row, level - truth_levels(body)[0]], truth.displacement[row]
+        change = (answer.surface[0] - body_answer) / (1.0 - 2.0 ** (-ORDER * level))
         patch = answer.sample.pressed(body)
-        shares.append([truth.sample[row], *truth_errors(limit + moved, limit, patch), answer.seconds])
+        shares.append([truth.sample[row], *truth_errors(truth_limit + change, truth_limit, patch), answer.seconds])
     return pd.DataFrame(shares, columns=GEOMETRY_COLUMNS)
 
 
@@ -277,18 +277,18 @@ def limit_points(
     rows: list[list] = []
     for contact in progress([int(c) for c in chosen]):
         inward = -body.fine.normals[contact] * body.material.young_pa * np.pi * radius_m**2 / 2.0
-        unit = nodal_load(whole, level, contact, inward, radius_m, order=2)
-        rows += [[body.name, contact, *step] for step in _curve(problem, unit, pressures, body.fine.size)]
+        unit_load = nodal_load(whole, level, contact, inward, radius_m, order=2)
+        rows += [[body.name, contact, *step] for step in _curve(problem, unit_load, pressures, body.fine.size)]
     return LIMIT_POINTS.frame(rows)
 
 
-def _curve(problem: Equilibrium, unit: np.ndarray, pressures: Sequence[float], size: float) -> list[list]:
+def _curve(problem: Equilibrium, unit_load: np.ndarray, pressures: Sequence[float], size: float) -> list[list]:
     """Return pressure, peak over ``size`` [m], smallest det F and success of each step."""
     steps: list[list] = []
     x = None
     for pressure in pressures:
         try:
-            x = problem.solve(pressure * unit, TOLERANCE, start=x).x
+            x = problem.solve(pressure * unit_load, TOLERANCE, start=x).x
         except NotConverged:
             return [*steps, [pressure, np.nan, np.nan, False]]
         peak = float(np.linalg.norm(x - problem.mesh.nodes, axis=1).max())

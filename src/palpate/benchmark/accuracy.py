@@ -219,8 +219,8 @@ class Judge:
     def from_coarser(self, i: int, answer: np.ndarray) -> tuple[float, float]:
         """Return the RMS distance of an answer (n, 3) [m] from that of the coarser elements, over surface and patch.
 
-        As shares of the largest displacement of these elements, as who estimates an error does not know the true one;
-        NaN without an answer of theirs.
+        Both are shares of the largest displacement by the coarser elements, as an estimate cannot use the true one; NaN
+        without such an answer.
         """
         if self.coarser is None:
             return np.nan, np.nan

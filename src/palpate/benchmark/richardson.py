@@ -66,11 +66,11 @@ def doubt(levels: np.ndarray) -> np.ndarray:
 def estimate(levels: np.ndarray, rate: float | None = None) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     """Return the best estimate (n, 3) [m] from ``levels`` (m, n, 3) [m], and fields whose lengths are its own errors.
 
-    rate : the ratio of changes if it is known, else None. By the ratio, the estimate and its one or two errors are
+    rate : the known ratio of changes, or None: the ratio is then found. Estimate, and its one or two errors, if it is
         known: the limit; how it moved with the last level, or, with two levels, by a ratio lower by RATIO_DOUBT
-        from SLOWEST to the largest of RATIOS: the limit; ``doubt``, and its move by a ratio lower by RATIO_DOUBT
-        lower: the finest level; the sum of all further changes, if their ratio were SLOWEST
-        higher: the finest level; the last change
+        found from SLOWEST to the largest of RATIOS: the limit; ``doubt``, and its move by a ratio lower by RATIO_DOUBT
+        found lower: the finest level; the sum of all further changes, if their ratio were SLOWEST
+        found higher: the finest level; the last change
     Numbers (m, k) or (m,) are estimated by ``number_limits``.
     """
     change = np.asarray(levels[-1] - levels[-2])

@@ -82,16 +82,16 @@ def press(
                 "tissue may be pressed flat, or hold the body elsewhere (anchors).",
                 failure.history,
             ) from failure
-    count = len(body.levels[level].nodes)
+    n_nodes = len(body.levels[level].nodes)
     solutions = [solution for solution, _ in solved]
     responses = Responses(
         loads["sample"].to_numpy(),
-        np.array([s.x[:count] for s in solutions]) - body.levels[level].nodes,
-        np.array([s.iterations for s in solutions]),
-        np.array([s.linear_solves for s in solutions]),
-        np.array([s.history[-1] for s in solutions]),
-        np.array([s.seconds[-1] for s in solutions]),
-        *(np.array(values) for values in zip(*(shape for _, shape in solved), strict=True)),
+        np.array([each.x[:n_nodes] for each in solutions]) - body.levels[level].nodes,
+        np.array([each.iterations for each in solutions]),
+        np.array([each.linear_solves for each in solutions]),
+        np.array([each.history[-1] for each in solutions]),
+        np.array([each.seconds[-1] for each in solutions]),
+        *(np.array(values) for values in zip(*(det_and_inverted for _, det_and_inverted in solved), strict=True)),
     )
     if order == 2:
         _warn_of_inverted(body.name, responses)

@@ -278,7 +278,7 @@ def choose_touches(
     seed: int,
     has_equilibrium: Callable[[Touch], bool],
 ) -> pd.DataFrame:
-    """Choose ``count`` touches, rows with TOUCH_COLUMNS: places drawn by area, depths drawn evenly.
+    """Choose ``count`` touches, rows with TOUCH_COLUMNS: places (three tried for each at most) by area, depths evenly.
 
     Every other touch is tilted from the normal, by TILT at most. A grasp pulls outward, other instruments push inward.
     depth_of_radius : least and largest depth over the radius
@@ -289,7 +289,7 @@ def choose_touches(
     rng, allowed = np.random.default_rng(seed), places_to_touch(body)
     order = allowed[np.argsort(rng.exponential(size=len(allowed)) / body.fine.areas[allowed])]
     rows: list[list[float]] = []
-    left = lowered = 0
+    given_up = lowered = 0
     for node in order[: 3 * count]:
         if len(rows) == count:
             break
@@ -304,12 +304,12 @@ def choose_touches(
                 lowered += fall > 0
                 break
         else:
-            left += 1
+            given_up += 1
     if not rows:
         raise InputError(f"bodies.{body.name}: no place bears the {instrument.name}; take a smaller one, or less deep.")
-    if left or lowered:
+    if given_up or lowered:
         said = f"bodies.{body.name}, {instrument.name}: {lowered} of {len(rows)} touches were made less deep, and"
-        warnings.warn(f"{said} {left} places left, as the body gives way there or is squeezed flat.", stacklevel=2)
+        warnings.warn(f"{said} {given_up} places left, as the body gives way there or is squeezed flat.", stacklevel=2)
     table = pd.DataFrame(rows, columns=TOUCH_COLUMNS)
     return table.astype({"sample": int, "node": int})
 

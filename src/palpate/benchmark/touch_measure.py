@@ -138,9 +138,9 @@ def truth_rows(case: TouchCase, touches: Sequence[Touch], truth: TouchTruth) -> 
     """Tabulate the truth's own errors as if it were a model: a row a touch, and one row of means."""
     kind = Touches(case, touches, truth)
     own_rows = kind.rows()
-    for row, of_touch in zip(own_rows, kind.believed, strict=True):
-        row |= dict(zip(TouchErrors._fields, truth.own[of_touch], strict=True))
-        row |= {"penetration_of_depth": truth.overlap[of_touch], "seconds": truth.seconds[of_touch]}
+    for row, truth_index in zip(own_rows, kind.believed, strict=True):
+        row |= dict(zip(TouchErrors._fields, truth.own[truth_index], strict=True))
+        row |= {"penetration_of_depth": truth.overlap[truth_index], "seconds": truth.seconds[truth_index]}
     about: Row = kind.labels | {"model": TRUTH, "setting": OWN_ERROR, "sees": "load", "prepared": False, "law": LAW}
     about |= {"offline_s": 0.0, "memory_mb": 0.0, "rejected": int((~truth.believed).sum())}
     return tables(kind, [about | row for row in own_rows], [about | kind.means(own_rows)])

@@ -79,15 +79,15 @@ def ascend(
     progress : wraps the sequence of all solutions, as ``tqdm`` does
     One level is in memory at a time. A solution that fails is recorded as a ``failure`` and does not raise.
     """
-    last = max(own[-1] for own in levels)
-    whole = with_midpoints(body, last)
-    ascents = [Ascent(sample, own) for sample, own in zip(samples, levels, strict=True)]
-    todo = [(level, each) for level in range(last + 1) for each in ascents if level in each.levels]
+    finest = max(levels_of[-1] for levels_of in levels)
+    whole = with_midpoints(body, finest)
+    ascents = [Ascent(sample, levels_of) for sample, levels_of in zip(samples, levels, strict=True)]
+    todo = [(level, each) for level in range(finest + 1) for each in ascents if level in each.levels]
     problem: _Level | None = None
     for level, each in progress(todo):
         if problem is None or problem.level != level:
             problem = None  # before the next one is made, which is eight times as large
-            problem = _Level(body, whole, level, level < last)
+            problem = _Level(body, whole, level, level < finest)
         if not each.failure:
             problem.answer(each, tolerance)
     return ascents, whole

@@ -78,8 +78,8 @@ def instrument_press(refinements: int) -> Moving:
     def at(time: float) -> list[np.ndarray]:
         touched = np.array([np.interp(time, [0.0, 0.5, 1.0], path[:, axis]) for axis in range(3)])
         depth = 0.02 * np.sin(np.pi * time) ** 2
-        near = np.exp(-0.5 * np.sum((rest - touched) ** 2, axis=1) / 0.015**2)
-        pressed = rest - 0.8 * depth * near[:, None] * np.array([0.0, 0.0, 1.0])
+        falloff = np.exp(-0.5 * np.sum((rest - touched) ** 2, axis=1) / 0.015**2)
+        pressed = rest - 0.8 * depth * falloff[:, None] * np.array([0.0, 0.0, 1.0])
         return [capsule + touched - [0.0, 0.0, depth], pressed]
 
     return Moving("instrument_press", [sides, triangles], at)

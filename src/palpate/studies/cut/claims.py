@@ -37,13 +37,13 @@ def limited(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     worse = max((pairs[name] / pairs[f"springs_{name}"]).max() for name in ("surface_error", "opening_error"))
     count = pairs["scene"].nunique()
     premise = f"{count} cut{'s' if count > 1 else ''}, lips pulled apart; {len(pairs)} pairs of the same level and way"
-    first = f"first answers after the blade's move take {_range(pairs['slower'], '{:.2g}'.format)} times as long"
+    times = f"first answers after the blade's move take {_range(pairs['slower'], '{:.2g}'.format)} times as long"
     surface, opening = (
         f"{_range(pairs[name], percent)}, springs' {_range(pairs[f'springs_{name}'], percent)}"
         for name in ("surface_error", "opening_error")
     )
     failed = int(pairs["surface_error"].isna().sum())
-    ours = f"{first}; errors over the surface are {surface}, of the opening {opening}"
+    ours = f"{times}; errors over the surface are {surface}, of the opening {opening}"
     ours += f"; {failed} have no answer" if failed else ""
     claim = "finite elements are greatly limited where the topology changes, and springs are not"
     holds = failed > 0 or max(pairs["slower"].max(), worse) >= LIMITED

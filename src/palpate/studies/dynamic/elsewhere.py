@@ -86,14 +86,14 @@ def _of_scene(table: pd.DataFrame) -> list[dict]:
         labels |= {"places": len(rows), "unresolved": unresolved, "failures": failures}
         errors = rows["rmse_of_peak"] + rows["reference_error"].fillna(0.0)
         errors = errors.where(rows["failures"] == 0, np.inf).to_numpy()
-        place = rows["contact"].to_numpy()
+        places = rows["contact"].to_numpy()
         estimates = {CONSTANT: (np.ones(len(rows)), 0.0)}
-        own = rows["estimate_of_peak"].to_numpy()
-        if np.isfinite(own[np.isfinite(errors)]).all() and np.isfinite(own).any():
-            estimates[OWN] = np.maximum(np.nan_to_num(own, nan=1.0), EXACT), float(rows["estimate_s"].median())
+        estimated = rows["estimate_of_peak"].to_numpy()
+        if np.isfinite(estimated[np.isfinite(errors)]).all() and np.isfinite(estimated).any():
+            estimates[OWN] = np.maximum(np.nan_to_num(estimated, nan=1.0), EXACT), float(rows["estimate_s"].median())
         for name, (estimate, seconds) in estimates.items():
             row = {"estimate": name, "error_of_peak": np.median(errors), "estimate_s": seconds}
-            row |= bound_row(errors, estimate, place)
+            row |= bound_row(errors, estimate, places)
             rows_of_scene.append(labels | row | {"bound_of_peak": row["bound_factor"] * np.median(estimate)})
     return rows_of_scene
 
@@ -149,7 +149,7 @@ def measure_places(
         except NotConverged:
             rows.append(pd.DataFrame({"scene": [compared.name], "body": compared.body.name, "contact": contact}))
             continue
-        # beside the reference's own steps; nothing was fitted to another place
+        # models that need a fit are left out, as nothing was fitted to another place
         names = "fem_coarse", "detail_correction", "moving_modes"
         table = measure(moved, None, truth, grid, names, limit=limit, made=made, other=modes_of_scene)[0]
         rows.append(table[table["varied"].isin([STEP, "place"])].assign(contact=contact, peak_m=truth.peak))

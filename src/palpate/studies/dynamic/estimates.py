@@ -82,13 +82,13 @@ def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
     """
     moved = motion.positions - motion.rest
     frame = int(np.linalg.norm(moved, axis=2).max(axis=1)[1:-1].argmax()) + 1
-    before, there, after = (to_fine(compared.body, level) @ moved[frame + side] for side in (-1, 0, 1))
+    before, at_frame, after = (to_fine(compared.body, level) @ moved[frame + side] for side in (-1, 0, 1))
     frame_s = float(motion.times[frame + 1] - motion.times[frame])
     particles = compared.particles(len(compared.body.levels) - 1)
     system = compose(compared.fem(compared.frames), particles)
     system.at(float(motion.times[frame]))
-    x = particles.nodes + there
-    inertia = system.masses[:, None] * (after - 2.0 * there + before) / frame_s**2
+    x = particles.nodes + at_frame
+    inertia = system.masses[:, None] * (after - 2.0 * at_frame + before) / frame_s**2
     residual = np.where(system.free[:, None], system.force(x, (after - before) / (2.0 * frame_s)) - inertia, 0.0)
     matrix = system.stiffness(x, definite=True)
     assert matrix is not None  # finite elements have one

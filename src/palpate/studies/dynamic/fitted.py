@@ -55,7 +55,7 @@ class Fitted:
 def fit_springs(
     training: ComparedScene, wanted: np.ndarray, volume: bool, step_share: float, evaluations: int
 ) -> Fitted:
-    """Fit the modulus of springs, the ratio of their dampers and a sheet's bending springs to a training motion.
+    """Fit ``logs`` to a training motion: of the springs' modulus, the dampers' ratio and, of sheets, the bending share.
 
     training, wanted : that motion, and its displacements (f, n_surface, 3) [m]
     volume : whether a volume force is added, whose stiffness follows from the Poisson ratio
@@ -90,7 +90,8 @@ def fit_springs(
 def fit_shapes(training: ComparedScene, wanted: np.ndarray, per_frame: int, evaluations: int) -> Fitted:
     """Fit α, β, the decay of velocities and a scale of the loads to a training motion, in ``per_frame`` steps a frame.
 
-    The stiffness α m/h² depends on the step. Loads are not scaled where the body falls or meets an instrument.
+    ``fitted`` : α, β, and logarithms of decay and scale, which is 1 where the body falls or meets an instrument. The
+    stiffness α m/h² of masses m depends on the step h.
     """
     begin, young, steps = perf_counter(), training.body.material.young_pa, per_frame * training.frames
     clusters = cubes(training.body.coarse)
@@ -183,7 +184,7 @@ def fit_correction(compared: ComparedScene) -> Fitted:
 
 
 def _responses(compared: ComparedScene, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return linear responses (k, n, 3) [m] of a level to each load at its height, and the loads (k, n, 3) [N]."""
+    """Return linear responses (k, n, 3) [m] of a level to each load at its full size, and the loads (k, n, 3) [N]."""
     particles, loads = compared.particles(level), []
     singles = [Loads(gravity=compared.loads.gravity)] if compared.loads.gravity else []
     singles += [Loads(push=Push(loads=[push])) for push in compared.loads.pushes]
@@ -191,8 +192,8 @@ def _responses(compared: ComparedScene, level: int) -> tuple[np.ndarray, np.ndar
         system = compose(single.fem(single.frames), particles)
         for push in single.loads.pushes:
             system.at(push.start_s + push.press_s)
-        still = np.zeros_like(particles.nodes)
-        loads.append(system.outer_force(particles.nodes, still) + system.potential_force(particles.nodes))
+        no_velocity = np.zeros_like(particles.nodes)
+        loads.append(system.outer_force(particles.nodes, no_velocity) + system.potential_force(particles.nodes))
     matrix = system.stiffness(particles.nodes, definite=True)
     assert matrix is not None  # finite elements have one
     system.hold(matrix)

@@ -118,10 +118,10 @@ def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
 
 
 def _limits(motions: dict, last: int, count: int, rate: float) -> list[np.ndarray]:
-    """Extrapolate what was found on the last two levels to steps of no length."""
+    """Extrapolate ``motions``, by level and steps a frame, on the last two levels each to steps of no length."""
     return [limit(np.array([motions[level, count], motions[level, 2 * count]]), rate) for level in (last - 1, last)]
 
 
-def _rms(offs: Iterable[np.ndarray]) -> np.ndarray:
+def _rms(changes: Iterable[np.ndarray]) -> np.ndarray:
     """Return the RMS (f,) over nodes of what differs together, each (f, n, 3)."""
-    return np.sqrt(sum(np.mean(np.sum(off**2, axis=2), axis=1) for off in offs))
+    return np.sqrt(sum(np.mean(np.sum(change**2, axis=2), axis=1) for change in changes))

@@ -66,11 +66,11 @@ def _levels(axis, rows: pd.DataFrame, drawn: pd.DataFrame) -> None:
 
 def _numbers(axis, best: pd.DataFrame) -> None:
     """Draw a number at each point that is on the front in other runs too."""
-    before: list[np.ndarray] = []
+    numbered: list[np.ndarray] = []
     for number, place in enumerate(best[["time", "error"]].to_numpy(), start=1):
         axis.plot(*place, "o", mfc="none", mec=style.INK, mew=0.9, ms=14, zorder=4)
-        near = sum(bool((np.abs(np.log(place) - other) < np.log((1.5, 1.25))).all()) for other in before)
-        before.append(np.log(place))
+        near = sum(bool((np.abs(np.log(place) - earlier) < np.log((1.5, 1.25))).all()) for earlier in numbered)
+        numbered.append(np.log(place))
         x, y = _CORNERS[near % len(_CORNERS)]
         aligned: dict = {"ha": "right" if x < 0 else "left", "va": "top" if y < 0 else "bottom"}
         looks: dict = {"textcoords": "offset points", "fontsize": 8, "fontweight": "bold", "color": style.INK}

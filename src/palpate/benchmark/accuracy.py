@@ -238,8 +238,8 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
     side: list[str] = []
     rows: list[int] = []
     rejected: list[int] = []
-    for name, asked in zip(SIDES, fold_sides(table, split)[1:], strict=True):
-        believed = truth.rows(asked)
+    for name, numbers in zip(SIDES, fold_sides(table, split)[1:], strict=True):
+        believed = truth.rows(numbers)
         if not len(believed):
             raise InputError(
                 f"{body.name}: no {name} sample of split {split} has an answer on all levels; press less "
@@ -247,7 +247,7 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
             )
         rows += list(believed)
         side += [name] * len(believed)
-        rejected += list(np.setdiff1d(asked, truth.sample[believed]))
+        rejected += list(np.setdiff1d(numbers, truth.sample[believed]))
     judged = _judge(body, db, truth, split, radius_m, np.array(rows), np.array(side))
     return replace(judged, rejected=db.take(np.array(rejected)) if rejected else None)
 

@@ -129,12 +129,12 @@ def presses(settings: pd.DataFrame, errors: pd.DataFrame, kind: str) -> Candidat
     own_of_samples = np.nan_to_num(own_errors(errors, column, sample))
     means = means[~means["model"].isin(BOUNDS)].set_index(SETTING, drop=False)
     rows = means[means.index.isin(errors_of.index)]
-    held = HeldOut(errors_of.reindex(rows.index).to_numpy() + own_of_samples, contact)
-    asked = np.isfinite(held.errors)
+    held_out = HeldOut(errors_of.reindex(rows.index).to_numpy() + own_of_samples, contact)
+    asked = np.isfinite(held_out.errors)
     rows = rows.reset_index(drop=True)
     rows = rows.assign(
-        limit=held.bound, mean=held.mean, basis=BOUND, doubted=0, presses=asked.sum(axis=1),
-        contacts=[len(np.unique(contact[known])) for known in asked],
+        limit=held_out.bound, mean=held_out.mean, basis=BOUND, doubted=0, presses=asked.sum(axis=1),
+        contacts=[len(np.unique(contact[answered])) for answered in asked],
         pace=rows["online_median_s"], slowest_s=rows["online_max_s"],
     )  # fmt: skip
     failed = len(means) - len(rows)
@@ -143,10 +143,10 @@ def presses(settings: pd.DataFrame, errors: pd.DataFrame, kind: str) -> Candidat
         unknown(errors, column),
         f"settings left out as they failed on some samples: {failed}" if failed else "",
     ]
-    own = own_error(settings, column)
-    floor = float(np.fmax(EXACT, finite(bound_factor(own_of_samples, contact)) + own))
+    own_mean = own_error(settings, column)
+    floor = float(np.fmax(EXACT, finite(bound_factor(own_of_samples, contact)) + own_mean))
     labels = {"scene": settings["scene"].iloc[0], "error": kind}
-    return Candidates(rows, labels, "press", own, floor, tied=TIED, notes=notes, held=held)
+    return Candidates(rows, labels, "press", own_mean, floor, tied=TIED, notes=notes, held=held_out)
 
 
 def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataFrame:
@@ -265,8 +265,8 @@ def motions(
     own added. Within a time the error on that path decides, which all settings have.
     """
     first_row = rows.iloc[0]
-    until, whole = first_row["resolved_s"], first_row["duration_s"]
-    over = f"the first {until:.3g} of {whole:.3g} s" if until < whole * (1 - 1e-9) else "the whole motion"
+    resolved_s, whole_s = first_row["resolved_s"], first_row["duration_s"]
+    over = f"the first {resolved_s:.3g} of {whole_s:.3g} s" if resolved_s < whole_s * (1 - 1e-9) else "the whole motion"
     about = {"scene": first_row["scene"], "error": error, "split": 0, "over": over}  # such a scene is not divided
     # modes for another place show what that costs, and nobody who knows the place takes them
     finished = rows[(rows["failures"] == 0) & (rows["varied"] != "place")].reset_index(drop=True)
@@ -319,8 +319,8 @@ def bound_elsewhere(row: pd.Series, bounds: pd.DataFrame | None) -> tuple[float,
     if np.isnan(bound_row["bound_of_peak"]):
         return np.nan, f"{on_path} this setting answered at {bound_row['places'] - bound_row['failures']:g} of {places}"
     tried = np.isfinite(bound_row["coverage"])
-    held = f", where it held for {percent(bound_row['coverage'])} of the places held out" if tried else ""
-    return float(bound_row["bound_of_peak"]), f"{places} of the push{held}"
+    coverage = f", where it held for {percent(bound_row['coverage'])} of the places held out" if tried else ""
+    return float(bound_row["bound_of_peak"]), f"{places} of the push{coverage}"
 
 
 def _reference(row: pd.Series, pressed: pd.DataFrame | None, error: str) -> tuple[float, str]:
@@ -335,11 +335,11 @@ def _reference(row: pd.Series, pressed: pd.DataFrame | None, error: str) -> tupl
         return own, f"the limit of quadratic elements, which is {percent(own)} wrong itself"
     if np.isfinite(own):
         return own, f"which is {percent(own)} wrong itself, as another mesh and shorter steps say"
-    shown = mesh_error(pressed, row["body"], int(row["reference_level"]))
-    if shown is None:
+    of_mesh = mesh_error(pressed, row["body"], int(row["reference_level"]))
+    if of_mesh is None:
         why = "" if error == "force" else ", as no other mesh was tried, and no press of this body measured"
         return np.nan, f"whose own error is not known{why} on its {mesh}"
-    own = float(shown.high + row["reference_change"])
+    own = float(of_mesh.high + row["reference_change"])
     return own, f"which is {percent(own)} wrong itself, by its {mesh} and its step"
 
 

@@ -144,12 +144,12 @@ class Candidates:
         column = self.compared if np.isfinite(rows["limit"]).any() else "mean"
         order = (("doubted", 1.0), (column, EQUAL), ("pace" if self.unit == "step" else "used", 1.0), ("pace", 1.0))
         best = pick(rows, order, self.floor)
-        taken = _taken(best, best["limit"]) | self._rival(best, rows, order, column)
-        taken["confidence"] = self._stays(best, rows, column)
-        taken["margin"] = 1.0 - (best["used"] if np.isnan(limit.max_error) else best["limit"] / limit.max_error)
-        what = best["basis"] if column == "limit" else "error"
+        advised = _taken(best, best["limit"]) | self._rival(best, rows, order, column)
+        advised["confidence"] = self._stays(best, rows, column)
+        advised["margin"] = 1.0 - (best["used"] if np.isnan(limit.max_error) else best["limit"] / limit.max_error)
+        error_name = best["basis"] if column == "limit" else "error"
         spare = f" that leave {percent(MARGIN)} of {limit.time} unused" if limit.time else ""
-        return taken, [f"least {what} of {_counted(rows)}{spare}", *self._hidden(best[column])]
+        return advised, [f"least {error_name} of {_counted(rows)}{spare}", *self._hidden(best[column])]
 
     def _stays(self, best: pd.Series, rows: pd.DataFrame, by: str) -> float:
         """Return the share of contacts without which ``best`` has, or ties with, the least error of ``rows``."""
@@ -176,15 +176,15 @@ class Candidates:
             if fits.empty:
                 break
             best = pick(fits, self._by_time, self.floor)
-            bound, kept = self._left_out(share * max_error, max_error)
+            bound, keeping = self._left_out(share * max_error, max_error)
             limit = max(bound, best["limit"])
             if limit <= max_error:
                 taken = _taken(best, limit) | self._rival(best, fits, self._by_time, "pace")
-                taken |= self._passed_over(best, max_error) | {"margin": 1.0 - limit / max_error, "confidence": kept}
+                taken |= self._passed_over(best, max_error) | {"margin": 1.0 - limit / max_error, "confidence": keeping}
                 why = f"fastest of {_counted(fits)} whose {best['basis']} is below {percent(share * max_error)}"
                 return taken, [why, *self._hidden(best["limit"])]
-            taken = _near(best) | {"nearest_bound": finite(bound), "nearest_risk": 1.0 - kept, "confidence": kept}
-            lucky = f"{_name(best)} was lucky: where each contact is left out of the choice, only {percent(kept)}"
+            taken = _near(best) | {"nearest_bound": finite(bound), "nearest_risk": 1.0 - keeping, "confidence": keeping}
+            lucky = f"{_name(best)} was lucky: where each contact is left out of the choice, only {percent(keeping)}"
             why = f"{lucky} of the answers there stay below {percent(max_error)}"
         return taken, [why]
 
@@ -196,14 +196,14 @@ class Candidates:
         """
         if self.held is None:
             return 0.0, np.nan
-        per_place, places, rows = [np.empty(0)], [np.empty(0, dtype=int)], self.rows[list(dict(self._by_time))]
+        per_place, contacts_out, rows = [np.empty(0)], [np.empty(0, dtype=int)], self.rows[list(dict(self._by_time))]
         for place, (bound, mean) in self.held.without.items():
             fits = _below(rows.assign(limit=bound, mean=mean), most)
             if len(fits):
                 left_out = self.held.errors[pick(fits, self._by_time, self.floor).name, self.held.contact == place]
                 per_place.append(left_out[np.isfinite(left_out)])
-                places.append(np.full(len(per_place[-1]), place))
-        errors, contact = np.concatenate(per_place), np.concatenate(places)
+                contacts_out.append(np.full(len(per_place[-1]), place))
+        errors, contact = np.concatenate(per_place), np.concatenate(contacts_out)
         if not len(errors):  # with as few contacts as a bound needs there is none where one is left out
             return 0.0, np.nan
         return bound_factor(errors, contact), share_below(errors, contact, max_error)

@@ -105,11 +105,11 @@ def mouth(mesh: Mesh, cut: Cut) -> np.ndarray:
     """
     if not isinstance(cut, Blade):
         return np.empty((0, 3))
-    along = np.linspace(0.0, min(cut.length_m, cut.reached_m), PLACES + 2)[1:-1]
+    lengths_m = np.linspace(0.0, min(cut.length_m, cut.reached_m), PLACES + 2)[1:-1]
     a, b, c = (mesh.nodes[mesh.triangles[:, i]] for i in range(3))
     normals, points = area_normals(mesh.nodes, mesh.triangles), []
     facing = normals @ cut.direction
-    for place in cut.at(along, np.zeros(PLACES)):
+    for place in cut.at(lengths_m, np.zeros(PLACES)):
         # where the line meets the plane of each triangle, and whether that is inside of it
         dist = np.divide(((a - place) * normals).sum(axis=1), facing, out=np.full(len(a), np.inf), where=facing != 0.0)
         crossings = place + np.where(np.isfinite(dist), dist, 0.0)[:, None] * cut.direction
@@ -137,19 +137,19 @@ def skin_map(
     reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
     tree, chosen, weights = cKDTree(middles), [], []
     for point, wanted in zip(points, np.broadcast_to(sign, len(points)), strict=True):
-        near = np.array(tree.query_ball_point(point, reach.max()))
-        near = near[np.linalg.norm(middles[near] - point, axis=1) <= reach[near] * (1.0 + 1e-9 + beside)]
+        nearby = np.array(tree.query_ball_point(point, reach.max()))
+        nearby = nearby[np.linalg.norm(middles[nearby] - point, axis=1) <= reach[nearby] * (1.0 + 1e-9 + beside)]
         # barycentric coordinates of the nearest point in the plane of each triangle
-        corner, edges = corners[near, 0], np.swapaxes(corners[near, 1:] - corners[near, :1], 1, 2)
+        corner, edges = corners[nearby, 0], np.swapaxes(corners[nearby, 1:] - corners[nearby, :1], 1, 2)
         coordinates = np.einsum("tab,tb->ta", np.linalg.pinv(edges), point - corner)
         off_plane = np.linalg.norm(point - corner - np.einsum("tab,tb->ta", edges, coordinates), axis=1)
         outside = -np.minimum(coordinates.min(axis=1), 1.0 - coordinates.sum(axis=1))
-        distance, on_other_side = np.maximum(outside, off_plane / reach[near]), np.sign(side[skin[near]]) != wanted
+        distance, on_other_side = np.maximum(outside, off_plane / reach[nearby]), np.sign(side[skin[nearby]]) != wanted
         is_on = distance <= 1e-6
         if not is_on.any():
             raise InputError("a point is not on the skin of the cut mesh; give the body that was cut.")
         best = np.lexsort((distance, on_other_side, ~(is_on | (distance <= beside) & ~on_other_side)))[0]
-        chosen.append(skin[near[best]])
+        chosen.append(skin[nearby[best]])
         weights.append([1.0 - coordinates[best].sum(), *coordinates[best]])
     return surface_interpolation(mesh, np.array(chosen, dtype=int), np.array(weights).reshape(-1, 3), degree)
 
@@ -297,12 +297,12 @@ def truth_of_cut(
     coarser_answer, answers, nodes = coarser_mesh.answer(coarser_mesh.pull(), surface, places), {}, 0
     for front, rim in CROSS:
         mesh = CutMesh(finer_cut, hooks, front, rim)
-        x = mesh.pull()
-        answers[front, rim] = mesh.answer(x, surface, places)
-        nodes = max(nodes, len(x))
+        positions = mesh.pull()
+        answers[front, rim] = mesh.answer(positions, surface, places)
+        nodes = max(nodes, len(positions))
     limit = limit_over(answers, (1, 1), (None, None))
     limit.off.append([combined((WHOLE, -WHOLE), (answers[0, 0], coarser_answer))])
-    own_errors, (least_opening, widest) = limit.own(pull_errors).sum(axis=0), mesh.least_opening(x)
+    own_errors, (least_opening, widest) = limit.own(pull_errors).sum(axis=0), mesh.least_opening(positions)
     assert isinstance(finer_cut.coarse, TetMesh)
     return CutTruth(
         limit.answer,
@@ -310,7 +310,7 @@ def truth_of_cut(
         front_ratio=limit.ratios[0].displacement,
         rim_ratio=limit.ratios[1].displacement,
         least_opening_m=least_opening,
-        least_det=mesh.problem.least_det(x),
+        least_det=mesh.problem.least_det(positions),
         least_angle=float(dihedral_angles(finer_cut.coarse).min()),
         nodes=nodes,
         seconds=perf_counter() - begin,

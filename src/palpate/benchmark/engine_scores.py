@@ -60,6 +60,6 @@ def _ties(row: pd.Series, truth: Mapping[str, float], beside: pd.DataFrame | Non
     if beside is None or not np.isfinite(row["rmse_of_peak"]):
         return ""
     floor = max(EXACT, np.nan_to_num(truth["rmse_of_peak"]))
-    mine, theirs = max(row["rmse_of_peak"], floor), beside["rmse_of_peak"].clip(lower=floor)
-    alike = beside[(np.maximum(theirs, mine) <= EQUAL * np.minimum(theirs, mine))]
+    error, errors = max(row["rmse_of_peak"], floor), beside["rmse_of_peak"].clip(lower=floor)
+    alike = beside[(np.maximum(errors, error) <= EQUAL * np.minimum(errors, error))]
     return "; ".join(f"{name} {setting}" for name, setting in zip(alike["model"], alike["setting"], strict=True))

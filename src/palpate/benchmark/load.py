@@ -165,10 +165,10 @@ class Response:
         """Return the RMSE against ``other``, over its peak; InputError unless both are of the same surface."""
         if not isinstance(other, Response):
             raise InputError(f"an error is that against another response, and not against {other!r}.")
-        own, others = (each.body.fine.nodes[each.body.fine.surface] for each in (self, other))
-        if not np.array_equal(own, others):
+        nodes, theirs = (each.body.fine.nodes[each.body.fine.surface] for each in (self, other))
+        if not np.array_equal(nodes, theirs):
             raise InputError(
-                f"the responses are of surfaces of {len(own)} and {len(others)} nodes that differ; ask both models "
+                f"the responses are of surfaces of {len(nodes)} and {len(theirs)} nodes that differ; ask both models "
                 "about one body, at any of its levels."
             )
         squares = np.sum((self.displacement_m - other.displacement_m) ** 2, axis=1)

@@ -209,16 +209,16 @@ def ask(kind: Kind, solver: Any, repeats: int, budget_s: float) -> list[Row]:
         row["preparation_s"] = time.perf_counter() - begin
     judged: dict[int, Row] = {}
 
-    def receive(k: int, answer: Any) -> None:
+    def receive(number: int, answer: Any) -> None:
         if kind.n_surface is not None:
             checked(answer, kind.n_surface, kind.place)
-        if k not in judged:
-            judged[k] = kind.judged(answered[k], answer)
+        if number not in judged:
+            judged[number] = kind.judged(answered[number], answer)
 
     if answered:
         timed = time_calls(_Calls(kind, solver, answered), repeats, budget_s, receive, kind.warm_up)
-        for k, why in enumerate(timed.failures):
-            rows[answered[k]] |= failed(why) if why else judged[k] | spent(timed.seconds[k])
+        for number, why in enumerate(timed.failures):
+            rows[answered[number]] |= failed(why) if why else judged[number] | spent(timed.seconds[number])
     return rows
 
 

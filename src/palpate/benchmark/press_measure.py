@@ -98,8 +98,8 @@ class Presses(Kind):
         """
         validation, tests = ([row for row in rows if row["side"] == side] for side in SIDES)
         columns = pd.DataFrame(validation, columns=CHOSEN_BY, dtype=float).mean(skipna=False).add_prefix("validation_")
-        every = super().means(rows)
-        of_all = {name: every[name] for name in every if name == "failure" or name.startswith("online")}
+        all_means = super().means(rows)
+        of_all = {name: all_means[name] for name in all_means if name == "failure" or name.startswith("online")}
         return columns.to_dict() | {"protocol": "live"} | super().means(tests) | of_all
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:

@@ -105,10 +105,10 @@ class TouchErrors(NamedTuple):
 
 def touch_errors(answer: Touched, truth: Touched, patch: np.ndarray, stiffness_error: float = np.nan) -> TouchErrors:
     """Measure an answer against the truth; patch : (n_surface,) bool, the nodes that are pressed."""
-    moved = truth_errors(answer.displacement, truth.displacement, patch)
+    errors = truth_errors(answer.displacement, truth.displacement, patch)
     force, area = answer.force_n / truth.force_n - 1.0, answer.area_m2 / truth.area_m2 - 1.0
-    surface = moved.rmse_of_peak, moved.patch_rms_of_peak, moved.patch_max_of_peak, moved.max_of_peak
-    return TouchErrors(*surface, float(force), stiffness_error, float(area))
+    of_peak = errors.rmse_of_peak, errors.patch_rms_of_peak, errors.patch_max_of_peak, errors.max_of_peak
+    return TouchErrors(*of_peak, float(force), stiffness_error, float(area))
 
 
 def patch_of(body: Body, touch: Touch) -> np.ndarray:
@@ -294,10 +294,10 @@ def choose_touches(
         if len(rows) == count:
             break
         tilt = np.deg2rad(TILT * rng.random()) if len(rows) % 2 else 0.0
-        turn, depth_m = 2.0 * np.pi * rng.random(), float(rng.uniform(*depth_of_radius)) * instrument.radius_m
-        across, along, outward = upright(instrument, body.fine.nodes[node], body.fine.normals[node]).axes
+        turn_rad, depth_m = 2.0 * np.pi * rng.random(), float(rng.uniform(*depth_of_radius)) * instrument.radius_m
+        side_1, side_2, outward = upright(instrument, body.fine.nodes[node], body.fine.normals[node]).axes
         outward_part = np.cos(tilt) if instrument.kind == GRASP else -np.cos(tilt)
-        direction = outward_part * outward + np.sin(tilt) * (np.cos(turn) * across + np.sin(turn) * along)
+        direction = outward_part * outward + np.sin(tilt) * (np.cos(turn_rad) * side_1 + np.sin(turn_rad) * side_2)
         for fall in range(FALLS):
             if has_equilibrium(touch := Touch(instrument, int(node), direction, depth_m * LOWER**fall)):
                 rows.append([len(rows), node, *direction, touch.depth_m, depth_m])

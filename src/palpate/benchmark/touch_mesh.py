@@ -87,8 +87,8 @@ def problem_of(body: Body, level: int, order: int, touches: Sequence[Touch], sha
     deepest = [pose.moved(touch.depth_m * touch.direction) for pose, touch in zip(poses, touches, strict=True)]
 
     def near(places: np.ndarray) -> np.ndarray:
-        ends = zip(deepest, touches, strict=True)
-        return np.min([pose.gaps(places)[0] / touch.depth_m for pose, touch in ends], axis=0) < TOUCHED_WITHIN
+        deepest_poses = zip(deepest, touches, strict=True)
+        return np.min([pose.gaps(places)[0] / touch.depth_m for pose, touch in deepest_poses], axis=0) < TOUCHED_WITHIN
 
     points = contact_points(body.levels[level], order, body.material.young_pa, near)
     return Indentation(body, level, order, points, poses[:1], first.instrument.sticks)

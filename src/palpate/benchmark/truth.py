@@ -80,17 +80,17 @@ def ascend(
     One level is in memory at a time. A solution that fails is recorded as a ``failure`` and does not raise.
     """
     finest = max(levels_of[-1] for levels_of in levels)
-    whole = with_midpoints(body, finest)
+    refined = with_midpoints(body, finest)
     ascents = [Ascent(sample, levels_of) for sample, levels_of in zip(samples, levels, strict=True)]
     todo = [(level, each) for level in range(finest + 1) for each in ascents if level in each.levels]
     problem: _Level | None = None
     for level, each in progress(todo):
         if problem is None or problem.level != level:
             problem = None  # before the next one is made, which is eight times as large
-            problem = _Level(body, whole, level, level < finest)
+            problem = _Level(body, refined, level, level < finest)
         if not each.failure:
             problem.answer(each, tolerance)
-    return ascents, whole
+    return ascents, refined
 
 
 class _Level(FastEquilibrium):
@@ -171,7 +171,7 @@ def truth_of(
     """
     levels = truth_levels(body)
     levels_of_sample = [levels if len(levels) < 4 or each.number in finest else levels[:-1] for each in samples]
-    ascents, whole = ascend(body, samples, levels_of_sample, tolerance, progress)
+    ascents, refined = ascend(body, samples, levels_of_sample, tolerance, progress)
     columns = columns_of([_row(body, each, len(levels)) for each in ascents])
     consequence = "they are left out."
     if columns["rejected"].all():
@@ -180,13 +180,13 @@ def truth_of(
             "body on a bed, hold more of it, press less, or refine it."
         )
     warn_of_rejected(body.name, "presses", columns["rejected"], consequence)
-    last = max(each.levels[-1] for each in ascents)
+    finest_level = max(each.levels[-1] for each in ascents)
     return Truth(
         **columns,
         radius_m=samples[0].radius_m,
-        level=last,
-        elements=len(whole.levels[last].tetrahedra),
-        nodes=len(whole.levels[last + 1].nodes),
+        level=finest_level,
+        elements=len(refined.levels[finest_level].tetrahedra),
+        nodes=len(refined.levels[finest_level + 1].nodes),
     )
 
 

@@ -23,7 +23,7 @@ def crossing(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarra
 
 def overlapping(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarray:
     """Find the triangles whose closed boxes overlap, as sorted pairs (k, 2) int64; i < j for one body with itself."""
-    corners = [at[cells] for at, cells in zip(points, triangles, strict=True)]
+    corners = [positions[cells] for positions, cells in zip(points, triangles, strict=True)]
     axis = int(np.argmax(np.std(np.concatenate(points), axis=0)))
     boxes_1, boxes_2 = _sorted_boxes(corners[0], axis), _sorted_boxes(corners[-1], axis)
     pairs_by_side = [_begin_within(*boxes_1, *boxes_2, True)]
@@ -54,11 +54,11 @@ def _begin_within(boxes, order, others, other_order, closed):
     pairs = np.empty((1024, 2), np.int64)
     count, begin = 0, 0
     for i in range(len(boxes)):
-        start, end = boxes[i, 0], boxes[i, 3]
-        while begin < len(others) and (others[begin, 0] < start or (not closed and others[begin, 0] == start)):
+        lower, upper = boxes[i, 0], boxes[i, 3]
+        while begin < len(others) and (others[begin, 0] < lower or (not closed and others[begin, 0] == lower)):
             begin += 1
         j = begin
-        while j < len(others) and others[j, 0] <= end:
+        while j < len(others) and others[j, 0] <= upper:
             if (
                 boxes[i, 1] <= others[j, 4]
                 and others[j, 1] <= boxes[i, 4]

@@ -104,9 +104,9 @@ def folding_sheet(divisions: int) -> Moving:
         bend = np.pi * (1.0 + 0.25 * time) * np.clip((rest_x - 0.12) / 0.06, 0.0, 1.0)
         steps = np.diff(rest_x)[:, None] * _direction((bend[1:] + bend[:-1]) / 2)
         middle_line = np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)])
-        across = _direction(bend + np.pi / 2)[column]
+        normals = _direction(bend + np.pi / 2)[column]
         ripple = 0.004 * np.sin(TURN * (y / 0.1 + mesh.nodes[:, 0] / 0.07 + time))
-        x, z = (middle_line[column] + ripple[:, None] * across).T
+        x, z = (middle_line[column] + ripple[:, None] * normals).T
         return [np.column_stack([x, y, z])]
 
     return Moving("folding_sheet", [mesh.triangles], at)
@@ -146,7 +146,7 @@ def crossing_waves(triangles: int) -> Moving:
     x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]
 
     def at(time: float) -> list[np.ndarray]:
-        z_1, z_2 = (0.05 * np.sin(TURN * (2 * u + phase)) for u, phase in ((x, time), (y, 0.1 - time)))
+        z_1, z_2 = (0.05 * np.sin(TURN * (2 * along + phase)) for along, phase in ((x, time), (y, 0.1 - time)))
         return [np.column_stack([x, y, z_1]), np.column_stack([x + 1e-3, y + 1e-3, z_2])]
 
     return Moving("crossing_waves", [mesh.triangles, mesh.triangles], at)

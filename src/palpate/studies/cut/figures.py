@@ -76,17 +76,17 @@ def draw_cut_opening(cut_opening, *, scene: str) -> Figure:
     figure, (axes,) = style.panels(1, max(1, len(levels)), (10.2, 3.9), sharey=True)
     for axis, level in zip(axes, levels, strict=False):
         axis.fill_between(1e3 * truth["along_m"], 1e3 * truth["opening_m"], color="#d9d9d9", label="the truth")
-        here = models[models["level"].astype(int) == level]
-        last = here.drop_duplicates(["model", "way", "along_m"], keep="last")
-        groups = list(last.groupby(["model", "way"], sort=False))
-        for number, ((model, way), part) in enumerate(groups):
-            shown, (words, marker) = look(str(model)), WAYS[str(way)]
-            part = part.sort_values("along_m")
-            above = sum(other == way for (_, other), _ in groups[number + 1 :])
+        of_level = models[models["level"].astype(int) == level]
+        finest = of_level.drop_duplicates(["model", "way", "along_m"], keep="last")
+        groups = list(finest.groupby(["model", "way"], sort=False))
+        for number, ((model, how_cut), places) in enumerate(groups):
+            shown, (words, marker) = look(str(model)), WAYS[str(how_cut)]
+            places = places.sort_values("along_m")
+            above = sum(other == how_cut for (_, other), _ in groups[number + 1 :])
             drawn = {"color": shown.colour, "marker": marker, "ms": 4 + above, "lw": 1 + 0.9 * above, "mew": 0}
-            axis.plot(1e3 * part["along_m"], 1e3 * part["opening_m"], label=f"{shown.label}, {words}", **drawn)
+            axis.plot(1e3 * places["along_m"], 1e3 * places["opening_m"], label=f"{shown.label}, {words}", **drawn)
         axis.set(title=f"{spaced(scene)}, level {level}", xlabel="along the cut [mm]")
     axes[0].set_ylabel("opening of the lips [mm]")
-    known = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    figure.legend(known.values(), known.keys(), loc="outside lower left", ncols=4, fontsize=7.5)
+    by_label = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    figure.legend(by_label.values(), by_label.keys(), loc="outside lower left", ncols=4, fontsize=7.5)
     return figure

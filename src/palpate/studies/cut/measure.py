@@ -131,8 +131,8 @@ class Pulls(Kind):
         steps = self._steps(one.solver) if np.median(first_s) <= SOON_S else []
         for name, calls in zip((*TIMES, "step"), (change_s, first_s, again_s, steps), strict=True):
             columns |= online([[seconds] for seconds in calls], name)
-        lost = getattr(one.solver, "lost_share", 0.0)
-        return columns | {"lost_share": lost, "calls": len(first_s), "memory_mb": self._held_mb}, []
+        lost_share = getattr(one.solver, "lost_share", 0.0)
+        return columns | {"lost_share": lost_share, "calls": len(first_s), "memory_mb": self._held_mb}, []
 
     def _steps(self, solver: CutModel) -> Sequence[float]:
         """Return the times [s] of answers after each step of a moving blade; none of other cuts, or where one fails."""
@@ -180,10 +180,10 @@ def measure_models(
     """
 
     def settings() -> Iterator[Prepared]:
-        known = [(model, each) for model in tried for each in tried[model] if each["level"] < len(case.body.levels)]
-        for model, setting in progress(known):
-            way = setting.get("way", WHOLE if model == "enriched_responses" else VIRTUAL_NODES)
-            about = {"model": model, "setting": setting_text(setting), "level": setting["level"], "way": way}
+        possible = [(model, each) for model in tried for each in tried[model] if each["level"] < len(case.body.levels)]
+        for model, setting in progress(possible):
+            how_cut = setting.get("way", WHOLE if model == "enriched_responses" else VIRTUAL_NODES)
+            about = {"model": model, "setting": setting_text(setting), "level": setting["level"], "way": how_cut}
             yield prepared(about, _input_error_as_failure()(partial(MODELS[model], case=case, **setting)))
 
     kind = Pulls(scene, case, truth, repeats, budget_s)

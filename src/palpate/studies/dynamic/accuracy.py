@@ -266,11 +266,11 @@ def own_motions(compared: ComparedScene, own: Mapping[str, str], seed: int) -> I
     """
     of_all = len(compared.body.levels) - 1, compared.frames, compared.duration_s / compared.frames
     for name, place in own.items():
-        for one in own_settings(name, place, "move", compared.body, compared.name, 0.0, seed):
-            solver = one.solver
+        for setting in own_settings(name, place, "move", compared.body, compared.name, 0.0, seed):
+            solver = setting.solver
             if isinstance(solver, OwnSolver):
                 solver = partial(_move_by_own, compared, solver)
-            yield one._replace(about=_about(name, compared, *of_all) | one.about, solver=solver)
+            yield setting._replace(about=_about(name, compared, *of_all) | setting.about, solver=solver)
 
 
 def _move_by_own(compared: ComparedScene, solver: OwnSolver) -> Moved:
@@ -303,17 +303,17 @@ def _motion_of_standard(compared: ComparedScene, standard: Reference, number: in
 
     Its error is that of the step alone.
     """
-    step_s, last = float(standard.tried_s[number]), len(compared.body.levels) - 1
-    steps, moved = round(whole_s / step_s), standard.tried[number]
+    step_s, finest = float(standard.tried_s[number]), len(compared.body.levels) - 1
+    steps, displacement = round(whole_s / step_s), standard.tried[number]
     estimated = MotionEstimate()
     if number and corrects(compared):  # the motion in twice the step is known, too
-        off = error_of_step(standard.tried[number - 1], moved, compared.fem(steps).integrator)
-        peak = np.linalg.norm(moved, axis=2).max()
-        estimated = MotionEstimate(off / peak, float(standard.seconds[number - 1]))
+        error_m = error_of_step(standard.tried[number - 1], displacement, compared.fem(steps).integrator)
+        peak = np.linalg.norm(displacement, axis=2).max()
+        estimated = MotionEstimate(error_m / peak, float(standard.seconds[number - 1]))
     times = standard.seconds[number], standard.step_p95_s[number], standard.step_max_s[number]
     columns = estimated._asdict() | _columns_of_times(times, steps, whole_s)
-    answer = Moved(moved, standard.tried_force[number], columns)
-    return Prepared(_about("fem_fine", compared, last, steps, step_s), lambda: answer, 0.0)
+    answer = Moved(displacement, standard.tried_force[number], columns)
+    return Prepared(_about("fem_fine", compared, finest, steps, step_s), lambda: answer, 0.0)
 
 
 def _motion_of_truth(run: MotionRun, frames: int, whole_s: float) -> Prepared:

@@ -75,11 +75,11 @@ def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
 
 def _of_scene(table: pd.DataFrame) -> list[dict]:
     """Return the rows of motion_bounds.csv of one scene from those of MOTION_PLACES."""
-    known = table.dropna(subset="model")
-    unresolved = table["contact"].nunique() - known["contact"].nunique()
+    answered = table.dropna(subset="model")
+    unresolved = table["contact"].nunique() - answered["contact"].nunique()
     rows_of_scene = []
-    for (model, setting), rows in known.groupby(["model", "setting"], sort=False):
-        if len(rows) < known["contact"].nunique():  # the reference's last halvings, which the hard places alone have
+    for (model, setting), rows in answered.groupby(["model", "setting"], sort=False):
+        if len(rows) < answered["contact"].nunique():  # the reference's last halvings, which the hard places alone have
             continue
         labels = {"scene": rows["scene"].iloc[0], "body": rows["body"].iloc[0], "model": model, "setting": setting}
         failures = int((rows["failures"] > 0).sum())
@@ -108,13 +108,13 @@ def moved_pushes(
     """
     contacts, push = kept_contacts(compared.body, count), compared.loads.pushes[0]
     newtons = float(np.linalg.norm(push.force_n))
-    sides = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(contacts))
+    side_angles = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(contacts))
     scenes = {}
     fine = compared.body.fine
-    for number, (contact, side) in enumerate(zip(contacts, sides, strict=True)):
-        along = oblique(fine.normals[contact], tilts_degrees[number % len(tilts_degrees)], side)
-        there = push.but(at_m=fine.nodes[contact].tolist(), force_n=(newtons * along).tolist())
-        scenes[int(contact)] = replace(compared, loads=compared.loads.but(push=Push(loads=[there])))
+    for number, (contact, side_angle) in enumerate(zip(contacts, side_angles, strict=True)):
+        direction = oblique(fine.normals[contact], tilts_degrees[number % len(tilts_degrees)], side_angle)
+        push_there = push.but(at_m=fine.nodes[contact].tolist(), force_n=(newtons * direction).tolist())
+        scenes[int(contact)] = replace(compared, loads=compared.loads.but(push=Push(loads=[push_there])))
     return scenes
 
 
@@ -220,7 +220,7 @@ def limit_of(each: ComparedScene) -> StrokeLimit:
         longer, shorter = (_of_elements(each, n * fewest) for n in (1, 2))
     except NotConverged:
         return StrokeLimit(np.zeros((0, 0, 3)), np.zeros((0, 0, 3)), np.nan)
-    truth, force = ((4.0 * b - a) / 3.0 for a, b in zip(longer, shorter, strict=True))  # their steps are of order 2
+    truth, force = ((4.0 * u2 - u1) / 3.0 for u1, u2 in zip(longer, shorter, strict=True))  # their steps are of order 2
     return StrokeLimit(truth, force, errors(shorter[0].reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak)
 
 
@@ -233,12 +233,12 @@ def _of_elements(each: ComparedScene, per_frame: int) -> tuple[np.ndarray, np.nd
     motion = strokes.elements_under(each.body, contact, each.rayleigh, strokes.points_of(each.body, [contact]))
     count = each.frames * per_frame
     reached: list[Reached] = []
-    for end in motion.touched_steps(each.duration_s / count, count, TOLERANCE):
-        if (det := motion.least_det(end.x)) <= 0.0:
+    for state in motion.touched_steps(each.duration_s / count, count, TOLERANCE):
+        if (det := motion.least_det(state.x)) <= 0.0:
             raise NotConverged(f"an element is turned inside out (det F {det:.2g}) after {len(reached) + 1} steps", [])
-        reached.append(end)
-    moved = np.array([(end.x - motion.rest)[surface] for end in reached[per_frame - 1 :: per_frame]])
-    forces = np.array([end.forces for end in reached])
+        reached.append(state)
+    moved = np.array([(state.x - motion.rest)[surface] for state in reached[per_frame - 1 :: per_frame]])
+    forces = np.array([state.forces for state in reached])
     return moved, forces.reshape(each.frames, per_frame, -1, 3).mean(axis=1)
 
 

@@ -80,9 +80,9 @@ def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
     balance; velocities and accelerations are differences of frames. Trap: the inertia of swings that are shorter than
     two frames is lost.
     """
-    moved = motion.positions - motion.rest
-    frame = int(np.linalg.norm(moved, axis=2).max(axis=1)[1:-1].argmax()) + 1
-    before, at_frame, after = (to_fine(compared.body, level) @ moved[frame + side] for side in (-1, 0, 1))
+    displacements = motion.positions - motion.rest
+    frame = int(np.linalg.norm(displacements, axis=2).max(axis=1)[1:-1].argmax()) + 1
+    before, at_frame, after = (to_fine(compared.body, level) @ displacements[frame + shift] for shift in (-1, 0, 1))
     frame_s = float(motion.times[frame + 1] - motion.times[frame])
     particles = compared.particles(len(compared.body.levels) - 1)
     system = compose(compared.fem(compared.frames), particles)

@@ -45,8 +45,8 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
     for scene, axis in axes.items():
         first = tables.where(dynamic_accuracy, scene=scene).iloc[0]
         is_truth = first["reference"] == QUADRATIC
-        of = "truth" if is_truth else f"standard on level {first['reference_level']:g}"
-        own_error(axis, first["reference_error"], of)
+        what = "truth" if is_truth else f"standard on level {first['reference_level']:g}"
+        own_error(axis, first["reference_error"], what)
     finish(axes.values(), {1.0: "real time"})
     shown = handles(drawn, dict(VARIED[name] for name in VARIED if name in set(varied)))
     sizes = {"ncols": min(4, len(axes) + 1), "fontsize": 7, "columnspacing": 1, "handlelength": 1.5}

@@ -61,20 +61,20 @@ def fit_springs(
     volume : whether a volume force is added, whose stiffness follows from the Poisson ratio
     step_share : length of steps over the longest stable one; evaluations : most motions that are computed
     """
-    begin, given = perf_counter(), training.body.material
+    begin, material = perf_counter(), training.body.material
     bulk = 0.0
     if volume:
-        bulk = volume_stiffness(spring_model(particles_of(training.body, 0, surface=False)), given)
+        bulk = volume_stiffness(spring_model(particles_of(training.body, 0, surface=False)), material)
 
     def young_pa(logs: np.ndarray) -> float:
-        return float(given.young_pa * np.exp(logs[0]))
+        return float(material.young_pa * np.exp(logs[0]))
 
     def scene(compared: ComparedScene, steps: int, logs: np.ndarray) -> Scene:
         stiffness = Springs()
         if compared.thickness_m:  # the modulus times the thickness [N/m], and a share of that against bending
-            along = compared.thickness_m * young_pa(logs)
-            stiffness = Springs(structural_n_m=along, shear_n_m=along, bending_n_m=float(np.exp(logs[2])) * along)
-        return compared.springs(steps, stiffness, float(np.exp(logs[1])), bulk * young_pa(logs) / given.young_pa)
+            tension = compared.thickness_m * young_pa(logs)
+            stiffness = Springs(structural_n_m=tension, shear_n_m=tension, bending_n_m=float(np.exp(logs[2])) * tension)
+        return compared.springs(steps, stiffness, float(np.exp(logs[1])), bulk * young_pa(logs) / material.young_pa)
 
     def misfit(logs: np.ndarray) -> float:
         limit = training.limit_s(scene(training, training.frames, logs), young_pa(logs))
@@ -153,12 +153,12 @@ class CorrectedMotion:
     """
 
     def __init__(self, compared: ComparedScene):
-        last = len(compared.body.levels) - 1
-        (coarse, loads), (fine, fine_loads) = _responses(compared, 0), _responses(compared, last)
+        finest = len(compared.body.levels) - 1
+        (coarse, loads), (fine, fine_loads) = _responses(compared, 0), _responses(compared, finest)
         self.softness = float(np.vdot(fine_loads, fine) / np.vdot(loads, coarse))
         coarse = self.softness * coarse
         self._up = to_surface(compared.body, 0)
-        fine_up = to_surface(compared.body, last)
+        fine_up = to_surface(compared.body, finest)
         self.detail = np.array([fine_up @ u - self._up @ c for u, c in zip(fine, coarse, strict=True)])
         masses = np.sqrt(np.repeat(compared.particles(0).masses, 3))
         self._shares = np.linalg.pinv((coarse.reshape(len(coarse), -1) * masses).T) * masses
@@ -236,12 +236,12 @@ def moving_modes(
     middle = counts[len(counts) // 2] * compared.frames
 
     def reduced(there: ComparedScene, missed: float) -> Prepared:
-        one = prepared({}, partial(made.at, there, grid, missed))
-        return one._replace(seconds=made.seconds + one.seconds)
+        modes = prepared({}, partial(made.at, there, grid, missed))
+        return modes._replace(seconds=made.seconds + modes.seconds)
 
-    own = reduced(compared, grid["missed"])
+    for_scene = reduced(compared, grid["missed"])
     for count in counts:
-        yield count * compared.frames, own, ""
+        yield count * compared.frames, for_scene, ""
     for missed in grid["tolerances"]:
         yield middle, reduced(compared, missed), f"tolerance={missed:g}"
     if other is not None:

@@ -81,9 +81,9 @@ def linear_limit(compared: ComparedScene, count: int, part: float, progress: Cal
     """
     last, rate = len(compared.body.levels) - 1, 2.0**compared.order
     motions, forces_of, spent_s = {}, {}, 0.0
-    for level, n in progress([(level, n) for level in range(last + 1) for n in (count, 2 * count)]):
-        motions[level, n], done = compared.move(compared.fem(n * compared.frames), level)
-        forces_of[level, n], spent_s = done.motion.instrument_forces(), spent_s + done.seconds
+    for level, a_frame in progress([(level, a_frame) for level in range(last + 1) for a_frame in (count, 2 * count)]):
+        motions[level, a_frame], run = compared.move(compared.fem(a_frame * compared.frames), level)
+        forces_of[level, a_frame], spent_s = run.motion.instrument_forces(), spent_s + run.seconds
     (coarser, finest), (_, force) = (_limits(each, last, count, rate) for each in (motions, forces_of))
     space, time = finest - coarser, finest - motions[last, 2 * count]
     mixed = time - (coarser - motions[last - 1, 2 * count])
@@ -99,13 +99,13 @@ def linear_limit(compared: ComparedScene, count: int, part: float, progress: Cal
         truth = finest[frames].reshape(-1, 3)
         return np.array(truth_errors(truth + change[frames].reshape(-1, 3), truth, np.tile(patch, len(finest[frames]))))
 
-    parts = np.array([size(change) for change in changes])
+    own_parts = np.array([size(change) for change in changes])
     forces = _limits(forces_of, last, count, rate)[0], forces_of[last, 2 * count]
     own_force = np.linalg.norm([force_errors(each[frames], force[frames]).force_rms_of_peak for each in forces])
     largest = np.array([np.linalg.norm(each, axis=2).max() for each in (coarser, finest, motions[last, 2 * count])])
     until_s = compared.duration_s * resolved / compared.frames
-    own = np.vstack([parts, np.sqrt(np.sum(parts**2, axis=0))])
-    return LinearLimit(1 + last, count * compared.frames, until_s, part, own, float(own_force), largest, spent_s)
+    own_errors = np.vstack([own_parts, np.sqrt(np.sum(own_parts**2, axis=0))])
+    return LinearLimit(1 + last, count * compared.frames, until_s, part, own_errors, float(own_force), largest, spent_s)
 
 
 def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:

@@ -119,8 +119,8 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
         costs.append((run.seconds, run.step_p95_s, run.step_max_s))
         if halving > 1:
             # the motions at steps of no length, from those at a step and at half of it
-            before, truth = _limits(tried, compared.order)
-            change_m = np.sqrt(np.mean(np.sum((truth - before) ** 2, axis=2), axis=1))
+            previous, truth = _limits(tried, compared.order)
+            change_m = np.sqrt(np.mean(np.sum((truth - previous) ** 2, axis=2), axis=1))
             peaks = np.linalg.norm(truth, axis=2).max(axis=1)
             changes.append(change_m / peaks.max())
             resolved = resolved_frames(change_m, peaks, change)

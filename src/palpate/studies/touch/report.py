@@ -58,8 +58,8 @@ def _taken(touch: pd.DataFrame) -> pd.DataFrame:
         row: dict[str, Any] = {"within": f"{limit.budget_ms:g}\u00a0ms" if limit.time else "any time"}
         taken = choice(touches(touch), limit)
         if taken["model"] == NONE:
-            near = f"fastest: {seconds(taken['nearest_s'])}" if taken["nearest_s"] > 0 else taken["why"]
-            row |= {"take": NONE, "setting": near}
+            fastest = f"fastest: {seconds(taken['nearest_s'])}" if taken["nearest_s"] > 0 else taken["why"]
+            row |= {"take": NONE, "setting": fastest}
         else:
             took = taken["preparation_s"]
             row |= {"take": look(curve_of(taken["model"], taken["setting"])).label, "setting": taken["setting"]}

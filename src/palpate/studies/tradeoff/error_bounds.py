@@ -95,11 +95,11 @@ def _estimates(measured: pd.DataFrame, errors: pd.DataFrame, kind: str) -> pd.Da
         measured[~is_coarser].assign(value=measured.loc[~is_coarser, kind]),
     )
     is_general = estimated["model"] == EVERY
-    own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
-    apart = errors.dropna(subset=APART[kind])
-    apart = apart.assign(estimate=COARSER, seconds=seconds, value=apart[APART[kind]])
+    by_model = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
+    by_coarser = errors.dropna(subset=APART[kind])
+    by_coarser = by_coarser.assign(estimate=COARSER, seconds=seconds, value=by_coarser[APART[kind]])
     columns = [*_SETTING, *_ASKED, "estimate", "value", "seconds"]
-    return pd.concat([part[columns] for part in (estimated[is_general], estimated[~is_general], own, apart)])
+    return pd.concat([part[columns] for part in (estimated[is_general], estimated[~is_general], by_model, by_coarser)])
 
 
 def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
@@ -112,14 +112,14 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
     rows: list[dict] = []
     for kind in KINDS:
         scored = [_SceneErrors(scene, kind) for scene in all_scenes]
-        for scene, here in zip(all_scenes, scored, strict=True):
-            others = [each for each in scored if each.regime == here.regime and each.body != here.body]
+        for scene, scene_errors in zip(all_scenes, scored, strict=True):
+            others = [each for each in scored if each.regime == scene_errors.regime and each.body != scene_errors.body]
             labels = scene.settings[["scene", "body", "regime"]].iloc[0].to_dict()
-            for key in _chosen(scene.settings, here, kind):
-                for name, (values, seconds) in here.estimates[key].items():
+            for key in _chosen(scene.settings, scene_errors, kind):
+                for name, (values, seconds) in scene_errors.estimates[key].items():
                     row = labels | dict(zip(_SETTING, key, strict=True)) | {"error": kind, "estimate": name}
-                    row |= _row(here, key, values) | {"estimate_s": seconds}
-                    rows.append(row | {"coverage_elsewhere": _elsewhere(here, others, key, name)})
+                    row |= _row(scene_errors, key, values) | {"estimate_s": seconds}
+                    rows.append(row | {"coverage_elsewhere": _elsewhere(scene_errors, others, key, name)})
     return ERROR_BOUNDS.frame(rows)
 
 

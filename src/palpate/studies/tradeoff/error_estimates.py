@@ -101,14 +101,14 @@ def _second(case: Case, loads: list[Load]) -> Iterator[tuple]:
 
 def _residuals(case: Case, judge: Judge, loads: list[Load]) -> Iterator[tuple]:
     """Yield a row of the residual estimate for each load and each of SOLVED, elements on the coarse level."""
-    last = len(case.body.levels) - 1
-    fine, surface = Simulation(case, last, case.tolerance, order=2), case.body.fine.surface
+    finest = len(case.body.levels) - 1
+    fine, surface = Simulation(case, finest, case.tolerance, order=2), case.body.fine.surface
     setting = FEM(level=0, tolerance=case.tolerance).text
     for model in SOLVED:
-        for i, (load, moved) in enumerate(zip(loads, _coarse(case, loads, int(model[-1])), strict=True)):
+        for i, (load, answer) in enumerate(zip(loads, _coarse(case, loads, int(model[-1])), strict=True)):
             begin = perf_counter()
-            lengths = np.linalg.norm(fine.correction(load, moved)[surface], axis=1)
-            peak = float(np.linalg.norm(moved[surface], axis=1).max())
+            lengths = np.linalg.norm(fine.correction(load, answer)[surface], axis=1)
+            peak = float(np.linalg.norm(answer[surface], axis=1).max())
             seconds = perf_counter() - begin
             rms, patch = (float(np.sqrt(np.mean(part**2))) / peak for part in (lengths, lengths[judge.patch[i]]))
             yield i, model, setting, RESIDUAL, rms, patch, seconds

@@ -59,11 +59,11 @@ def questions(case: Case, judge: Judge, count: int, tolerance: float, progress: 
     chosen = tests[np.unique(np.linspace(0, len(tests) - 1, count).round().astype(int))]
     samples, body = judge.samples, case.body
     operator = StaticSolver(body, len(body.levels) - 1, 2)
-    alone = [Load.at(samples.contact[i], samples.force[i]) for i in chosen]
-    collected = [_question(case, PREPARED, load, samples.fine[i]) for i, load in zip(chosen, alone, strict=True)]
-    asked = [(NEW, load) for load in _between(case, judge, count)]
-    asked += [(TWO, load) for load in _pairs(case, judge, chosen)] + [(DEPTH, load) for load in alone]
-    for kind, load in progress(asked):
+    single_loads = [Load.at(samples.contact[i], samples.force[i]) for i in chosen]
+    collected = [_question(case, PREPARED, load, samples.fine[i]) for i, load in zip(chosen, single_loads, strict=True)]
+    to_solve = [(NEW, load) for load in _between(case, judge, count)]
+    to_solve += [(TWO, load) for load in _pairs(case, judge, chosen)] + [(DEPTH, load) for load in single_loads]
+    for kind, load in progress(to_solve):
         sample = Sample(0, load, case.radius_m)
         try:
             solution, (least_det, _) = operator.solve(sample, tolerance)
@@ -204,12 +204,12 @@ def measure_any(
     """
     rows = []
     place = models[0].place if models else ""
-    for one in prepared_settings(case, name, models, pattern, progress):
+    for setting in prepared_settings(case, name, models, pattern, progress):
         places: dict[tuple[int, ...], float | None] = {}
-        whole = one._replace(used=dict(one.used))  # what loads prepare later is no part of the offline time
+        settled = setting._replace(used=dict(setting.used))  # what loads prepare later is no part of the offline time
         for kind in dict.fromkeys(question.kind for question in loads):
             of_kind = labels_of(case) | {"kind": kind}, [question for question in loads if question.kind == kind]
-            rows += measure(AnyLoad(*of_kind, place, places), [whole], repeats, budget_s)[1]
+            rows += measure(AnyLoad(*of_kind, place, places), [settled], repeats, budget_s)[1]
     return ANY_LOAD.frame(rows)
 
 
@@ -244,12 +244,12 @@ def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = it
     contacts = [tests[samples.contact[tests] == node] for node in np.unique(samples.contact[tests])]
     hardest = [samples_there[np.argmax(newtons[samples_there])] for samples_there in contacts]
     chosen = np.unique(np.linspace(0, len(hardest) - 1, count).round().astype(int))
-    operator, asked = _Beyond(case), []
-    for i in progress([hardest[k] for k in chosen]):
+    operator, collected = _Beyond(case), []
+    for i in progress([hardest[row] for row in chosen]):
         node = int(samples.contact[i])
         for kind, force in _forces(samples.force[i], body.coarse.normals[node]):
-            asked.append(_question(case, kind, Load.at(node, force), operator.answer(node, force)))
-    return asked
+            collected.append(_question(case, kind, Load.at(node, force), operator.answer(node, force)))
+    return collected
 
 
 def measure_beyond(
@@ -257,13 +257,13 @@ def measure_beyond(
 ) -> pd.DataFrame:
     """Judge the models in whose text ``pattern`` is found: a row for each kind of press, as BEYOND_DESIGN has it."""
     rows = []
-    for one in prepared_settings(case, name, models, pattern):
-        if isinstance(one.solver, NotConverged):
-            raise one.solver
-        labels = labels_of(case) | one.about
+    for setting in prepared_settings(case, name, models, pattern):
+        if isinstance(setting.solver, NotConverged):
+            raise setting.solver
+        labels = labels_of(case) | setting.about
         for kind in dict.fromkeys(press.kind for press in asked):
             presses = [press for press in asked if press.kind == kind]
-            verdicts, *errors = zip(*(_judged(one.solver, press) for press in presses), strict=True)
+            verdicts, *errors = zip(*(_judged(setting.solver, press) for press in presses), strict=True)
             row = labels | {"kind": kind, "samples": len(presses)}
             row |= {name: verdicts.count(name) for name in ("right", "needless", "wrong")}
             row |= {"unsound": sum(press.truth is None for press in presses)}

@@ -117,8 +117,8 @@ def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], spl
         rows = table[(table["scene"] == scene) & (table["split"] == split) & ~table["model"].isin(BOUNDS)]
         for path in paths:
             scored = score_answers(Path(path), questions, questions.truth)
-            for said in scored.warnings:
-                warnings.warn(said, stacklevel=1)
+            for warning in scored.warnings:
+                warnings.warn(warning, stacklevel=1)
             scores = score_table(scored.settings, floor_of(questions.truth), rows)
             parts.append(scores[scores["engine"] != OWN])
     return {"table": pd.concat(parts)}

@@ -139,12 +139,12 @@ def answer(advice: pd.DataFrame, what: dict[str, str]) -> dict[str, Any]:
     what : a few words on what each model does
     """
     rows = [row for _, row in tables.where(advice, error="rms").iterrows()]
-    timed, exact = ([row for row in rows if np.isfinite(row["budget_ms"]) == given] for given in (True, False))
+    timed, by_error = ([row for row in rows if np.isfinite(row["budget_ms"]) == is_timed] for is_timed in (True, False))
     at_finger = tables.where(advice, error="patch").dropna(subset="budget_ms")
     at_finger = at_finger[at_finger["model"] != NONE].drop_duplicates(subset=["model", "setting"])
     return {
         "within": [_answer(same) | _within(same, what) for same in _alike(timed)],
-        "under": [_answer(same) | _under(same) for same in _alike(exact)],
+        "under": [_answer(same) | _under(same) for same in _alike(by_error)],
         "dent": [
             f"{percent(row['patch_rms_of_peak'])} within {row['budget_ms']:g}\u00a0ms "
             f"({label(row['model'], 'default')}{_below(row)})"
@@ -235,14 +235,14 @@ def dent_table(advice: pd.DataFrame, truth: pd.DataFrame, names: dict[str, str])
     taken = advice[advice["model"] != NONE].drop_duplicates(["scene", "model", "setting"])
     factor = (taken["patch_rms_of_peak"] / taken["rmse_of_peak"]).groupby(taken["scene"], sort=False)
     radius = truth.set_index("scene")["radius_m"]
-    parts = {names[scene]: (f"{1e3 * radius[scene]:g}", part) for scene, part in factor}
-    parts["all of these"] = ("", taken["patch_rms_of_peak"] / taken["rmse_of_peak"])
+    ratios_of = {names[scene]: (f"{1e3 * radius[scene]:g}", ratios) for scene, ratios in factor}
+    ratios_of["all of these"] = ("", taken["patch_rms_of_peak"] / taken["rmse_of_peak"])
     return pd.DataFrame(
         [
-            {"scene": scene, "radius of the finger [mm]": mm, "settings": len(part), "least factor": part.min()}
-            | {"median factor": part.median(), "largest factor": part.max()}
-            for scene, (mm, part) in parts.items()
-            if len(part)
+            {"scene": scene, "radius of the finger [mm]": mm, "settings": len(ratios), "least factor": ratios.min()}
+            | {"median factor": ratios.median(), "largest factor": ratios.max()}
+            for scene, (mm, ratios) in ratios_of.items()
+            if len(ratios)
         ]
     )
 
@@ -293,9 +293,9 @@ def _any_load(table: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
         loads, own = tables.where(table, scene=scene), operator_error(tables.where(settings, scene=scene), KINDS["rms"])
         for kind in dict.fromkeys(loads["kind"]):
             asked = other_loads(loads, kind, own=own)
-            cells = [say("taken", choice(asked, Limit(max_error=most))) for most in LIMITS]
+            cells = [say("taken", choice(asked, Limit(max_error=max_error))) for max_error in LIMITS]
             cells = [SAME if i and each == cells[i - 1] != NONE else each for i, each in enumerate(cells)]
-            heads = [f"error of at most {percent(most)}" for most in LIMITS]
+            heads = [f"error of at most {percent(max_error)}" for max_error in LIMITS]
             rows.append({"scene": spaced(scene), "load": kind} | dict(zip(heads, cells, strict=True)))
     return pd.DataFrame(rows)
 
@@ -307,16 +307,16 @@ def _refusals(table: pd.DataFrame) -> pd.DataFrame:
         answered = table[(table["model"] == name) & (table["refused"] == 0)]
         never = [kind for kind in dict.fromkeys(refused["kind"]) if kind not in set(answered["kind"])]
         if never:
-            said = refused[refused["kind"].isin(never)].drop_duplicates("kind")["failure"]
-            what = "; ".join(dict.fromkeys(said.str.replace(r"^contact \d+", "the place", regex=True)))
-            rows.append({"model": label(str(name), "default"), "refuses": listed(never), "in its words": what})
+            reasons = refused[refused["kind"].isin(never)].drop_duplicates("kind")["failure"]
+            refusal = "; ".join(dict.fromkeys(reasons.str.replace(r"^contact \d+", "the place", regex=True)))
+            rows.append({"model": label(str(name), "default"), "refuses": listed(never), "in its words": refusal})
     return pd.DataFrame(rows)
 
 
 def models_table(models: pd.DataFrame, families: list[dict]) -> pd.DataFrame:
     """Describe the models that were measured: a row for each family, and for each model of the user's own."""
     measured = models.groupby("model", sort=False)["setting"].nunique()
-    lost = models.groupby("model", sort=False)[["rejected", "rejected_answered"]].sum()
+    rejected = models.groupby("model", sort=False)[["rejected", "rejected_answered"]].sum()
     known = {name for family in families for name in family["names"]}
     rows = [(family["family"], family, [name for name in family["names"] if name in measured]) for family in families]
     rows += [(named(name), _OWN, [name]) for name in measured.index if name not in known]
@@ -332,7 +332,7 @@ def models_table(models: pd.DataFrame, families: list[dict]) -> pd.DataFrame:
         }
         for title, words, names in rows
     )
-    sums = pd.DataFrame([lost.loc[names].sum() for _, _, names in rows], columns=lost.columns)
+    sums = pd.DataFrame([rejected.loc[names].sum() for _, _, names in rows], columns=rejected.columns)
     return table.assign(**_without_truth(sums))
 
 

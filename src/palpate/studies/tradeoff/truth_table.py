@@ -127,9 +127,9 @@ def other_element(
     error of the finest linear answer itself. ``progress`` wraps the sequence of all solutions, as ``tqdm`` does. A
     sample that linear elements do not answer has no row.
     """
-    last = truth_levels(body)[-1] + 1
-    levels = range(last - 2, last + 1)
-    whole = finer(body, last + 1 - len(body.levels))
+    finest = truth_levels(body)[-1] + 1
+    levels = range(finest - 2, finest + 1)
+    refined_body = finer(body, finest + 1 - len(body.levels))
     rows = truth.rows(np.asarray(samples))
     asked = _numbered(presses, truth.sample[rows])
     limits: list[list[np.ndarray]] = [[] for _ in asked]
@@ -139,18 +139,18 @@ def other_element(
     for level, i in progress([(level, i) for level in levels for i in range(len(asked))]):
         if i == 0 or solver is None:
             solver = None  # before the next one is made, which is eight times as large
-            solver = Equilibrium(whole, level)
+            solver = Equilibrium(refined_body, level)
         if i in unsolved:
             continue
         try:
             rest, start = solver.mesh.nodes, starts[i]
-            forces = asked[i].nodal(body, level, whole=whole)
-            moved = solver.solve(forces, NEXT, None if start is None else rest + start).x - rest
+            forces = asked[i].nodal(body, level, whole=refined_body)
+            displacement = solver.solve(forces, NEXT, None if start is None else rest + start).x - rest
         except NotConverged:
             unsolved.add(i)
             continue
-        starts[i] = whole.prolongations[level] @ moved if level < last else None
-        limits[i].append(_on_surface(body, whole, level, moved))
+        starts[i] = refined_body.prolongations[level] @ displacement if level < finest else None
+        limits[i].append(_on_surface(body, refined_body, level, displacement))
     return pd.DataFrame(
         [
             _row(body, sample, np.array(answers), truth.displacement[row])
@@ -221,8 +221,8 @@ def geometry_share(
     level = max(LEVEL, len(body.levels) - 2)
     rows = truth.rows(np.asarray(samples))
     asked = _numbered(presses, truth.sample[rows])
-    other = finer(replace(body.up_to(0), smooth=surface if body.smooth is None else None), len(body.levels) - 1)
-    answers, _ = ascend(other, asked, [range(level, level + 1)] * len(asked), FIRST, progress)
+    other_body = finer(replace(body.up_to(0), smooth=surface if body.smooth is None else None), len(body.levels) - 1)
+    answers, _ = ascend(other_body, asked, [range(level, level + 1)] * len(asked), FIRST, progress)
     shares = []
     for row, answer in zip(rows, answers, strict=True):
         if answer.failure:

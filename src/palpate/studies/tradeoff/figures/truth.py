@@ -31,13 +31,13 @@ def draw_truth(truth) -> Figure:
     on the same samples. Triangles are what the body's facets change, where its smooth surface is known.
     """
     names = tables.scenes(truth)
-    figure, ((left, right),) = style.panels(1, 2, (9.5, 1.5 + 0.36 * len(names)), sharey=True, width_ratios=[3, 2])
+    figure, ((left, order_axis),) = style.panels(1, 2, (9.5, 1.5 + 0.36 * len(names)), sharey=True, width_ratios=[3, 2])
     rows = np.arange(len(names))
     for i, (column, (name, colour, marker)) in enumerate(COLUMNS.items()):
-        place = rows + 0.16 * (i - 1)
-        most = truth.get(f"{column}_max", truth[column])
-        left.hlines(place, 100 * truth[column], 100 * most, color=colour, lw=1.2, alpha=0.5, zorder=2)
-        left.plot(100 * truth[column], place, marker, color=colour, mec="white", mew=0.5, ms=6, label=name, zorder=3)
+        heights = rows + 0.16 * (i - 1)
+        largest = truth.get(f"{column}_max", truth[column])
+        left.hlines(heights, 100 * truth[column], 100 * largest, color=colour, lw=1.2, alpha=0.5, zorder=2)
+        left.plot(100 * truth[column], heights, marker, color=colour, mec="white", mew=0.5, ms=6, label=name, zorder=3)
     _less_known(left, truth, rows)
     _other_element(left, truth, rows)
     _facets(left, truth, rows)
@@ -48,14 +48,14 @@ def draw_truth(truth) -> Figure:
     low, high = left.get_xlim()
     left.set_xlim(low, max(high, 130 * KNOWN))
     style.plain_log(left.xaxis)
-    right.axvline(SMOOTH, color="#aaaaaa", lw=1, ls=":", zorder=0)
+    order_axis.axvline(SMOOTH, color="#aaaaaa", lw=1, ls=":", zorder=0)
     if {"ratio_min", "ratio_max"} <= set(truth):
-        ends = [np.log2(truth[name]) for name in ("ratio_min", "ratio_max")]
-        right.hlines(rows, *ends, color=style.INK, lw=2.5, alpha=0.3, zorder=1)
-    right.plot(truth["order"], rows, "o", color=style.INK, ms=6, zorder=2)
-    right.set(xlabel="order of convergence", title="how fast quadratic elements converge")
-    right.set_xlim(min(0.8, right.get_xlim()[0]), max(3.2, right.get_xlim()[1]))
-    for axis in (left, right):
+        orders = [np.log2(truth[name]) for name in ("ratio_min", "ratio_max")]
+        order_axis.hlines(rows, *orders, color=style.INK, lw=2.5, alpha=0.3, zorder=1)
+    order_axis.plot(truth["order"], rows, "o", color=style.INK, ms=6, zorder=2)
+    order_axis.set(xlabel="order of convergence", title="how fast quadratic elements converge")
+    order_axis.set_xlim(min(0.8, order_axis.get_xlim()[0]), max(3.2, order_axis.get_xlim()[1]))
+    for axis in (left, order_axis):
         axis.grid(axis="y", visible=False)
     limit = Line2D(
         [], [], color="#aa0000", lw=1, ls=(0, (4, 2)), label=f"{100 * KNOWN:g} %: beyond, the diagram says so"
@@ -186,12 +186,12 @@ def _contact(axis, rows, norm, cmap) -> None:
     pressure, peak = converged["pressure_of_young"].to_numpy(), 100 * converged["peak_of_size"].to_numpy()
     axis.plot(pressure, peak, color="#bbbbbb", lw=1, zorder=1)
     for snap in jumps(converged).itertuples():
-        ends = [snap.pressure_of_young_before, snap.pressure_of_young_after]
+        pressures = [snap.pressure_of_young_before, snap.pressure_of_young_after]
         peaks = [100 * snap.peak_of_size_before, 100 * snap.peak_of_size_after]
-        axis.plot(ends, peaks, color="#aa0000", lw=2.5, zorder=2)
+        axis.plot(pressures, peaks, color="#aa0000", lw=2.5, zorder=2)
     axis.scatter(
         pressure, peak, c=converged["least_det"], norm=norm, cmap=cmap, s=22, edgecolors="white", lw=0.4, zorder=3
     )
-    lost = rows[~rows["converged"].astype(bool)]
+    unsolved = rows[~rows["converged"].astype(bool)]
     top = peak[-1] if len(peak) else 0.0
-    axis.plot(lost["pressure_of_young"], [top] * len(lost), "x", color="#aa0000", ms=6, zorder=4)
+    axis.plot(unsolved["pressure_of_young"], [top] * len(unsolved), "x", color="#aa0000", ms=6, zorder=4)

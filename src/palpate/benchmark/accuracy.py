@@ -263,6 +263,7 @@ def judge_at_training(
 def _judge(
     body: Body, db: Database, truth: Truth, split: int, radius_m: float, rows: np.ndarray, side: np.ndarray
 ) -> Judge:
+    """Collect ``rows`` of the truth, each of a ``side``, with samples, pressed nodes and coarser answers."""
     numbers = truth.sample[rows]
     patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in db.contact[numbers]])
     own_errors = np.where(truth.believed[rows, None], truth.own[rows], np.nan)

@@ -152,8 +152,8 @@ def presses(settings: pd.DataFrame, errors: pd.DataFrame, kind: str) -> Candidat
 def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataFrame:
     """Return a row for each setting without failures, as ``averaged`` names it, and a column (contact, sample) each.
 
-    A contact is asked in the split that tests on it, else where it chooses settings; of settings that learn nothing
-    there may be answers at training contacts too.
+    The error at a contact is that of the split that tests on it, else of the one that chooses settings by it; settings
+    that learn nothing may have answers at training contacts, too.
     """
     keys = ["split", *SETTING]
     named = settings[keys].assign(key=same_settings(settings))
@@ -190,8 +190,8 @@ def other_loads(rows: pd.DataFrame, kind: str, error: str = "rms", own: float = 
 
     rows : of any_load.csv, about that scene; error : one of KINDS
     own : ``operator_error``, which is added to errors that are compared with a largest one; NaN where not known
-    What failed without saying so before is left out; what says which loads it cannot answer comes after what answers
-    all. The bound is the largest error: from FEWEST contacts on, nine in ten others stay below it.
+    Settings that failed on a load are left out, and those that refused the kind; those that doubted answers come after
+    those that did not. The bound is the largest error: from FEWEST contacts on, nine in ten others stay below it.
     Raises InputError for a kind that the table does not have.
     """
     scene, column = rows["scene"].iloc[0], KINDS[error]
@@ -260,9 +260,9 @@ def motions(
     rows : its rows of dynamic_accuracy.csv; bounds : its rows of motion_bounds.csv, if there are any
     pressed : accuracy_vs_time.csv, whose presses show how wrong the standard's mesh is
     error : "rms", of the displacement, or "force", of the instruments' force, which then stands in ``rmse_of_peak``
-    A budget is for 95 % of the steps of what runs in real time. What stays below an error is the bound of pushes
-    elsewhere, that of ``constant`` in ``bounds``; where a scene has none, the error on its own path, the standard's
-    own added. Within a time the error on that path decides, which all settings have.
+    A budget limits the time that 95 % of the steps take, of settings in real time. A largest error limits the bound
+    ``constant`` of ``bounds``, found with the push elsewhere or, where a scene has none, the error on its own path with
+    the standard's own added. Within a time the error on its own path decides, as all settings have it.
     """
     first_row = rows.iloc[0]
     resolved_s, whole_s = first_row["resolved_s"], first_row["duration_s"]

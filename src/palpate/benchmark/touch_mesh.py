@@ -190,7 +190,7 @@ class TouchedMeshes:
         whole, mesh, cells = self._base.coarse, local.fine, local.fine.tetrahedra
         assert isinstance(whole, TetMesh) and isinstance(mesh, TetMesh)  # sheets are not touched
         roots = local.roots[-1] if isinstance(local, LocalBody) else np.arange(len(cells))
-        # parts of an element of the first level that is halved as often as each element here
+        # how many elements one of the first level becomes, halved as often as around each element here
         parts_of_root = np.full(len(cells), 8.0 ** max(0, held - COARSER))
         distances = np.linalg.norm(mesh.nodes - self._body.fine.nodes[touch.node], axis=1)
         is_near = distances <= self._reach([touch], np.array([level - 1]))

@@ -50,7 +50,10 @@ def _sorted_boxes(corners: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarra
 
 @numba.njit(cache=True)
 def _begin_within(boxes, order, others, other_order, closed):
-    """Pair sorted ``boxes`` with ``others`` that begin inside them on axis 0, or at their lower end if ``closed``."""
+    """Pair sorted ``boxes`` with ``others`` that begin inside them on axis 0, or at their lower end if ``closed``.
+
+    boxes, others : (m, 6) lower and upper corners, along axis 0 first; order, other_order : (m,) their triangles
+    """
     pairs = np.empty((1024, 2), np.int64)
     count, begin = 0, 0
     for i in range(len(boxes)):

@@ -77,8 +77,8 @@ def draw_cut_opening(cut_opening, *, scene: str) -> Figure:
     for axis, level in zip(axes, levels, strict=False):
         axis.fill_between(1e3 * truth["along_m"], 1e3 * truth["opening_m"], color="#d9d9d9", label="the truth")
         of_level = models[models["level"].astype(int) == level]
-        finest = of_level.drop_duplicates(["model", "way", "along_m"], keep="last")
-        groups = list(finest.groupby(["model", "way"], sort=False))
+        distinct = of_level.drop_duplicates(["model", "way", "along_m"], keep="last")
+        groups = list(distinct.groupby(["model", "way"], sort=False))
         for number, ((model, how_cut), places) in enumerate(groups):
             shown, (words, marker) = look(str(model)), WAYS[str(how_cut)]
             places = places.sort_values("along_m")

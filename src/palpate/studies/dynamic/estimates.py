@@ -33,7 +33,7 @@ def estimate(compared: ComparedScene, fitted: Fitted, steps: int, motion: Motion
     moved : its displacements (f, n_surface, 3) [m]
     The error of the step is what ``twice_as_long`` changes, that of the mesh is ``mesh_residual``, which a model on the
     reference's own mesh does not have. There is no estimate where bodies touch, yield or drift, of a model that answers
-    on the surface alone, and of iterations that end before a step is found: in longer steps they are wrong alike.
+    on the surface alone, and of iterations that are stopped early, whose error is alike in longer steps.
     """
     integrator = fitted.scene(compared, steps).integrator
     if not corrects(compared) or fitted.finish is not None or compared.frames < 2 or integrator in RELAXED:

@@ -125,6 +125,7 @@ def error_of(compared: ComparedScene, scene: Scene, young_pa: float, wanted: np.
 
 
 def _simplex(misfit: Callable, start: np.ndarray, edges: list, bounds: list, evaluations: int, what: str) -> np.ndarray:
+    """Minimise ``misfit`` by Nelder and Mead from ``start`` and a step along each axis; NotConverged unless below 1."""
     corners = np.vstack([start, start + np.diag(edges)])
     options = {"maxfev": evaluations, "initial_simplex": corners, "xatol": 1e-3, "fatol": 1e-5}
     result = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options)
@@ -170,6 +171,7 @@ class CorrectedMotion:
         return np.array([self._corrected(x - motion.rest) for x in motion.positions[1:]])
 
     def _corrected(self, moved: np.ndarray) -> np.ndarray:
+        """Return the fine surface (n_surface, 3) [m] of coarse displacements ``moved`` (n, 3) [m]: P x_c + R Σ a D."""
         turns = (self._up @ self._rotations.at(moved).reshape(-1, 9)).reshape(-1, 3, 3)
         detail = np.tensordot(self._shares @ moved.ravel(), self.detail, axes=1)
         return self._up @ moved + (turns @ detail[:, :, None])[:, :, 0]

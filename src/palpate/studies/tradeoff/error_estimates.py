@@ -115,10 +115,7 @@ def _residuals(case: Case, judge: Judge, loads: list[Load]) -> Iterator[tuple]:
 
 
 def _coarse(case: Case, loads: list[Load], order: int) -> Iterator[np.ndarray]:
-    """Yield converged answers of elements of ``order`` on the coarse level, at the nodes of the finest quadratic ones.
-
-    Displacements (n_nodes, 3) [m].
-    """
+    """Yield answers (n_nodes, 3) [m] of coarse elements of ``order``, at the nodes of the finest quadratic ones."""
     whole = with_unknowns(case.body, len(case.body.levels) - 1, 2)
     coarse, up = Simulation(case, 0, case.tolerance, order=order), to_fine(whole, 0, order)
     return (up @ coarse.displacement(load) for load in loads)

@@ -288,10 +288,7 @@ def _judged(solver: Solver, press: Question) -> tuple[str, float, float]:
 
 
 def _forces(force: np.ndarray, normal: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield a kind of press and its force (3,) [N] each: ``force`` times TIMES, and as large a one along the surface.
-
-    The last pulls outward.
-    """
+    """Yield kinds of press and their forces (3,) [N]: ``force`` times TIMES, one along the surface, and outward."""
     for kind, times in TIMES.items():
         yield kind, times * force
     across = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])

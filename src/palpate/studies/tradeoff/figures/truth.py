@@ -31,7 +31,7 @@ def draw_truth(truth) -> Figure:
     on the same samples. Triangles are what the body's facets change, where its smooth surface is known.
     """
     names = tables.scenes(truth)
-    figure, ((left, order_axis),) = style.panels(1, 2, (9.5, 1.5 + 0.36 * len(names)), sharey=True, width_ratios=[3, 2])
+    figure, ((left, right),) = style.panels(1, 2, (9.5, 1.5 + 0.36 * len(names)), sharey=True, width_ratios=[3, 2])
     rows = np.arange(len(names))
     for i, (column, (name, colour, marker)) in enumerate(COLUMNS.items()):
         heights = rows + 0.16 * (i - 1)
@@ -48,14 +48,14 @@ def draw_truth(truth) -> Figure:
     low, high = left.get_xlim()
     left.set_xlim(low, max(high, 130 * KNOWN))
     style.plain_log(left.xaxis)
-    order_axis.axvline(SMOOTH, color="#aaaaaa", lw=1, ls=":", zorder=0)
+    right.axvline(SMOOTH, color="#aaaaaa", lw=1, ls=":", zorder=0)
     if {"ratio_min", "ratio_max"} <= set(truth):
         orders = [np.log2(truth[name]) for name in ("ratio_min", "ratio_max")]
-        order_axis.hlines(rows, *orders, color=style.INK, lw=2.5, alpha=0.3, zorder=1)
-    order_axis.plot(truth["order"], rows, "o", color=style.INK, ms=6, zorder=2)
-    order_axis.set(xlabel="order of convergence", title="how fast quadratic elements converge")
-    order_axis.set_xlim(min(0.8, order_axis.get_xlim()[0]), max(3.2, order_axis.get_xlim()[1]))
-    for axis in (left, order_axis):
+        right.hlines(rows, *orders, color=style.INK, lw=2.5, alpha=0.3, zorder=1)
+    right.plot(truth["order"], rows, "o", color=style.INK, ms=6, zorder=2)
+    right.set(xlabel="order of convergence", title="how fast quadratic elements converge")
+    right.set_xlim(min(0.8, right.get_xlim()[0]), max(3.2, right.get_xlim()[1]))
+    for axis in (left, right):
         axis.grid(axis="y", visible=False)
     limit = Line2D(
         [], [], color="#aa0000", lw=1, ls=(0, (4, 2)), label=f"{100 * KNOWN:g} %: beyond, the diagram says so"

@@ -160,11 +160,11 @@ def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataF
     named = named.assign(first=named.groupby(["model", "key"], sort=False)["setting"].transform("first"))
     joined = errors.merge(named, on=keys).sort_values("side", key=lambda sides: sides.map(_FIRST), kind="stable")
     joined["setting"] = joined["first"]
-    failed = joined[column].isna().groupby([joined[name] for name in SETTING]).any()
-    wide = joined.drop_duplicates([*SETTING, "sample"]).pivot(
+    has_failed = joined[column].isna().groupby([joined[name] for name in SETTING]).any()
+    table = joined.drop_duplicates([*SETTING, "sample"]).pivot(
         index=SETTING, columns=["contact", "sample"], values=column
     )
-    return wide.loc[wide.index.isin(failed.index[~failed])]
+    return table.loc[table.index.isin(has_failed.index[~has_failed])]
 
 
 def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
@@ -220,16 +220,16 @@ def touches(rows: pd.DataFrame) -> Candidates:
     The limit is the bound, where there is one, else the 95th percentile over the touches, in both cases with the
     truth's own error.
     """
-    own = float(rows.loc[rows["model"] == TRUTH, "force_error_p95"].max())
+    own_p95 = float(rows.loc[rows["model"] == TRUTH, "force_error_p95"].max())
     answering = rows[(rows["model"] != TRUTH) & (rows["failures"] == 0) & rows["force_error_size"].notna()]
-    bound, p95 = answering["force_error_bound"], answering["force_error_p95"] + own
+    bound, p95 = answering["force_error_bound"], answering["force_error_p95"] + own_p95
     answering = answering.assign(
         limit=bound.fillna(p95), basis=np.where(bound.notna(), BOUND, SPREAD), doubted=0,
         mean=answering["force_error_size"], pace=answering["online_median_s"], slowest_s=answering["online_max_s"],
     )  # fmt: skip
     answering = answering[np.isfinite(answering["limit"])].reset_index(drop=True)
     about = {"scene": rows["scene"].iloc[0], "error": "force"}
-    return Candidates(answering, about, "touch", own, notes=[] if len(answering) else ["no model gives a force"])
+    return Candidates(answering, about, "touch", own_p95, notes=[] if len(answering) else ["no model gives a force"])
 
 
 def advise_motion(
@@ -312,14 +312,14 @@ def bound_elsewhere(row: pd.Series, bounds: pd.DataFrame | None) -> tuple[float,
         return np.nan, f"{on_path} nothing was measured elsewhere"
     places = f"{bounds['places'].max():g} other places"
     is_setting = (bounds["model"] == row["model"]) & (bounds["setting"] == row["setting"])
-    of_setting = bounds[is_setting & (bounds["estimate"] == CONSTANT)]
-    if of_setting.empty:
+    rows = bounds[is_setting & (bounds["estimate"] == CONSTANT)]
+    if rows.empty:
         return np.nan, f"{on_path} this setting was not asked at the {places}"
-    bound_row = of_setting.iloc[0]
+    bound_row = rows.iloc[0]
     if np.isnan(bound_row["bound_of_peak"]):
         return np.nan, f"{on_path} this setting answered at {bound_row['places'] - bound_row['failures']:g} of {places}"
-    tried = np.isfinite(bound_row["coverage"])
-    coverage = f", where it held for {percent(bound_row['coverage'])} of the places held out" if tried else ""
+    was_tried = np.isfinite(bound_row["coverage"])
+    coverage = f", where it held for {percent(bound_row['coverage'])} of the places held out" if was_tried else ""
     return float(bound_row["bound_of_peak"]), f"{places} of the push{coverage}"
 
 

@@ -43,7 +43,7 @@ def unfit(scene: Scene, kind: str = "", taught: bool = False) -> str:
         ("does not start at rest", scene.start != "rest"),
         (f"has {' and '.join(lacking)}, which not all models have", bool(lacking)),
     ]
-    return next((reason for reason, holds in reasons if holds), "")
+    return next((reason for reason, is_so in reasons if is_so), "")
 
 
 def acts(name: str, scene: Scene) -> bool:
@@ -59,10 +59,7 @@ def check_compared(place: str, name: str, scene: Scene, kind: str = "", taught: 
 
 
 def unable(model: str, scene: Scene, kind: str = "") -> str:
-    """Return why a model cannot do a compared scene, such as "has plasticity"; empty if it can.
-
-    kind : of its body
-    """
+    """Return why a model cannot do a compared scene, such as "has plasticity", or ""; kind : of the scene's body."""
     acting = {name for name in TAKEN_OVER if acts(name, scene)}
     corrected, stroked = model in CORRECTED, model in STROKED
     rounded = stroked or model == TRUTH
@@ -80,7 +77,7 @@ def unable(model: str, scene: Scene, kind: str = "") -> str:
         ("has a body that touches itself", rounded and bool(scene.contact and scene.contact.self_contact)),
         (f"is touched by a {' and a '.join(shapes)} and not by spheres and capsules", rounded and bool(shapes)),
     ]
-    return next((reason for reason, holds in reasons if holds), "")
+    return next((reason for reason, is_so in reasons if is_so), "")
 
 
 def compared_scenes(scenes: Mapping[str, Scene], bodies: Mapping[str, Body]) -> tuple[dict[str, float], dict[str, str]]:

@@ -113,8 +113,8 @@ def mouth(mesh: Mesh, cut: Cut) -> np.ndarray:
         # where the line meets the plane of each triangle, and whether that is inside of it
         dist = np.divide(((a - place) * normals).sum(axis=1), facing, out=np.full(len(a), np.inf), where=facing != 0.0)
         crossings = place + np.where(np.isfinite(dist), dist, 0.0)[:, None] * cut.direction
-        inside = [(np.cross(q - p, crossings - p) * normals).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]
-        is_crossed = (np.min(inside, axis=0) >= -1e-9 * (normals**2).sum(axis=1)) & (cut.within(crossings) > 0.0)
+        edge_sides = [(np.cross(q - p, crossings - p) * normals).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]
+        is_crossed = (np.min(edge_sides, axis=0) >= -1e-9 * (normals**2).sum(axis=1)) & (cut.within(crossings) > 0.0)
         if is_crossed.any():
             points.append(crossings[is_crossed][np.abs(dist[is_crossed]).argmin()])
     return np.array(points).reshape(-1, 3)
@@ -257,8 +257,8 @@ class CutMesh:
 def _grasped(cut: CutBody, patch: GraspedPatch) -> np.ndarray:
     """Return the nodes of a cut mesh that a hook grasps, increasing; InputError if any is at the cut or is held."""
     mesh, nodes = cut.coarse, patch.nodes_of(cut.coarse)
-    on_mesh = GraspedPatch(mesh.nodes[mesh.triangles[np.isin(mesh.triangles, nodes).all(axis=1)]])
-    if np.isin(nodes, cut.lips).any() or abs(on_mesh.area_m2 - patch.area_m2) > 1e-6 * patch.area_m2:
+    mesh_patch = GraspedPatch(mesh.nodes[mesh.triangles[np.isin(mesh.triangles, nodes).all(axis=1)]])
+    if np.isin(nodes, cut.lips).any() or abs(mesh_patch.area_m2 - patch.area_m2) > 1e-6 * patch.area_m2:
         raise InputError(f"{cut.name}: a hook is so near the cut that the mesh there is not the body's; move it away.")
     if np.isin(nodes, cut.anchors[0]).any():
         raise InputError(f"{cut.name}: a hook grasps what is held; move it away.")
@@ -296,13 +296,13 @@ def truth_of_cut(
     coarser_mesh = CutMesh(coarser_cut, hooks, 0, 0)
     coarser_answer, answers, nodes = coarser_mesh.answer(coarser_mesh.pull(), surface, places), {}, 0
     for front, rim in CROSS:
-        mesh = CutMesh(finer_cut, hooks, front, rim)
-        positions = mesh.pull()
-        answers[front, rim] = mesh.answer(positions, surface, places)
+        last_mesh = CutMesh(finer_cut, hooks, front, rim)
+        positions = last_mesh.pull()
+        answers[front, rim] = last_mesh.answer(positions, surface, places)
         nodes = max(nodes, len(positions))
     limit = limit_over(answers, (1, 1), (None, None))
     limit.off.append([combined((WHOLE, -WHOLE), (answers[0, 0], coarser_answer))])
-    own_errors, (least_opening, widest) = limit.own(pull_errors).sum(axis=0), mesh.least_opening(positions)
+    own_errors, (least_opening, widest) = limit.own(pull_errors).sum(axis=0), last_mesh.least_opening(positions)
     assert isinstance(finer_cut.coarse, TetMesh)
     return CutTruth(
         limit.answer,
@@ -310,7 +310,7 @@ def truth_of_cut(
         front_ratio=limit.ratios[0].displacement,
         rim_ratio=limit.ratios[1].displacement,
         least_opening_m=least_opening,
-        least_det=mesh.problem.least_det(positions),
+        least_det=last_mesh.problem.least_det(positions),
         least_angle=float(dihedral_angles(finer_cut.coarse).min()),
         nodes=nodes,
         seconds=perf_counter() - begin,

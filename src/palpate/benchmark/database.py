@@ -113,9 +113,9 @@ def read(path: Path | str) -> Database:
         stored = {field.name: _attribute(path, file, field.name) for field in fields(Material)}
         law = str(stored.pop("law"))
         material = Material(**{name: float(value) for name, value in stored.items()}, law=law)
-        digest = str(_attribute(path, file, "config_digest"))
+        config_digest = str(_attribute(path, file, "config_digest"))
     check(values, str(path))
-    return Database(**values, material=material, config_digest=digest)
+    return Database(**values, material=material, config_digest=config_digest)
 
 
 def _store(group: "h5py.Group", name: str, value: np.ndarray | sparse.csr_array, unit: str) -> None:
@@ -137,15 +137,15 @@ def _attribute(path: Path | str, file: "h5py.File", name: str) -> Any:
 def _load(path: Path | str, file: "h5py.File", name: str) -> np.ndarray | sparse.csr_array:
     """Read a field; InputError if it is missing, damaged or in another unit."""
     field = FIELDS[name]
-    place = file.get(f"{field.group}/{name}")
-    if place is None:
+    dataset = file.get(f"{field.group}/{name}")
+    if dataset is None:
         refuse(str(path), name, "is missing")
-    if (unit := place.attrs.get("unit")) != field.unit:
+    if (unit := dataset.attrs.get("unit")) != field.unit:
         refuse(str(path), name, f"has unit {unit} instead of {field.unit}")
     try:
         if name != "prolongation":
-            return place[()]
-        matrix = sparse.csr_array(tuple(place[part][()] for part in _PARTS), shape=tuple(place.attrs["shape"]))
+            return dataset[()]
+        matrix = sparse.csr_array(tuple(dataset[part][()] for part in _PARTS), shape=tuple(dataset.attrs["shape"]))
         matrix.check_format(full_check=True)
         return matrix
     except (OSError, KeyError, TypeError, ValueError) as error:

@@ -199,26 +199,26 @@ def ask(kind: Kind, solver: Any, repeats: int, budget_s: float) -> list[Row]:
         return [row | failed(failure) for row in rows]
     answered = []
     for i, row in enumerate(rows):
-        begin = time.perf_counter()
+        began = time.perf_counter()
         try:
             kind.ready(solver, i)
         except NotConverged as failure:
             row |= failed(failure)
         else:
             answered.append(i)
-        row["preparation_s"] = time.perf_counter() - begin
-    judged: dict[int, Row] = {}
+        row["preparation_s"] = time.perf_counter() - began
+    judged_rows: dict[int, Row] = {}
 
     def receive(number: int, answer: Any) -> None:
         if kind.n_surface is not None:
             checked(answer, kind.n_surface, kind.place)
-        if number not in judged:
-            judged[number] = kind.judged(answered[number], answer)
+        if number not in judged_rows:
+            judged_rows[number] = kind.judged(answered[number], answer)
 
     if answered:
         timed = time_calls(_Calls(kind, solver, answered), repeats, budget_s, receive, kind.warm_up)
         for number, why in enumerate(timed.failures):
-            rows[answered[number]] |= failed(why) if why else judged[number] | spent(timed.seconds[number])
+            rows[answered[number]] |= failed(why) if why else judged_rows[number] | spent(timed.seconds[number])
     return rows
 
 
@@ -276,10 +276,10 @@ def time_calls(
     count = len(calls)
     timed = Timed([[] for _ in range(count)], [None] * count)
     with threadpool_limits(limits=1):
-        dropped = [_once(calls, i % count, lambda i, answer: None)[0] for i in range(warm_up)]
-        limit = min(repeats, SLOW_CALLS) if dropped and dropped[0] > SLOW_S else repeats
+        warm_up_s = [_once(calls, i % count, lambda i, answer: None)[0] for i in range(warm_up)]
+        max_calls = min(repeats, SLOW_CALLS) if warm_up_s and warm_up_s[0] > SLOW_S else repeats
         calls_made, began = 0, time.perf_counter()
-        while calls_made < count or (calls_made < limit and time.perf_counter() - began < budget_s):
+        while calls_made < count or (calls_made < max_calls and time.perf_counter() - began < budget_s):
             i = calls_made % count
             calls_made += 1
             if timed.failures[i]:

@@ -350,22 +350,22 @@ def held_mb(held: object) -> float:
     models of a case share. Sparse LU factors count 12 bytes a stored number. Small objects and code do not count.
     """
     total = 0
-    waiting: list[Any] = [held]
+    to_visit: list[Any] = [held]
     seen: dict[int, object] = {}  # the objects too, so that no number of one is given to another
-    while waiting:
-        item = waiting.pop()
+    while to_visit:
+        item = to_visit.pop()
         if isinstance(item, _PLAIN) or id(item) in seen:
             continue
         seen[id(item)] = item
         if isinstance(item, np.ndarray):
             if isinstance(item.base, np.ndarray):
-                waiting.append(item.base)
+                to_visit.append(item.base)
             else:
                 total += item.nbytes
         elif type(item).__name__ == "SuperLU":
             total += 12 * item.nnz
         else:
-            waiting += _inside(item)
+            to_visit += _inside(item)
     return total / 1e6
 
 

@@ -181,8 +181,8 @@ def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
     about |= {"rejected": 0, "rejected_answered": 0}
     truth = about | {"model": TRUTH, "setting": OWN_ERROR, "law": case.body.material.law}
     zero = about | {"model": ZERO, "setting": "default", "law": ""}
-    asked = [truth | row for row in (*own_rows, *training_rows)] + [zero | row for row in zero_rows]
-    return tables(kind, asked, [truth | kind.means(own_rows), zero | kind.means(zero_rows)])
+    questions = [truth | row for row in (*own_rows, *training_rows)] + [zero | row for row in zero_rows]
+    return tables(kind, questions, [truth | kind.means(own_rows), zero | kind.means(zero_rows)])
 
 
 def _own(kind: Presses) -> list[Row]:

@@ -167,12 +167,12 @@ class PressSearch:
         rest = self._solver.mesh.nodes
         start = rest + below.moved * (newtons / below.newtons) if below.newtons > 0.0 else None
         try:
-            x = self._solver.solve(load, TOLERANCE, start=start).x
+            positions = self._solver.solve(load, TOLERANCE, start=start).x
         except NotConverged:
             return Trial(newtons, below.moved, np.inf, -np.inf, "unstable")
-        least_det = self._solver.least_det(x)
+        least_det = self._solver.least_det(positions)
         failure = "" if least_det >= SOUND else "squeezed" if least_det > 0.0 else "inverted"
-        return Trial(newtons, x - rest, peak_of(x - rest), least_det, failure)
+        return Trial(newtons, positions - rest, peak_of(positions - rest), least_det, failure)
 
 
 def _next_force(below: Trial, above: Trial | None, target_peak: float, stiffness: float, max_newtons: float) -> float:
@@ -239,8 +239,8 @@ def choose_presses(
             oblique(body.fine.normals[contact], press["tilt_degrees"], angle)
             for press, angle in zip(presses, side_angles, strict=True)
         ]
-        pressed = _in_order(search, int(contact), directions, [press["magnitude"] for press in presses])
-        for press, direction, (trial, capped) in zip(presses, directions, pressed, strict=True):
+        trials = _in_order(search, int(contact), directions, [press["magnitude"] for press in presses])
+        for press, direction, (trial, capped) in zip(presses, directions, trials, strict=True):
             load_columns = [len(rows), int(contact), *(trial.newtons * direction), radius_m]
             found_columns: list = [trial.peak / body.fine.size, search.pressure(trial.newtons), trial.least_det]
             found_columns += [search.volume_change(trial.moved), capped]

@@ -149,8 +149,8 @@ def averaged(settings: pd.DataFrame) -> pd.DataFrame:
     for name in KINDS.values():
         rows[f"{name}_low"], rows[f"{name}_high"] = groups[name].min(), groups[name].max()
     rows["splits"] = groups["split"].nunique()
-    added = [*(f"{name}_{end}" for name in KINDS.values() for end in ("low", "high")), "splits"]
-    return rows.reset_index()[[*settings.columns, *added]]
+    further_columns = [*(f"{name}_{end}" for name in KINDS.values() for end in ("low", "high")), "splits"]
+    return rows.reset_index()[[*settings.columns, *further_columns]]
 
 
 def fields_of(rows: pd.DataFrame, *names: str) -> pd.DataFrame:

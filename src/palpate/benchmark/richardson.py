@@ -75,8 +75,8 @@ def estimate(levels: np.ndarray, rate: float | None = None) -> tuple[np.ndarray,
     """
     change = np.asarray(levels[-1] - levels[-2])
     if change.ndim < 2:
-        numbers, off = number_limits(levels)
-        return numbers, (off,)
+        numbers, own_error = number_limits(levels)
+        return numbers, (own_error,)
     if rate is not None:
         known = limit(levels, rate)
         return known, (known - limit(levels[:-1], rate) if len(levels) > 2 else _change_by_lower_ratio(rate, change),)
@@ -97,10 +97,10 @@ def number_limits(levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     error is the change by that. Another one stays as on the finest mesh, with the larger of the last change and a third
     of the one before as its own error.
     """
-    rates, change_before, last_change = ratio(levels), levels[1] - levels[0], levels[2] - levels[1]
-    converges = (NUMBER_RATIOS[0] <= rates) & (rates <= NUMBER_RATIOS[1])
-    correction = np.where(converges, last_change / (np.where(converges, rates, 2.0) - 1.0), 0.0)
-    own_error = np.where(converges, np.abs(correction), np.maximum(np.abs(last_change), np.abs(change_before) / 3.0))
+    ratios, change_before, last_change = ratio(levels), levels[1] - levels[0], levels[2] - levels[1]
+    is_regular = (NUMBER_RATIOS[0] <= ratios) & (ratios <= NUMBER_RATIOS[1])
+    correction = np.where(is_regular, last_change / (np.where(is_regular, ratios, 2.0) - 1.0), 0.0)
+    own_error = np.where(is_regular, np.abs(correction), np.maximum(np.abs(last_change), np.abs(change_before) / 3.0))
     return levels[2] + correction, own_error
 
 

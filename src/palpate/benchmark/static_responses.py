@@ -107,9 +107,9 @@ class StaticSolver:
     def __init__(self, body: Body, level: int, order: int):
         self._body, self._order = body, order
         self._levels = [level - 1, level] if order == 2 and level > 0 else [level]
-        kind = FastEquilibrium if order == 2 else Equilibrium
-        whole = with_midpoints(body, level) if order == 2 else body
-        self._problems = [kind(whole, each, order) for each in self._levels]
+        solver_class = FastEquilibrium if order == 2 else Equilibrium
+        with_edges = with_midpoints(body, level) if order == 2 else body
+        self._problems = [solver_class(with_edges, each_level, order) for each_level in self._levels]
         for problem in self._problems:  # compiled before the clock runs
             rest = problem.mesh.nodes
             if order == 2:
@@ -186,9 +186,9 @@ def assemble_database(
     fine : in parts, in the order of ``loads``; settings : that all this follows from
     split : numbers of samples that train and test paper 1's methods; none for presses, which are dealt into folds
     """
-    joined = Responses(*map(np.concatenate, zip(*(vars(part).values() for part in fine), strict=True)))
-    live = press(body, 0, loads, tolerance, progress)
-    db = assemble(body, loads, joined, live, digest(settings))
+    fine_responses = Responses(*map(np.concatenate, zip(*(vars(part).values() for part in fine), strict=True)))
+    coarse_responses = press(body, 0, loads, tolerance, progress)
+    db = assemble(body, loads, fine_responses, coarse_responses, digest(settings))
     if not split:
         return {"database": db, "samples": fold_table(db, seed)}
     train, test = split

@@ -187,18 +187,18 @@ class TouchedMeshes:
         because those beside them are.
         """
         local = self._refined([touch], max(held - 1, 0), level - 1)
-        whole, mesh, cells = self._base.coarse, local.fine, local.fine.tetrahedra
-        assert isinstance(whole, TetMesh) and isinstance(mesh, TetMesh)  # sheets are not touched
-        roots = local.roots[-1] if isinstance(local, LocalBody) else np.arange(len(cells))
+        coarse, mesh, cells = self._base.coarse, local.fine, local.fine.tetrahedra
+        assert isinstance(coarse, TetMesh) and isinstance(mesh, TetMesh)  # sheets are not touched
+        root_of = local.roots[-1] if isinstance(local, LocalBody) else np.arange(len(cells))
         # how many elements one of the first level becomes, halved as often as around each element here
         parts_of_root = np.full(len(cells), 8.0 ** max(0, held - COARSER))
         distances = np.linalg.norm(mesh.nodes - self._body.fine.nodes[touch.node], axis=1)
         is_near = distances <= self._reach([touch], np.array([level - 1]))
         parts_of_root[is_near[cells].any(axis=1)] = 8.0 ** max(level, held - COARSER)
-        fixed = np.isin(cells, local.anchors[-1])
-        is_at_rim = np.isin(cells, cells[fixed & ~fixed.all(axis=1, keepdims=True)]).any(axis=1)
+        is_held = np.isin(cells, local.anchors[-1])
+        is_at_rim = np.isin(cells, cells[is_held & ~is_held.all(axis=1, keepdims=True)]).any(axis=1)
         parts_of_root[is_at_rim] = np.maximum(parts_of_root[is_at_rim], 8.0**held)
-        tetrahedra = np.maximum(parts_of_root * mesh.volumes / whole.volumes[roots], 1.0).sum()
+        tetrahedra = np.maximum(parts_of_root * mesh.volumes / coarse.volumes[root_of], 1.0).sum()
         return round(tetrahedra * (len(mesh.nodes) + len(mesh.edges)) / len(cells)), round(tetrahedra)
 
     def at_rim(self, held: int) -> tuple[Body, int]:
@@ -215,5 +215,5 @@ class TouchedMeshes:
         """Return the mean length [m] of the edges of the coarse triangles nearest to a node."""
         mesh, place = self._base.coarse, self._body.fine.nodes[node]
         corners = mesh.nodes[mesh.triangles]
-        nearest = corners[np.argsort(np.linalg.norm(corners.mean(axis=1) - place, axis=1))[:4]]
-        return float(np.linalg.norm(nearest - np.roll(nearest, 1, axis=1), axis=2).mean())
+        nearest_corners = corners[np.argsort(np.linalg.norm(corners.mean(axis=1) - place, axis=1))[:4]]
+        return float(np.linalg.norm(nearest_corners - np.roll(nearest_corners, 1, axis=1), axis=2).mean())

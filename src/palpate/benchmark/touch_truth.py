@@ -115,8 +115,8 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, settings: TouchTruth
         missing = dict.fromkeys(("area", "pressure", "order", "force_order", "overlap", "least_det", "edge_m"), np.nan)
         count = len(body.fine.surface)
         no_fields = {"displacement": np.full((count, 3), np.nan), "force": np.full(2, np.nan), "nodes": 0}
-        own = np.full(len(TouchErrors._fields), np.nan)
-        return missing | no_fields | {"own": own, "rejected": f"no answer on a mesh ({failure})"}
+        no_errors = np.full(len(TouchErrors._fields), np.nan)
+        return missing | no_fields | {"own": no_errors, "rejected": f"no answer on a mesh ({failure})"}
     patch = patch_of(body, touch)
 
     def errors(wrong: _Answer, truth: _Answer) -> TouchErrors:

@@ -127,18 +127,18 @@ class _Level(FastEquilibrium):
         finally:
             ascent.seconds += perf_counter() - began
         ascent.clamped |= start is not None and self.clamped
-        x = solution.x
+        positions = solution.x
         ascent.iterations += solution.iterations
         ascent.products += solution.products
-        ascent.least_det = min(ascent.least_det, self.least_det(x))
+        ascent.least_det = min(ascent.least_det, self.least_det(positions))
         mesh = self._whole.levels[self.level]
-        ascent.volume_change = enclosed_volume(mesh, x) / enclosed_volume(mesh, rest) - 1.0
-        fine = moved = x - rest
+        ascent.volume_change = enclosed_volume(mesh, positions) / enclosed_volume(mesh, rest) - 1.0
+        fine_moved = moved = positions - rest
         ascent.start = None
         if self._up is not None:
             ascent.start = finer = self._up @ moved
-            fine = moved if len(moved) >= len(self._body.fine.nodes) else finer
-        ascent.surface.append(fine[self._body.fine.surface])
+            fine_moved = moved if len(moved) >= len(self._body.fine.nodes) else finer
+        ascent.surface.append(fine_moved[self._body.fine.surface])
 
     def _follow(self, load: np.ndarray, tolerance: float, start: np.ndarray) -> Solution:
         """Find the equilibrium under ``load`` (n, 3) [N] near ``start`` (n, 3) [m], stable or not.
@@ -200,8 +200,8 @@ def _row(body: Body, ascent: Ascent, count: int) -> dict[str, Any]:
     surface[: len(ascent.surface)] = ascent.surface if ascent.surface else np.nan
     patch = ascent.sample.pressed(body)
 
-    def errors(wrong: _Pressed, truth: _Pressed) -> TruthErrors:
-        return truth_errors(wrong.displacement, truth.displacement, patch)
+    def errors(answer: _Pressed, truth: _Pressed) -> TruthErrors:
+        return truth_errors(answer.displacement, truth.displacement, patch)
 
     row = {name: getattr(ascent, name) for name in ("least_det", "volume_change", "iterations", "products", "seconds")}
     row |= {"sample": ascent.sample.number, "levels": surface}

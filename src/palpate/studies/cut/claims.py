@@ -34,7 +34,7 @@ def limited(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     pairs = compared(tables["cut"])
     if pairs.empty:
         return
-    worse = max((pairs[name] / pairs[f"springs_{name}"]).max() for name in ("surface_error", "opening_error"))
+    largest_factor = max((pairs[name] / pairs[f"springs_{name}"]).max() for name in ("surface_error", "opening_error"))
     count = pairs["scene"].nunique()
     premise = f"{count} cut{'s' if count > 1 else ''}, lips pulled apart; {len(pairs)} pairs of the same level and way"
     times = f"first answers after the blade's move take {_range(pairs['slower'], '{:.2g}'.format)} times as long"
@@ -43,11 +43,11 @@ def limited(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
         for name in ("surface_error", "opening_error")
     )
     failed = int(pairs["surface_error"].isna().sum())
-    ours = f"{times}; errors over the surface are {surface}, of the opening {opening}"
-    ours += f"; {failed} have no answer" if failed else ""
+    results = f"{times}; errors over the surface are {surface}, of the opening {opening}"
+    results += f"; {failed} have no answer" if failed else ""
     claim = "finite elements are greatly limited where the topology changes, and springs are not"
-    holds = failed > 0 or max(pairs["slower"].max(), worse) >= LIMITED
-    yield Claim(2, "why springs", claim, premise, "greatly limited", ours, verdict(bool(holds)))
+    holds = failed > 0 or max(pairs["slower"].max(), largest_factor) >= LIMITED
+    yield Claim(2, "why springs", claim, premise, "greatly limited", results, verdict(bool(holds)))
 
 
 def _range(values: pd.Series, words: Callable[[float], str]) -> str:

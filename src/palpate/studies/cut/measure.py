@@ -141,8 +141,8 @@ class Pulls(Kind):
             return []
         stops = [cut.up_to(share * cut.length_m) for share in np.arange(1, BLADE_STEPS) / BLADE_STEPS]
         calls = [partial(_cut_and_pull, solver, [stop]) for stop in (*stops, cut)]
-        timed = time_calls(calls, BLADE_STEPS * repeats, budget_s)
-        return [] if any(timed.failures) else [seconds for each in timed.seconds for seconds in each]
+        timed_calls = time_calls(calls, BLADE_STEPS * repeats, budget_s)
+        return [] if any(timed_calls.failures) else [seconds for each in timed_calls.seconds for seconds in each]
 
     def _add_opening(self, about: Row, answer: Pulled) -> None:
         along = np.linalg.norm(self.case.places - self.case.places[:1], axis=1)

@@ -137,21 +137,21 @@ def measure_places(
     grid = dict(grid) | {name: grid[name] | {"steps_per_frame": steps} for name in ("fem_coarse", "moving_modes")}
     grid["fem_coarse"] |= {"tolerances": [], "gaps": []}
     grid["moving_modes"] |= {"tolerances": []}
-    made = MadeModes.of(compared, grid["moving_modes"])
-    modes_of_scene = made.at(compared, grid["moving_modes"], grid["moving_modes"]["missed"])
+    made_modes = MadeModes.of(compared, grid["moving_modes"])
+    modes_of_scene = made_modes.at(compared, grid["moving_modes"], grid["moving_modes"]["missed"])
     rows = []
-    for contact, moved in progress(list(moved_pushes(compared, own["places"], own["tilts_degrees"], seed).items())):
+    for contact, there in progress(list(moved_pushes(compared, own["places"], own["tilts_degrees"], seed).items())):
         try:
-            truth = reference(moved, None, own["change_of_peak"], own["max_halvings"])
-            if truth.frames < moved.frames:
+            truth = reference(there, None, own["change_of_peak"], own["max_halvings"])
+            if truth.frames < there.frames:
                 raise NotConverged(f"{compared.name}: steps at node {contact} are not resolved to the end", [])
-            limit = None if like is None else _truth_like(like, moved)
+            limit = None if like is None else _truth_like(like, there)
         except NotConverged:
             rows.append(pd.DataFrame({"scene": [compared.name], "body": compared.body.name, "contact": contact}))
             continue
         # models that need a fit are left out, as nothing was fitted to another place
         names = "fem_coarse", "detail_correction", "moving_modes"
-        table = measure(moved, None, truth, grid, names, limit=limit, made=made, other=modes_of_scene)[0]
+        table = measure(there, None, truth, grid, names, limit=limit, made=made_modes, other=modes_of_scene)[0]
         rows.append(table[table["varied"].isin([STEP, "place"])].assign(contact=contact, peak_m=truth.peak))
     return pd.concat(rows, ignore_index=True).reindex(columns=MOTION_PLACES.columns)
 
@@ -162,8 +162,8 @@ def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
     NotConverged if it is not believed.
     """
     count = min(each.steps for each in like.tried)
-    acts = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
-    truth = motion_truth(*acts, moved.frames, count, like=like)
+    scene_args = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
+    truth = motion_truth(*scene_args, moved.frames, count, like=like)
     if truth.rejected:
         raise NotConverged(f"{moved.name}: no truth that is believed: {truth.rejected}", [])
     return truth
@@ -181,12 +181,12 @@ def measure_strokes(
     grid : as for ``modes_of_strokes``; seed : of the strokes ``shown``, which modes are learnt from
     """
     fitted = modes_of_strokes(compared, shown, grid, seed)
-    square = grid["half_width_m"], count, seed + HELD_OUT
-    contacts = strokes.roaming(compared.particles(-1), contact_of(compared), *square)
+    region_args = grid["half_width_m"], count, seed + HELD_OUT
+    contacts = strokes.roaming(compared.particles(-1), contact_of(compared), *region_args)
     rows: list[measuring.Row] = []
     for number, contact in enumerate(progress(contacts)):
-        each = stroked(compared, contact)
-        rows += measure_stroke(each, limit_of(each), fitted, number, grid["steps_per_frame"])
+        scene = stroked(compared, contact)
+        rows += measure_stroke(scene, limit_of(scene), fitted, number, grid["steps_per_frame"])
     return MOTION_PLACES.frame(rows)
 
 

@@ -105,12 +105,12 @@ def fit_shapes(training: ComparedScene, wanted: np.ndarray, per_frame: int, eval
     def misfit(fitted: np.ndarray) -> float:
         return error_of(training, scene(training, steps, fitted), young, wanted)
 
-    bounds, sides = [(0.02, 1.0), (0.0, 0.99), (-5.0, 7.0)], [0.25, 0.3, -1.0]
+    bounds, edges = [(0.02, 1.0), (0.0, 0.99), (-5.0, 7.0)], [0.25, 0.3, -1.0]
     starts = [np.array([alpha, beta, 1.6]) for alpha, beta in product((0.3, 0.9), (0.2, 0.7))]
     if scaled:
-        bounds, sides = [*bounds, (-12.0, 12.0)], [*sides, 0.7]
+        bounds, edges = [*bounds, (-12.0, 12.0)], [*edges, 0.7]
         starts = [np.array([0.7, 0.4, 1.6, scale]) for scale in np.arange(-6.0, 6.1, 1.5)]
-    fitted = _simplex(misfit, min(starts, key=misfit), sides, bounds, evaluations, f"{training.name}: no shapes")
+    fitted = _simplex(misfit, min(starts, key=misfit), edges, bounds, evaluations, f"{training.name}: no shapes")
     return Fitted(lambda compared, steps: scene(compared, steps, fitted), young, perf_counter() - begin)
 
 
@@ -278,12 +278,12 @@ def models_of(
         models["moving_modes"] = partial(moving_modes, compared, training, grid["moving_modes"], **made)
     if not training:
         return models
-    learnt = training, wanted
+    fit_to = training, wanted
     if not compared.loads.plasticity:
-        models["springs"] = partial(_springs, compared, *learnt, False, grid["springs"])
+        models["springs"] = partial(_springs, compared, *fit_to, False, grid["springs"])
         if not compared.thickness_m:
-            models["springs_volume"] = partial(_springs, compared, *learnt, True, grid["springs"])
-    return models | {"shape_matching": partial(_shapes, compared, *learnt, grid["shape_matching"])}
+            models["springs_volume"] = partial(_springs, compared, *fit_to, True, grid["springs"])
+    return models | {"shape_matching": partial(_shapes, compared, *fit_to, grid["shape_matching"])}
 
 
 def _coarse(compared: ComparedScene, grid: Grid) -> Settings:
@@ -343,6 +343,7 @@ def _wider(factor: float, compared: ComparedScene, steps: int) -> Scene:
 def _springs(
     compared: ComparedScene, training: ComparedScene, wanted: np.ndarray, volume: bool, grid: Grid
 ) -> Settings:
+    """Yield numbers of steps of springs, which are fitted to ``wanted`` at the longest share of a stable step."""
     shares = grid["shares_of_stable_step"]
     fitted = fit_springs(training, wanted, volume, max(shares), grid["evaluations"])
     limit = compared.limit_s(fitted.scene(compared, compared.frames), fitted.young_pa)

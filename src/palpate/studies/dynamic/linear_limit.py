@@ -67,10 +67,10 @@ class LinearLimit:
         """
         if not self.until_s:
             return {"parted": f"two meshes agree at no time: {self.peaks}"}
-        space, *_, whole = self.own[:, TruthErrors._fields.index("rmse_of_peak")]
+        space, *_, all_together = self.own[:, TruthErrors._fields.index("rmse_of_peak")]
         mesh_error = {self.levels - 1: 0.0, self.levels - 2: space}.get(level, np.nan)
         force = self.own_force if self.own_force <= FELT else np.nan
-        return {"reference_error": float(whole + mesh_error), "reference_force_error": force}
+        return {"reference_error": float(all_together + mesh_error), "reference_force_error": force}
 
 
 def linear_limit(compared: ComparedScene, count: int, part: float, progress: Callable = iter) -> LinearLimit:

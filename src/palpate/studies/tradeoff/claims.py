@@ -42,13 +42,13 @@ def _claim(order: float, rows: pd.DataFrame, whole: pd.DataFrame) -> Claim:
     scenes = local.index.intersection(coarse.index).intersection(fine.index)
     coarse, local, fine = (table.loc[scenes, [error, time]] for table in (coarse, local, fine))
     holds = bool((local[error] < coarse[error]).all() and (local[time] < fine[time]).all())
-    ours = []
+    results = []
     for scene in scenes:
         three_rows = (table.loc[scene] for table in (coarse, local, fine))
         told = ", ".join(f"{percent(each[error])} in {two_digits(1e3 * each[time])} ms" for each in three_rows)
-        ours.append(f"{scene.replace('_', ' ')}: {told}")
+        results.append(f"{scene.replace('_', ' ')}: {told}")
     claim = "a fine model only where force acts is more precise there than a coarse one, and faster than a fine one"
     premise = f"elements of order {order:g}, level {depth:g} near the contact; errors at the patch: coarse, local, fine"
     return Claim(
-        3, "1, of Bao and others", claim, premise, "no figure", "; ".join(ours) or "not measured", verdict(holds)
+        3, "1, of Bao and others", claim, premise, "no figure", "; ".join(results) or "not measured", verdict(holds)
     )

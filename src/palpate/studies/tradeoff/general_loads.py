@@ -171,8 +171,8 @@ class AnyLoad(Kind):
         columns |= {"failures": reasons.count(FAILED)}
         answered = {self._nodes(i) for i, reason in enumerate(reasons) if not reason}
         if answered:
-            took = [self._places.get(nodes) for nodes in {self._nodes(i) for i in range(len(rows))}]
-            columns["preparation_s"] = float(np.median([each for each in took if each is not None] or [0.0]))
+            times_s = [self._places.get(nodes) for nodes in {self._nodes(i) for i in range(len(rows))}]
+            columns["preparation_s"] = float(np.median([each for each in times_s if each is not None] or [0.0]))
         return columns | {"contacts": len(answered)}, []
 
     def _nodes(self, i: int) -> tuple[int, ...]:
@@ -239,9 +239,9 @@ def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = it
     of it is inverted.
     """
     body, samples = case.body, judge.samples
-    tests = np.flatnonzero(judge.side == "test")
+    test_rows = np.flatnonzero(judge.side == "test")
     newtons = np.linalg.norm(samples.force, axis=1)
-    contacts = [tests[samples.contact[tests] == node] for node in np.unique(samples.contact[tests])]
+    contacts = [test_rows[samples.contact[test_rows] == node] for node in np.unique(samples.contact[test_rows])]
     hardest = [samples_there[np.argmax(newtons[samples_there])] for samples_there in contacts]
     chosen = np.unique(np.linspace(0, len(hardest) - 1, count).round().astype(int))
     operator, collected = _Beyond(case), []
@@ -281,10 +281,10 @@ def _judged(solver: Solver, press: Question) -> tuple[str, float, float]:
     except NotConverged:
         return "doubted", np.nan, np.nan
     error = press.errors(answer.displacement)
-    right = error.rmse_of_peak <= RIGHT and error.patch_max_of_peak <= RIGHT_AT_PATCH
+    is_right = error.rmse_of_peak <= RIGHT and error.patch_max_of_peak <= RIGHT_AT_PATCH
     if doubt:
-        return "needless" if right else "doubted", np.nan, np.nan
-    return "right" if right else "wrong", error.rmse_of_peak, error.patch_max_of_peak
+        return "needless" if is_right else "doubted", np.nan, np.nan
+    return "right" if is_right else "wrong", error.rmse_of_peak, error.patch_max_of_peak
 
 
 def _forces(force: np.ndarray, normal: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:

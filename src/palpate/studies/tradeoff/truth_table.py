@@ -131,21 +131,21 @@ def other_element(
     levels = range(finest - 2, finest + 1)
     refined_body = finer(body, finest + 1 - len(body.levels))
     rows = truth.rows(np.asarray(samples))
-    asked = _numbered(presses, truth.sample[rows])
-    limits: list[list[np.ndarray]] = [[] for _ in asked]
-    starts: list[np.ndarray | None] = [None] * len(asked)
+    samples_asked = _numbered(presses, truth.sample[rows])
+    limits: list[list[np.ndarray]] = [[] for _ in samples_asked]
+    starts: list[np.ndarray | None] = [None] * len(samples_asked)
     solver: Equilibrium | None = None
     unsolved: set[int] = set()
-    for level, i in progress([(level, i) for level in levels for i in range(len(asked))]):
+    for level, i in progress([(level, i) for level in levels for i in range(len(samples_asked))]):
         if i == 0 or solver is None:
             solver = None  # before the next one is made, which is eight times as large
             solver = Equilibrium(refined_body, level)
         if i in unsolved:
             continue
         try:
-            rest, start = solver.mesh.nodes, starts[i]
-            forces = asked[i].nodal(body, level, whole=refined_body)
-            displacement = solver.solve(forces, NEXT, None if start is None else rest + start).x - rest
+            rest_nodes, start = solver.mesh.nodes, starts[i]
+            forces = samples_asked[i].nodal(body, level, whole=refined_body)
+            displacement = solver.solve(forces, NEXT, None if start is None else rest_nodes + start).x - rest_nodes
         except NotConverged:
             unsolved.add(i)
             continue
@@ -154,7 +154,7 @@ def other_element(
     return pd.DataFrame(
         [
             _row(body, sample, np.array(answers), truth.displacement[row])
-            for i, (sample, answers, row) in enumerate(zip(asked, limits, rows, strict=True))
+            for i, (sample, answers, row) in enumerate(zip(samples_asked, limits, rows, strict=True))
             if i not in unsolved
         ],
         columns=OTHER_ELEMENT_COLUMNS,
@@ -275,9 +275,9 @@ def limit_points(
     whole = body if level + 1 < len(body.levels) else finer(body)
     problem = Equilibrium(whole, level, order=2)
     rows: list[list] = []
-    for contact in progress([int(c) for c in chosen]):
-        inward = -body.fine.normals[contact] * body.material.young_pa * np.pi * radius_m**2 / 2.0
-        unit_load = nodal_load(whole, level, contact, inward, radius_m, order=2)
+    for contact in progress([int(node) for node in chosen]):
+        force_at_young = -body.fine.normals[contact] * body.material.young_pa * np.pi * radius_m**2 / 2.0
+        unit_load = nodal_load(whole, level, contact, force_at_young, radius_m, order=2)
         rows += [[body.name, contact, *step] for step in _curve(problem, unit_load, pressures, body.fine.size)]
     return LIMIT_POINTS.frame(rows)
 
@@ -285,12 +285,12 @@ def limit_points(
 def _curve(problem: Equilibrium, unit_load: np.ndarray, pressures: Sequence[float], size: float) -> list[list]:
     """Return pressure, peak over ``size`` [m], smallest det F and success of each step."""
     steps: list[list] = []
-    x = None
+    positions = None
     for pressure in pressures:
         try:
-            x = problem.solve(pressure * unit_load, TOLERANCE, start=x).x
+            positions = problem.solve(pressure * unit_load, TOLERANCE, start=positions).x
         except NotConverged:
             return [*steps, [pressure, np.nan, np.nan, False]]
-        peak = float(np.linalg.norm(x - problem.mesh.nodes, axis=1).max())
-        steps.append([pressure, peak / size, problem.least_det(x), True])
+        peak = float(np.linalg.norm(positions - problem.mesh.nodes, axis=1).max())
+        steps.append([pressure, peak / size, problem.least_det(positions), True])
     return steps

@@ -73,10 +73,10 @@ def truth_errors(predicted: np.ndarray, truth: np.ndarray, patch: np.ndarray) ->
     patch : (n,) bool, the nodes that are pressed, as ``patch_nodes`` gives them
     Raises InputError if the truth moves nowhere.
     """
-    basic, error = errors(predicted, truth), np.linalg.norm(predicted - truth, axis=1)
+    of_surface, error = errors(predicted, truth), np.linalg.norm(predicted - truth, axis=1)
     peak = np.linalg.norm(truth, axis=1).max()
     return TruthErrors(
-        **basic._asdict(),
+        **of_surface._asdict(),
         relative_l2=float(np.linalg.norm(error) / np.linalg.norm(truth)),
         patch_rms_of_peak=float(np.sqrt(np.mean(error[patch] ** 2)) / peak),
         patch_max_of_peak=float(error[patch].max() / peak),
@@ -89,8 +89,8 @@ def patch_nodes(mesh: Mesh, contact: int, radius_m: float) -> np.ndarray:
     Those that face away, as on the other side of a thin lobe, are not in it. The contact itself always is.
     """
     surface = mesh.surface
-    near = np.linalg.norm(mesh.nodes[surface] - mesh.nodes[contact], axis=1) <= radius_m
-    return (near & (mesh.normals[surface] @ mesh.normals[contact] > 0.0)) | (surface == contact)
+    in_reach = np.linalg.norm(mesh.nodes[surface] - mesh.nodes[contact], axis=1) <= radius_m
+    return (in_reach & (mesh.normals[surface] @ mesh.normals[contact] > 0.0)) | (surface == contact)
 
 
 class Method(Protocol):

@@ -108,8 +108,8 @@ def advise(
         candidates = presses(settings, errors, kind)
         for row in map(candidates.advise, limits_of(budgets_ms, max_errors)):
             if row["model"] != NONE:
-                mine = tests[(tests["model"] == row["model"]) & (tests["setting"] == row["setting"])]
-                row["error_low"], row["error_high"] = resampled(mine, KINDS[kind]).iloc[0].quantile(list(RANGE))
+                of_advised = tests[(tests["model"] == row["model"]) & (tests["setting"] == row["setting"])]
+                row["error_low"], row["error_high"] = resampled(of_advised, KINDS[kind]).iloc[0].quantile(list(RANGE))
             rows.append(row)
     return ADVICE.frame(rows)
 
@@ -199,10 +199,10 @@ def other_loads(rows: pd.DataFrame, kind: str, error: str = "rms", own: float = 
     if answers.empty:
         raise InputError(f"any_load.csv has no loads of the kind {kind} in {scene}; choose another scene.")
     answering = answers[(answers["refused"] == 0) & (answers["failures"] == 0) & (answers["contacts"] > 0)]
-    most = answering[f"{column}_most"]
+    largest = answering[f"{column}_most"]
     answering = answering.assign(
-        most=most, mean=answering[column], basis=BOUND,
-        limit=np.where(answering["contacts"] >= FEWEST, most + np.nan_to_num(own), np.inf),
+        most=largest, mean=answering[column], basis=BOUND,
+        limit=np.where(answering["contacts"] >= FEWEST, largest + np.nan_to_num(own), np.inf),
         pace=answering["online_median_s"], slowest_s=answering["online_max_s"],
     )  # fmt: skip
     refused = sorted(set(answers["model"]) - set(answers.loc[answers["refused"] == 0, "model"]))

@@ -57,8 +57,8 @@ class HeldOut:
     def _over(self, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the bound and the mean of each setting over ``samples`` (n,) bool."""
         errors = np.where(samples, self.errors, np.nan)
-        count = np.isfinite(errors).sum(axis=1)
-        mean = np.where(count > 0, np.nansum(errors, axis=1) / np.maximum(count, 1), np.inf)
+        n_samples = np.isfinite(errors).sum(axis=1)
+        mean = np.where(n_samples > 0, np.nansum(errors, axis=1) / np.maximum(n_samples, 1), np.inf)
         return bounds(errors, self.contact), mean
 
 
@@ -110,10 +110,10 @@ class Candidates:
         timely = rows[rows["used"] <= 1.0 - MARGIN]
         if timely.empty:
             quickest = rows.loc[rows["used"].fillna(np.inf).idxmin()]
-            times = (
+            excess = (
                 f"{quickest['used'] / (1.0 - MARGIN):.3g} times what leaves {percent(MARGIN)} of {limit.time} unused"
             )
-            return _near(quickest), [f"the fastest setting, {_name(quickest)}, takes {times}"]
+            return _near(quickest), [f"the fastest setting, {_name(quickest)}, takes {excess}"]
         if np.isnan(limit.max_error):
             return self._least_wrong(timely, limit)
         if limit.max_error < self.own:
@@ -121,10 +121,10 @@ class Candidates:
             return self._nearest(timely, limit.max_error), [why]
         if not limit.time:
             return self._fastest(limit.max_error)
-        sure = _below(timely, limit.max_error)
-        if sure.empty:
+        keeping = _below(timely, limit.max_error)
+        if keeping.empty:
             return self._nearest(timely, limit.max_error), [self._why_none(timely)]
-        return self._least_wrong(sure, limit)
+        return self._least_wrong(keeping, limit)
 
     def _used(self, limit: Limit) -> pd.Series | float:
         """Return the share of the time that each setting needs; zero where any time is allowed."""
@@ -132,8 +132,8 @@ class Candidates:
             return 0.0
         if np.isfinite(limit.speed):
             return limit.speed * self.rows["pace"]
-        late = 1e3 * self.rows["slowest_s"] / limit.budget_ms
-        return np.maximum(late, self.rows["pace"]) if self.unit == "step" else late
+        of_budget = 1e3 * self.rows["slowest_s"] / limit.budget_ms
+        return np.maximum(of_budget, self.rows["pace"]) if self.unit == "step" else of_budget
 
     def _least_wrong(self, rows: pd.DataFrame, limit: Limit) -> tuple[dict[str, Any], list[str]]:
         """Choose the least wrong of ``rows``, which answer in time.
@@ -223,18 +223,18 @@ class Candidates:
         rows = rows[(rows["mean"] <= max_error) & ~(rows["limit"] <= max_error)]
         if rows.empty:
             return {}
-        row = rows.loc[rows["pace"].idxmin()]
-        columns = {"faster": row["model"], "faster_setting": row["setting"], "faster_error": row["mean"]}
-        return columns | {"faster_high": finite(row["limit"]), "faster_factor": best["pace"] / row["pace"]}
+        fastest = rows.loc[rows["pace"].idxmin()]
+        columns = {"faster": fastest["model"], "faster_setting": fastest["setting"], "faster_error": fastest["mean"]}
+        return columns | {"faster_high": finite(fastest["limit"]), "faster_factor": best["pace"] / fastest["pace"]}
 
     def _nearest(self, rows: pd.DataFrame, max_error: float) -> dict[str, Any]:
         """Return which of ``rows`` comes nearest to an error that none is sure to keep, and what it risks."""
-        row = rows.loc[rows["limit" if np.isfinite(rows["limit"]).any() else "mean"].fillna(np.inf).idxmin()]
+        nearest = rows.loc[rows["limit" if np.isfinite(rows["limit"]).any() else "mean"].fillna(np.inf).idxmin()]
         if self.held is None:
-            return _near(row)
-        errors = self.held.errors[row.name]
+            return _near(nearest)
+        errors = self.held.errors[nearest.name]
         known = np.isfinite(errors)
-        return _near(row) | {"nearest_risk": 1.0 - share_below(errors[known], self.held.contact[known], max_error)}
+        return _near(nearest) | {"nearest_risk": 1.0 - share_below(errors[known], self.held.contact[known], max_error)}
 
     def _why_none(self, rows: pd.DataFrame) -> str:
         """Explain why none of ``rows`` stays below an error."""

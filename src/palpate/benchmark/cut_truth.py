@@ -180,10 +180,10 @@ def lips_of(cut: CutBody, body: Body, side: int) -> np.ndarray:
 
 def pulled(problem: Grasping, hooks: Sequence[Hook]) -> np.ndarray:
     """Return the positions (n, 3) [m] with all hooks at their displacements; errors as ``Grasping.push``."""
-    directions, largest = np.zeros_like(problem.mesh.nodes), max(float(np.linalg.norm(h.shift_m)) for h in hooks)
+    directions, largest_m = np.zeros_like(problem.mesh.nodes), max(float(np.linalg.norm(h.shift_m)) for h in hooks)
     for hook in hooks:
-        directions[hook.patch.nodes_of(problem.mesh)] = hook.shift_m / largest
-    (state,) = problem.push(directions[problem.grasped], [largest], TOLERANCE)
+        directions[hook.patch.nodes_of(problem.mesh)] = hook.shift_m / largest_m
+    (state,) = problem.push(directions[problem.grasped], [largest_m], TOLERANCE)
     return state.x
 
 
@@ -267,8 +267,8 @@ def _grasped(cut: CutBody, patch: GraspedPatch) -> np.ndarray:
 
 def _among(triangles: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Return which of ``triangles`` (t, 3) are among others (k, 3), in whatever order of nodes, (t,) bool."""
-    known = set(map(tuple, np.sort(others, axis=1).tolist()))
-    return np.array([tuple(each) in known for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
+    known_triangles = set(map(tuple, np.sort(others, axis=1).tolist()))
+    return np.array([tuple(each) in known_triangles for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
 
 
 def with_patches(body: Body, hooks: Sequence[Hook], level: int) -> Body:
@@ -276,8 +276,8 @@ def with_patches(body: Body, hooks: Sequence[Hook], level: int) -> Body:
     if not (depth := len(body.levels) - 1 - level):
         return body
     corners = np.concatenate([hook.patch.corners for hook in hooks])
-    reach = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
-    radii = (reach * 2.0 ** np.arange(depth)[::-1]).tolist()
+    longest_edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+    radii = (longest_edge * 2.0 ** np.arange(depth)[::-1]).tolist()
     return LocalRefinement(body.from_level(level), depth).around(corners.reshape(-1, 3), radii)
 
 

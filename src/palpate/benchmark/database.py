@@ -236,15 +236,15 @@ def split(contact: np.ndarray, train: int, test: int, kind: str, seed: int) -> t
     kind : "samples" tests random samples, as the paper; "contacts" all samples of random contacts
     Raises InputError for an empty side, counts that do not add up to k, and counts that no set of whole contacts has.
     """
-    k = len(contact)
+    n_samples = len(contact)
     if train < 1 or test < 1:
         raise InputError(f"split: train {train} and test {test} must both be at least 1.")
-    if train + test != k:
-        raise InputError(f"split: train {train} and test {test} must add up to the {k} samples there are.")
+    if train + test != n_samples:
+        raise InputError(f"split: train {train} and test {test} must add up to the {n_samples} samples there are.")
     random = np.random.default_rng(seed)
     if kind == "samples":
-        order = random.permutation(k)
-        return np.sort(order[test:]), np.sort(order[:test])
+        shuffled = random.permutation(n_samples)
+        return np.sort(shuffled[test:]), np.sort(shuffled[:test])
     if kind != "contacts":
         raise InputError(f"split: kind {kind!r} is unknown; use samples or contacts.")
     held_out = np.isin(contact, _contacts_with(contact, test, random))

@@ -78,10 +78,10 @@ def prepared_settings(
     texts = [model.text for model in models]
     if twice := [text for text in texts if texts.count(text) > 1]:
         raise InputError(f"{name} is tried with {twice[0]} twice; give each setting once in its tried.")
-    charged = replace(case, used={})  # notes what a model takes, apart from the caller's case
+    charged_case = replace(case, used={})  # notes what a model takes, apart from the caller's case
     for model in progress([model for model in models if re.search(pattern, model.text)]):
-        charged.used.clear()
-        yield prepared(about_of(name, model, case), partial(model.prepare, charged), charged.used)
+        charged_case.used.clear()
+        yield prepared(about_of(name, model, case), partial(model.prepare, charged_case), charged_case.used)
 
 
 class Kind:

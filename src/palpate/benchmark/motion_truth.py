@@ -244,8 +244,8 @@ class _TouchedLevels:
         if not number:
             return self._moved(self._base.up_to(0), 0, lambda at: np.ones(len(at), dtype=bool))
         body = refined(self._base, self._touched, MARGIN * self._edge / 2.0 ** np.arange(number), number)
-        touched, reach = cKDTree(self._touched), self._edge + self._radius
-        return self._moved(body, number, lambda at: touched.query(at)[0] <= reach)
+        touched_tree, reach = cKDTree(self._touched), self._edge + self._radius
+        return self._moved(body, number, lambda at: touched_tree.query(at)[0] <= reach)
 
     def _moved(
         self, body: Body, number: int, near: Callable[[np.ndarray], np.ndarray]
@@ -362,8 +362,8 @@ def pressed_nodes(body: Body, loads: Loads) -> np.ndarray:
     """Mark the surface nodes that a push presses, (n,) bool; all of them where there is none."""
     fine, marked = body.fine, np.zeros(len(body.fine.surface), dtype=bool)
     for push in loads.pushes:
-        near = np.linalg.norm(fine.nodes[fine.surface] - push.at_m, axis=1).argmin()
-        marked |= patch_nodes(fine, int(fine.surface[near]), push.radius_m)
+        nearest = np.linalg.norm(fine.nodes[fine.surface] - push.at_m, axis=1).argmin()
+        marked |= patch_nodes(fine, int(fine.surface[nearest]), push.radius_m)
     return marked if marked.any() else ~marked
 
 

@@ -57,6 +57,6 @@ class MovingScene:
         """
         if not self.loads.push:
             return self.loads
-        held = self.body.anchors[-1] if self.held else np.empty(0, dtype=int)
-        discs = placed(self.body.fine, held, self.body.name, self.loads.pushes)
+        held_nodes = self.body.anchors[-1] if self.held else np.empty(0, dtype=int)
+        discs = placed(self.body.fine, held_nodes, self.body.name, self.loads.pushes)
         return self.loads.but(push=Push(loads=discs))

@@ -73,9 +73,9 @@ class Presses(Kind):
     def __init__(
         self, labels: Row, judge: Judge, place: str = "a model", reduces: bool = False, more_of: str | None = None
     ):
-        asked = zip(judge.side, judge.numbers, judge.samples.contact, strict=True)
-        named = [dict(zip(self.question, each, strict=True)) for each in asked]
-        super().__init__(labels | {"split": judge.split}, named, judge.truth.shape[1], place)
+        questions = zip(judge.side, judge.numbers, judge.samples.contact, strict=True)
+        question_columns = [dict(zip(self.question, each, strict=True)) for each in questions]
+        super().__init__(labels | {"split": judge.split}, question_columns, judge.truth.shape[1], place)
         self.judge, self._reduces, self._more_of = judge, reduces, more_of
 
     def call(self, solver: Solver, i: int) -> Call:

@@ -115,8 +115,8 @@ def own_errors(errors: pd.DataFrame, column: str, samples: np.ndarray) -> np.nda
     errors : of one scene, with the columns model, sample and ``column``
     Where it is not known, the largest that is known stands for it; NaN where none is.
     """
-    own = errors[errors["model"] == TRUTH].groupby("sample")[column].max()
-    return own.reindex(samples).fillna(own.max()).to_numpy()
+    by_sample = errors[errors["model"] == TRUTH].groupby("sample")[column].max()
+    return by_sample.reindex(samples).fillna(by_sample.max()).to_numpy()
 
 
 def same_settings(settings: pd.DataFrame) -> pd.Series:
@@ -126,9 +126,9 @@ def same_settings(settings: pd.DataFrame) -> pd.Series:
     The key is the place among the settings of the model in a split, as a name may have a number of samples in it that
     differs between splits; where splits have not tried as many settings, it is the name.
     """
-    place = settings.groupby(["split", "model"]).cumcount()
+    position = settings.groupby(["split", "model"]).cumcount()
     counts = settings.groupby(["model", "split"])["setting"].size().groupby("model").nunique()
-    return settings["setting"].where(settings["model"].map(counts) > 1, place.astype(str))
+    return settings["setting"].where(settings["model"].map(counts) > 1, position.astype(str))
 
 
 def averaged(settings: pd.DataFrame) -> pd.DataFrame:
@@ -210,8 +210,8 @@ def resampled(errors: pd.DataFrame, column: str) -> pd.DataFrame:
     samples = errors.groupby(["split", "contact"])["sample"].nunique()
     is_complete = (counts == samples.reindex(counts.columns)).all(axis=1)
     sums, counts = sums[is_complete], counts[is_complete]
-    drawn = _drawn(sums.columns.get_level_values("split").to_numpy())
-    means = (sums.to_numpy() @ drawn.T) / (counts.to_numpy() @ drawn.T)
+    times_drawn = _drawn(sums.columns.get_level_values("split").to_numpy())
+    means = (sums.to_numpy() @ times_drawn.T) / (counts.to_numpy() @ times_drawn.T)
     return pd.DataFrame(means, index=sums.index)
 
 
@@ -220,11 +220,11 @@ def _drawn(split: np.ndarray) -> np.ndarray:
     random = np.random.default_rng(SEED)
     splits = np.unique(split)
     counts = random.multinomial(len(splits), np.full(len(splits), 1 / len(splits)), size=DRAWS)
-    drawn = np.zeros((DRAWS, len(split)))
+    times_drawn = np.zeros((DRAWS, len(split)))
     for times, name in zip(counts.T, splits, strict=True):
         contacts = np.flatnonzero(split == name)
-        drawn[:, contacts] = random.multinomial(times * len(contacts), np.full(len(contacts), 1 / len(contacts)))
-    return drawn
+        times_drawn[:, contacts] = random.multinomial(times * len(contacts), np.full(len(contacts), 1 / len(contacts)))
+    return times_drawn
 
 
 def front(cost: np.ndarray, error: np.ndarray) -> np.ndarray:

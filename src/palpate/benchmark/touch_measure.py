@@ -73,9 +73,9 @@ class Touches(Kind):
         labels: Row = {"scene": f"{body.name}_{instrument_name(tool)}", "body": body.name}
         labels |= {"instrument": tool.kind, "radius_m": tool.radius_m}
         self.touches = [touches[int(row)] for row in self.believed]
-        asked = zip(truth.sample[self.believed], self.touches, strict=True)
-        named = [{"sample": int(sample), "node": touch.node} for sample, touch in asked]
-        super().__init__(labels, named, len(body.fine.surface), place)
+        numbered = zip(truth.sample[self.believed], self.touches, strict=True)
+        question_columns = [{"sample": int(sample), "node": touch.node} for sample, touch in numbered]
+        super().__init__(labels, question_columns, len(body.fine.surface), place)
         self.case, self._truth = case, truth
 
     def begin(self, solver: TouchSolver) -> None:

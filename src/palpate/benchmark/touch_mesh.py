@@ -148,12 +148,12 @@ class TouchedMeshes:
         For a punch or a grasp, whose pressure is greatest at the rim, the radius is the geometric mean of its own and
         the edge's. NotConverged beyond FINEST.
         """
-        size = contact_radius(touch.instrument, touch.depth_m)
+        radius_m = contact_radius(touch.instrument, touch.depth_m)
         if touch.instrument.kind in RIMMED:
-            size = np.sqrt(size * max(touch.instrument.edge_m, SHARPEST * size))
-        level = max(0, int(np.ceil(np.log2(along_radius * self._edge(touch.node) / size))))
+            radius_m = np.sqrt(radius_m * max(touch.instrument.edge_m, SHARPEST * radius_m))
+        level = max(0, int(np.ceil(np.log2(along_radius * self._edge(touch.node) / radius_m))))
         if level > FINEST:
-            raise NotConverged(f"what touches is {1e3 * size:.2g} mm wide, too little for any mesh", [float("nan")])
+            raise NotConverged(f"what touches is {1e3 * radius_m:.2g} mm wide, too little for any mesh", [float("nan")])
         return level
 
     def around(self, touch: Touch, held: int, level: int) -> TouchedMesh:
@@ -203,8 +203,8 @@ class TouchedMeshes:
 
     def at_rim(self, held: int) -> tuple[Body, int]:
         """Return the body refined to ``held`` at the rim of what is held only, with quadratic nodes, and ``held``."""
-        body, middle = self._base, self._base.coarse.nodes[0]
-        local = LocalRefinement(body, held).around(middle, -1.0, held) if held else body.up_to(0)
+        body, any_place = self._base, self._base.coarse.nodes[0]
+        local = LocalRefinement(body, held).around(any_place, -1.0, held) if held else body.up_to(0)
         return with_midpoints(local, held), held
 
     def edge_m(self, touch: Touch, level: int) -> float:

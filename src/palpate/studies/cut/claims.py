@@ -20,11 +20,11 @@ def compared(cut: pd.DataFrame) -> pd.DataFrame:
     Columns are those of CUT for elements, those BESIDE of springs after ``springs_``; slower : the time of the first
     answer over that of springs
     """
-    keys, doubled = ["scene", "level", "way"], cut[cut["way"].isin([SPLIT_FACES, VIRTUAL_NODES])]
-    springs = doubled[doubled["model"] == "springs"].dropna(subset="surface_error")
+    keys, of_both_ways = ["scene", "level", "way"], cut[cut["way"].isin([SPLIT_FACES, VIRTUAL_NODES])]
+    springs = of_both_ways[of_both_ways["model"] == "springs"].dropna(subset="surface_error")
     springs = springs.sort_values("surface_error", kind="stable").drop_duplicates(keys)
     names = {name: f"springs_{name}" for name in BESIDE}
-    pairs = doubled[doubled["model"] == "fem"].merge(springs[[*keys, *BESIDE]].rename(columns=names), on=keys)
+    pairs = of_both_ways[of_both_ways["model"] == "fem"].merge(springs[[*keys, *BESIDE]].rename(columns=names), on=keys)
     return pairs.assign(slower=pairs["first_median_s"] / pairs["springs_first_median_s"])
 
 

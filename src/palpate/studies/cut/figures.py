@@ -48,7 +48,7 @@ def draw_cut_precision(cut, *, scene: str) -> Figure:
     """
     rows = tables.where(cut, scene=scene)
     ways = pd.DataFrame([way_of(row) for _, row in rows.iterrows()], columns=["meaning", "marker"], index=rows.index)
-    drawn = [points(rows, "first_median_s", column, marker=ways["marker"]) for column in PANELS]
+    drawn_points = [points(rows, "first_median_s", column, marker=ways["marker"]) for column in PANELS]
     figure = Figure(figsize=(10.2, 5.2), layout="constrained")
     figure.suptitle(f"{spaced(scene)}: error against time", x=0.01, ha="left", fontsize=10, fontweight="bold")
     parts = figure.subplot_mosaic([list(PANELS), ["legend"] * len(PANELS)], height_ratios=[4.6, 0.8])
@@ -56,8 +56,8 @@ def draw_cut_precision(cut, *, scene: str) -> Figure:
     for axis, name in zip(axes, PANELS.values(), strict=True):
         axis.set_xlabel("from the blade's move to the first answer [ms]")
         axis.set_title(name, pad=18)
-    panels(axes, drawn, (rows[f"own_{column}"].iloc[0] for column in PANELS), frames(FRAMES_MS))
-    shown = handles(pd.concat(drawn, ignore_index=True), dict(zip(ways["marker"], ways["meaning"], strict=True)))
+    panels(axes, drawn_points, (rows[f"own_{column}"].iloc[0] for column in PANELS), frames(FRAMES_MS))
+    shown = handles(pd.concat(drawn_points, ignore_index=True), dict(zip(ways["marker"], ways["meaning"], strict=True)))
     failed = rows[rows["failure"].fillna("") != ""]
     names = [f"{look(row.model).label} ({row.setting})" for row in failed.itertuples()]
     legend(parts["legend"], shown, f"no answer: {', '.join(names)}" if names else "", ncols=6, width=160)

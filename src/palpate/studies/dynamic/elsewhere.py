@@ -140,18 +140,18 @@ def measure_places(
     made_modes = MadeModes.of(compared, grid["moving_modes"])
     modes_of_scene = made_modes.at(compared, grid["moving_modes"], grid["moving_modes"]["missed"])
     rows = []
-    for contact, there in progress(list(moved_pushes(compared, own["places"], own["tilts_degrees"], seed).items())):
+    for contact, at_place in progress(list(moved_pushes(compared, own["places"], own["tilts_degrees"], seed).items())):
         try:
-            truth = reference(there, None, own["change_of_peak"], own["max_halvings"])
-            if truth.frames < there.frames:
+            truth = reference(at_place, None, own["change_of_peak"], own["max_halvings"])
+            if truth.frames < at_place.frames:
                 raise NotConverged(f"{compared.name}: steps at node {contact} are not resolved to the end", [])
-            limit = None if like is None else _truth_like(like, there)
+            limit = None if like is None else _truth_like(like, at_place)
         except NotConverged:
             rows.append(pd.DataFrame({"scene": [compared.name], "body": compared.body.name, "contact": contact}))
             continue
         # models that need a fit are left out, as nothing was fitted to another place
         names = "fem_coarse", "detail_correction", "moving_modes"
-        table = measure(there, None, truth, grid, names, limit=limit, made=made_modes, other=modes_of_scene)[0]
+        table = measure(at_place, None, truth, grid, names, limit=limit, made=made_modes, other=modes_of_scene)[0]
         rows.append(table[table["varied"].isin([STEP, "place"])].assign(contact=contact, peak_m=truth.peak))
     return pd.concat(rows, ignore_index=True).reindex(columns=MOTION_PLACES.columns)
 
@@ -161,9 +161,9 @@ def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
 
     NotConverged if it is not believed.
     """
-    count = min(each.steps for each in like.tried)
+    n_steps = min(each.steps for each in like.tried)
     scene_args = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
-    truth = motion_truth(*scene_args, moved.frames, count, like=like)
+    truth = motion_truth(*scene_args, moved.frames, n_steps, like=like)
     if truth.rejected:
         raise NotConverged(f"{moved.name}: no truth that is believed: {truth.rejected}", [])
     return truth
@@ -217,7 +217,7 @@ def limit_of(each: ComparedScene) -> StrokeLimit:
     """Extrapolate the motion of quadratic elements on a stroke from two lengths of steps to steps of no length."""
     fewest = max(1, round(each.duration_s / each.frames / STEP_S))
     try:
-        longer, shorter = (_of_elements(each, n * fewest) for n in (1, 2))
+        longer, shorter = (_of_elements(each, factor * fewest) for factor in (1, 2))
     except NotConverged:
         return StrokeLimit(np.zeros((0, 0, 3)), np.zeros((0, 0, 3)), np.nan)
     truth, force = ((4.0 * u2 - u1) / 3.0 for u1, u2 in zip(longer, shorter, strict=True))  # their steps are of order 2
@@ -266,7 +266,7 @@ def measure_stroke(
         return [labels]
     labels |= {"reference": "fem_p2", "reference_change": limit.change}
     labels |= {"peak_m": np.linalg.norm(limit.displacement, axis=2).max()}
-    settings = [prepared_setting(each, "region_modes", n * each.frames, fitted, "") for n in tried]
+    settings = [prepared_setting(each, "region_modes", per_frame * each.frames, fitted, "") for per_frame in tried]
     longest_s = instruments_of(each.body, contact_of(each)).crossing_s
     too_fast = NotConverged("an instrument crosses elements within a step", [])
     settings = [one._replace(solver=too_fast) if one.about["step_s"] > longest_s else one for one in settings]

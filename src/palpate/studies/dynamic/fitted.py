@@ -235,7 +235,7 @@ def moving_modes(
     made, other : the body at rest, and its modes for another place, if they are known; otherwise both are made here
     """
     made, counts = made or MadeModes.of(compared, grid), grid["steps_per_frame"]
-    middle = counts[len(counts) // 2] * compared.frames
+    middle_steps = counts[len(counts) // 2] * compared.frames
 
     def reduced(there: ComparedScene, missed: float) -> Prepared:
         modes = prepared({}, partial(made.at, there, grid, missed))
@@ -245,11 +245,11 @@ def moving_modes(
     for count in counts:
         yield count * compared.frames, for_scene, ""
     for missed in grid["tolerances"]:
-        yield middle, reduced(compared, missed), f"tolerance={missed:g}"
+        yield middle_steps, reduced(compared, missed), f"tolerance={missed:g}"
     if other is not None:
-        yield middle, Prepared({}, other, made.seconds + other.seconds), "place=another"
+        yield middle_steps, Prepared({}, other, made.seconds + other.seconds), "place=another"
     elif training is not None and _places(training) and _places(training) != _places(compared):
-        yield middle, reduced(training, grid["missed"]), "place=another"
+        yield middle_steps, reduced(training, grid["missed"]), "place=another"
 
 
 def _places(compared: ComparedScene) -> list[dict]:

@@ -69,12 +69,12 @@ def tabulate_touch(
     touches, truths : of each pair of ``bodies`` and ``instruments``; samples, settings : the tables of all models
     """
     of_truths, forces, errors, means = [], [], [], []
-    for body, asked, truth, instrument in zip(bodies, touches, truths, instruments, strict=True):
-        case = TouchCase(body, instrument, asked["depth_m"].max(), 0)
-        own_errors, row = truth_rows(case, touches_of(instrument, asked), truth)
+    for body, table, truth, instrument in zip(bodies, touches, truths, instruments, strict=True):
+        case = TouchCase(body, instrument, table["depth_m"].max(), 0)
+        own_errors, row = truth_rows(case, touches_of(instrument, table), truth)
         labels = row[["scene", "body", "instrument"]].iloc[0].to_dict() | asdict(instrument)
-        of_truths.append(touch_truth_row(labels, asked, truth))
-        forces += touch_force_rows(labels, asked, truth, body.fine.nodes[asked["node"]])
+        of_truths.append(touch_truth_row(labels, table, truth))
+        forces += touch_force_rows(labels, table, truth, body.fine.nodes[table["node"]])
         errors.append(own_errors)
         means.append(row)
     touch = touch_table(_joined([*means, *settings]), _joined([*errors, *samples]))

@@ -66,9 +66,9 @@ class _SceneErrors:
         errors = scene.errors[~scene.errors["model"].isin(BOUNDS)]
         own = np.nan_to_num(self.own(errors["sample"].to_numpy()))
         errors = errors.assign(**{KINDS[kind]: errors[KINDS[kind]] + own})
-        complete = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
+        answering = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
         of_settings = errors.dropna(subset=KINDS[kind]).set_index(_ASKED).groupby(_SETTING, sort=True)[KINDS[kind]]
-        self.errors: dict[tuple[str, str], pd.Series] = {key: values for key, values in of_settings if key in complete}
+        self.errors: dict[tuple[str, str], pd.Series] = {key: values for key, values in of_settings if key in answering}
         self.estimates = {key: {CONSTANT: (np.ones(len(values)), 0.0)} for key, values in self.errors.items()}
         estimates = _estimates(scene.estimates, errors, kind)
         for (model, setting, name), values in estimates.groupby([*_SETTING, "estimate"], sort=False):
@@ -126,9 +126,9 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
 def _row(scored: _SceneErrors, key: tuple[str, str], estimate: np.ndarray) -> dict:
     """Return how well an estimate (n,) of the errors of a setting orders them, and the bound that it gives."""
     errors, contact = scored.errors[key].to_numpy(), scored.contact(key)
-    own = scored.own(scored.errors[key].index.get_level_values("sample").to_numpy())
-    row = {"contacts": len(np.unique(contact)), "samples": len(errors), "own_of_peak": np.median(own)}
-    row |= {"error_of_peak": np.median(errors - np.nan_to_num(own))} | bound_row(errors, estimate, contact)
+    truth_own = scored.own(scored.errors[key].index.get_level_values("sample").to_numpy())
+    row = {"contacts": len(np.unique(contact)), "samples": len(errors), "own_of_peak": np.median(truth_own)}
+    row |= {"error_of_peak": np.median(errors - np.nan_to_num(truth_own))} | bound_row(errors, estimate, contact)
     return row | {"bound_of_peak": np.median(row["bound_factor"] * estimate)}
 
 

@@ -42,8 +42,8 @@ def estimates(case: Case, judge: Judge) -> pd.DataFrame:
         one, of SOLVED
     coarser : the time of a second answer, without a value, as that differs from model to model
     """
-    whole = [_of_samples(case, part) for part in (judge, judge.training) if part]
-    return pd.concat(whole, ignore_index=True)
+    tables = [_of_samples(case, part) for part in (judge, judge.training) if part]
+    return pd.concat(tables, ignore_index=True)
 
 
 def read_estimates(path: str | Path) -> pd.DataFrame:

@@ -94,10 +94,10 @@ def _between(case: Case, judge: Judge, count: int) -> Iterator[Load]:
     body = case.body
     contact = np.concatenate([case.database.contact, judge.samples.contact])
     force = np.concatenate([case.database.force, judge.samples.force])
-    known = case.prepared_contacts if len(case.prepared_contacts) else np.unique(contact)
-    for node in places_between(body, count, known):
-        near = np.argmin(np.linalg.norm(body.coarse.nodes[contact] - body.fine.nodes[node], axis=1))
-        yield Load.at(int(node), -np.linalg.norm(force[near]) * body.fine.normals[node])
+    prepared = case.prepared_contacts if len(case.prepared_contacts) else np.unique(contact)
+    for node in places_between(body, count, prepared):
+        nearest = np.argmin(np.linalg.norm(body.coarse.nodes[contact] - body.fine.nodes[node], axis=1))
+        yield Load.at(int(node), -np.linalg.norm(force[nearest]) * body.fine.normals[node])
 
 
 def _pairs(case: Case, judge: Judge, chosen: np.ndarray) -> Iterator[Load]:
@@ -262,11 +262,11 @@ def measure_beyond(
             raise setting.solver
         labels = labels_of(case) | setting.about
         for kind in dict.fromkeys(press.kind for press in asked):
-            presses = [press for press in asked if press.kind == kind]
-            verdicts, *errors = zip(*(_judged(setting.solver, press) for press in presses), strict=True)
-            row = labels | {"kind": kind, "samples": len(presses)}
+            of_kind = [press for press in asked if press.kind == kind]
+            verdicts, *errors = zip(*(_judged(setting.solver, press) for press in of_kind), strict=True)
+            row = labels | {"kind": kind, "samples": len(of_kind)}
             row |= {name: verdicts.count(name) for name in ("right", "needless", "wrong")}
-            row |= {"unsound": sum(press.truth is None for press in presses)}
+            row |= {"unsound": sum(press.truth is None for press in of_kind)}
             row |= {"doubted": verdicts.count("doubted") + verdicts.count("needless")}
             row["rmse_most"], row["patch_max_most"] = map(np.fmax.reduce, errors)
             rows.append(row)

@@ -35,9 +35,9 @@ def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool,
     from palpate.studies.tradeoff.truth_table import other_element, widened
 
     body, samples, folds = load(input.body), samples_in(pd.read_csv(input.loads)), read_folds(input.samples)
-    asked, tested = asked_samples(folds, splits)
+    judged, tested = asked_samples(folds, splits)
     training = training_presses(folds, splits[0]) if more else np.empty(0, dtype=int)
-    chosen = [sample for sample in samples if sample.number in {*asked, *training}]
+    chosen = [sample for sample in samples if sample.number in {*judged, *training}]
     progress = steps(say, f"{body.name}, {wildcards.regime}: truth, solution")
     truth, check = truth_of(body, chosen, set(tested), progress, TRUTH_TOLERANCE), pd.DataFrame()
     if check_samples:
@@ -60,8 +60,8 @@ def measure_models(
     tables = []
     for name, recipe in models.items():
         progress = steps(say, f"{wildcards.body}, {wildcards.regime}, {name}: setting")
-        asked = judge, repeats, budget_s, progress, more_of.get(name)
-        tables.append(measure(case, name, load_model(name, **recipe).tried(case, grid), *asked))
+        measure_args = judge, repeats, budget_s, progress, more_of.get(name)
+        tables.append(measure(case, name, load_model(name, **recipe).tried(case, grid), *measure_args))
         if input.get("own"):
             warn_unanswered(name, tables[-1][1])
     return dict(zip(("samples", "settings"), map(pd.concat, zip(*tables, strict=True)), strict=True))
@@ -186,17 +186,17 @@ def measure_other_loads(
 
     place, beyond = f"{wildcards.body}, {wildcards.regime}", wildcards.kind == "beyond_design"
     case, judge = read_judged(input, wildcards.regime, split, radius_m, options, tolerance)
-    asked: Any
+    asked_loads: Any
     if beyond:
-        asked = presses_beyond(case, judge, samples, steps(say, f"{place}: contact"))
+        asked_loads = presses_beyond(case, judge, samples, steps(say, f"{place}: contact"))
     else:
         progress = steps(say, f"{place}: answer of the fine operator")
-        asked = questions(case, judge, samples, reference, progress)
+        asked_loads = questions(case, judge, samples, reference, progress)
     tables = []
     for name, (recipe, pattern) in models.items():
-        of_model = case, name, load_model(name, **recipe).tried(case, grid), pattern, asked
-        rest = repeats, budget_s, steps(say, f"{place}, {name}: setting")
-        tables.append(measure_beyond(*of_model) if beyond else measure_any(*of_model, *rest))
+        of_model = case, name, load_model(name, **recipe).tried(case, grid), pattern, asked_loads
+        timing_args = repeats, budget_s, steps(say, f"{place}, {name}: setting")
+        tables.append(measure_beyond(*of_model) if beyond else measure_any(*of_model, *timing_args))
     return pd.concat(tables)
 
 

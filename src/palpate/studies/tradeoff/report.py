@@ -54,10 +54,10 @@ def numbers(report: Report) -> dict[str, Any]:
     names = {scene: scene_words(settings, scene) for scene in tables.scenes(settings)}
     hardest = hardest_of(settings)
     families: Any = read_yaml(Path(__file__).with_name("models.yaml"))
-    what = {name: family["short"] for family in families for name in family["names"]}
+    short_words = {name: family["short"] for family in families for name in family["names"]}
     return {
         "budgets": budgets(tables.where(advice, error="rms")),
-        "answer_of": answer(tables.where(advice, scene=hardest), what),
+        "answer_of": answer(tables.where(advice, scene=hardest), short_words),
         "hardest": {"scene": hardest, "words": names[hardest]} | _situation(settings, hardest),
         "known_there": _known(tables.where(settings, scene=hardest), tables.where(truth, scene=hardest)),
         "tied": TIED,
@@ -191,9 +191,9 @@ def _under(rows: list[pd.Series]) -> dict[str, Any]:
 def snaps(limit_points: pd.DataFrame) -> dict[str, Any]:
     """Return how many contacts snap, and which of them first."""
     snapping = jumps(limit_points)
-    count, every = (len(table.groupby(["body", "contact"])) for table in (snapping, limit_points))
-    first = snapping.loc[snapping["pressure_of_young_after"].idxmin()].to_dict() if len(snapping) else {}
-    return {"count": count, "every": every, "first": first}
+    n_snapping, n_contacts = (len(table.groupby(["body", "contact"])) for table in (snapping, limit_points))
+    first_snap = snapping.loc[snapping["pressure_of_young_after"].idxmin()].to_dict() if len(snapping) else {}
+    return {"count": n_snapping, "every": n_contacts, "first": first_snap}
 
 
 def counted(models: pd.DataFrame) -> str:
@@ -262,10 +262,10 @@ def facets(truth: pd.DataFrame) -> str:
 def _bounds(bounds: pd.DataFrame, hardest: str) -> pd.DataFrame:
     """Select the bounds of single answers in one scene: of each setting the sharpest cheap and dear ones."""
     of_scene = tables.where(bounds, scene=hardest, error="rms").dropna(subset="sharpness")
-    dear = of_scene["estimate"].isin(DEAR).rename("dear")
-    of_scene = of_scene.loc[of_scene.groupby(["model", "setting", dear], sort=False)["sharpness"].idxmin()]
-    least = of_scene.groupby(["model", "setting"])["bound_of_peak"].transform("min")
-    of_scene = of_scene.assign(least=least).sort_values(["least", "model", "setting", "estimate_s"])
+    is_dear = of_scene["estimate"].isin(DEAR).rename("dear")
+    of_scene = of_scene.loc[of_scene.groupby(["model", "setting", is_dear], sort=False)["sharpness"].idxmin()]
+    least_bound = of_scene.groupby(["model", "setting"])["bound_of_peak"].transform("min")
+    of_scene = of_scene.assign(least=least_bound).sort_values(["least", "model", "setting", "estimate_s"])
     return _labelled(of_scene).assign(estimate=of_scene["estimate"].replace(SOURCES))
 
 
@@ -315,11 +315,11 @@ def _refusals(table: pd.DataFrame) -> pd.DataFrame:
 
 def models_table(models: pd.DataFrame, families: list[dict]) -> pd.DataFrame:
     """Describe the models that were measured: a row for each family, and for each model of the user's own."""
-    measured = models.groupby("model", sort=False)["setting"].nunique()
+    n_settings = models.groupby("model", sort=False)["setting"].nunique()
     rejected = models.groupby("model", sort=False)[["rejected", "rejected_answered"]].sum()
-    known = {name for family in families for name in family["names"]}
-    rows = [(family["family"], family, [name for name in family["names"] if name in measured]) for family in families]
-    rows += [(named(name), _OWN, [name]) for name in measured.index if name not in known]
+    of_families = {name for family in families for name in family["names"]}
+    rows = [(family["family"], family, [name for name in family["names"] if name in n_settings]) for family in families]
+    rows += [(named(name), _OWN, [name]) for name in n_settings.index if name not in of_families]
     rows = [row for row in rows if row[2]]
     table = pd.DataFrame(
         {
@@ -328,7 +328,7 @@ def models_table(models: pd.DataFrame, families: list[dict]) -> pd.DataFrame:
             "preparation": words["before"],
             "setting": words["setting"],
             "variants": len(names),
-            "settings of each": int(measured[names].max()),
+            "settings of each": int(n_settings[names].max()),
         }
         for title, words, names in rows
     )
@@ -354,10 +354,10 @@ def given_table(settings: pd.DataFrame) -> pd.DataFrame:
 
 def variants_table(settings: pd.DataFrame) -> pd.DataFrame:
     """Tabulate the variants that share a curve in the diagrams: the least error of each."""
-    known = settings[settings["model"].isin(FAMILY_OF) & whole(settings)]
-    if known.empty:
-        return known
-    wide = pd.concat([averaged(tables.where(known, scene=scene)) for scene in tables.scenes(known)])
+    variants = settings[settings["model"].isin(FAMILY_OF) & whole(settings)]
+    if variants.empty:
+        return variants
+    wide = pd.concat([averaged(tables.where(variants, scene=scene)) for scene in tables.scenes(variants)])
     wide = wide.pivot_table("rmse_of_peak", "model", "scene", aggfunc="min", sort=False)
     wide = wide.map(percent).rename(index=named, columns=spaced).rename_axis("variant").rename_axis(None, axis=1)
     return wide.reset_index()

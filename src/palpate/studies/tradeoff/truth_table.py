@@ -177,9 +177,9 @@ def widened(truth: Truth, check: pd.DataFrame) -> Truth:
     rows = [int(np.flatnonzero(truth.sample == sample)[0]) for sample in check["sample"]]
     distances, own_errors = check[list(OWN)].to_numpy(), truth.own[rows]
     factors = np.fmax(1.0, distances.mean(axis=0) / own_errors.mean(axis=0))
-    own = truth.own * factors
-    own[rows] = np.fmax(own[rows], distances)
-    return replace(truth, own=own)
+    grown = truth.own * factors
+    grown[rows] = np.fmax(grown[rows], distances)
+    return replace(truth, own=grown)
 
 
 def _on_surface(body: Body, whole: Body, level: int, moved: np.ndarray) -> np.ndarray:

@@ -34,8 +34,8 @@ def front_rows(settings: pd.DataFrame, column: str = "rmse_of_peak") -> pd.DataF
     column : the error that counts, on test samples; below the truth's own, errors are tied. What failed on a sample,
     a validation one too, is left out, as it is never advised
     """
-    own = own_error(settings, column)
-    floor = max(own, EXACT) if own > 0 else EXACT
+    truth_own = own_error(settings, column)
+    floor = max(truth_own, EXACT) if truth_own > 0 else EXACT
     answered = answers(settings[whole(settings)])
     answered = answered.assign(rmse_of_peak=answered[column])
     lasting_rows = answered[lasting(answered["online_median_s"], answered["rmse_of_peak"], floor)]

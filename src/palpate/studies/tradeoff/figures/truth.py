@@ -77,20 +77,20 @@ def _less_known(axis, truth, rows: np.ndarray) -> None:
 def _other_element(axis, truth, rows: np.ndarray) -> None:
     """Draw how far the limit of linear elements is, with a line from the truth's own error on the same samples."""
     name = "distance of the limit of linear elements, from the own error of the same samples"
-    for place, ending, colour in ((-0.28, "", "#0072b2"), (0.28, "_patch", "#d55e00")):
+    for offset, ending, colour in ((-0.28, "", "#0072b2"), (0.28, "_patch", "#d55e00")):
         looks = {"color": colour, "label": "" if ending else name}
-        distance = _known(axis, truth, f"other_element{ending}", rows + place, marker="o", mfc="none", ms=5, **looks)
+        distance = _known(axis, truth, f"other_element{ending}", rows + offset, marker="o", mfc="none", ms=5, **looks)
         if distance is not None and f"other_element_own{ending}" in truth:
-            own = 100 * truth[f"other_element_own{ending}"]
-            axis.hlines(rows + place, own, distance, color=colour, lw=0.8, zorder=2)
-            axis.plot(own, rows + place, "|", color=colour, ms=6, zorder=3)
+            own_error = 100 * truth[f"other_element_own{ending}"]
+            axis.hlines(rows + offset, own_error, distance, color=colour, lw=0.8, zorder=2)
+            axis.plot(own_error, rows + offset, "|", color=colour, ms=6, zorder=3)
 
 
 def _facets(axis, truth, rows: np.ndarray) -> None:
     """Draw how far the answers of a body of facets and of one on the smooth surface are apart."""
-    for place, column, colour in ((-0.16, "geometry_of_peak", "#0072b2"), (0.0, "geometry_patch_of_peak", "#d55e00")):
-        looks = {"color": colour, "label": "" if place == 0.0 else "what facets change, beside the smooth shape"}
-        _known(axis, truth, column, rows + place, marker="^", mfc="none", ms=6, **looks)
+    for offset, column, colour in ((-0.16, "geometry_of_peak", "#0072b2"), (0.0, "geometry_patch_of_peak", "#d55e00")):
+        looks = {"color": colour, "label": "" if offset == 0.0 else "what facets change, beside the smooth shape"}
+        _known(axis, truth, column, rows + offset, marker="^", mfc="none", ms=6, **looks)
 
 
 def _known(axis, truth, column: str, places: np.ndarray, **looks):
@@ -128,12 +128,12 @@ def draw_error_bounds(error_bounds) -> Figure:
     bounds = tables.where(error_bounds, error="rms")
     figure, ((left, right),) = style.panels(1, 2, (9.5, 4.4), width_ratios=[3, 2.4])
     names = [name for name in SOURCES if name in set(bounds["estimate"])]
-    for place, name in enumerate(names):
+    for number, name in enumerate(names):
         rows, colour = tables.where(bounds, estimate=name).dropna(subset="sharpness"), _COLOURS[name]
         points = {"ms": 4, "mec": colour, "alpha": 0.6, "ls": "", "marker": "o"}
         ranks = rows["rank_correlation"].fillna(0.0)
         left.plot(ranks, rows["sharpness"], mfc=colour, **points)
-        spread = place + np.linspace(-_JITTER, _JITTER, max(len(rows), 2))[: len(rows)]
+        spread = number + np.linspace(-_JITTER, _JITTER, max(len(rows), 2))[: len(rows)]
         right.plot(spread - 0.2, 100 * rows["coverage"], mfc=colour, **points)
         right.plot(spread + 0.25, 100 * rows["coverage_elsewhere"], mfc="none", **points)
     left.axhline(1, color=style.FAINT, lw=1, ls=":")

@@ -185,7 +185,7 @@ def check(values: dict[str, Any], where: str) -> None:
 
 
 def _check_shape(where: str, name: str, shape: tuple[int, ...], lengths: dict[str, int]) -> None:
-    """Raise InputError for a shape other than that of the ``Field``; lengths : of named dimensions, which grow here."""
+    """Raise InputError for a shape other than the ``Field``'s; lengths : by name of a dimension; new ones are added."""
     dims = FIELDS[name].shape
     if len(shape) != len(dims):
         refuse(where, name, f"has {len(shape)} dimensions instead of {len(dims)}")

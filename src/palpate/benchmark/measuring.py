@@ -132,7 +132,7 @@ class Kind:
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         """Ask what is not timed: return further columns of a setting, and rows of questions that no mean includes.
 
-        one, rows : the prepared setting, and its rows of questions
+        one, rows : a prepared setting of a model, and its rows of questions
         """
         return {}, []
 

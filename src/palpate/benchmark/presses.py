@@ -176,9 +176,9 @@ class PressSearch:
 
 
 def _next_force(below: Trial, above: Trial | None, target_peak: float, stiffness: float, max_newtons: float) -> float:
-    """Return the next force to try [N] for ``target_peak`` [m], as ``below`` and ``above`` of ``find`` suggest it.
+    """Return the next force to try [N] to reach ``target_peak`` [m]; ``below`` and ``above`` bracket it as in ``find``.
 
-    Force over peak is nearly linear in the peak, from ``stiffness`` [N/m] at rest: a line through the last two points.
+    Force over peak is nearly linear in the peak, from ``stiffness`` [N/m] at rest: a line through two ``points``.
     """
     sound = [press for press in (below, above) if press is not None and press.peak > 0.0 and not press.wrong]
     points = [(0.0, stiffness), *((press.peak, press.newtons / press.peak) for press in sound)]

@@ -167,7 +167,7 @@ def limit_over(answers: Mapping[Any, Answer], centre: tuple[int, ...], rates: Se
 
 
 def _line(answers: Mapping[Any, Answer], key: tuple[int, ...], axis: int) -> list[Answer]:
-    """Return the answers, coarse first, whose keys are ``key`` but for ``axis``: a line through its answer."""
+    """Return the answers on the line along ``axis`` through that of ``key``, coarse first: others are halved alike."""
     other_axes = key[:axis], key[axis + 1 :]
     return [answers[each] for each in sorted(answers) if (each[:axis], each[axis + 1 :]) == other_axes]
 

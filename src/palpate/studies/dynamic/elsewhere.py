@@ -79,7 +79,7 @@ def _of_scene(table: pd.DataFrame) -> list[dict]:
     unresolved = table["contact"].nunique() - answered["contact"].nunique()
     rows_of_scene = []
     for (model, setting), rows in answered.groupby(["model", "setting"], sort=False):
-        if len(rows) < answered["contact"].nunique():  # the reference's last halvings, which the hard places alone have
+        if len(rows) < answered["contact"].nunique():  # a step that the reference tried at hard places alone
             continue
         labels = {"scene": rows["scene"].iloc[0], "body": rows["body"].iloc[0], "model": model, "setting": setting}
         failures = int((rows["failures"] > 0).sum())

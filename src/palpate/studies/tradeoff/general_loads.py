@@ -206,10 +206,10 @@ def measure_any(
     place = models[0].place if models else ""
     for setting in prepared_settings(case, name, models, pattern, progress):
         places: dict[tuple[int, ...], float | None] = {}
-        settled = setting._replace(used=dict(setting.used))  # what loads prepare later is no part of the offline time
+        frozen = setting._replace(used=dict(setting.used))  # what loads prepare later is no part of the offline time
         for kind in dict.fromkeys(question.kind for question in loads):
             of_kind = labels_of(case) | {"kind": kind}, [question for question in loads if question.kind == kind]
-            rows += measure(AnyLoad(*of_kind, place, places), [settled], repeats, budget_s)[1]
+            rows += measure(AnyLoad(*of_kind, place, places), [frozen], repeats, budget_s)[1]
     return ANY_LOAD.frame(rows)
 
 

@@ -168,7 +168,7 @@ class Candidates:
     def _fastest(self, max_error: float) -> tuple[dict[str, Any], list[str]]:
         """Choose the fastest of what stays below an error; none where nobody can promise that.
 
-        Bounds must stay below ever smaller shares of ``max_error``, until the choice keeps it at contacts left out, too.
+        Bounds must stay below ever smaller shares of ``max_error``, until the choice keeps it at contacts left out.
         """
         taken, why = self._nearest(self.rows, max_error), self._why_none(self.rows)
         for share in STRICTER if self.held else STRICTER[:1]:

@@ -190,7 +190,7 @@ def touch_table(settings: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
 def _mean_sizes_and_bounds(part: pd.DataFrame, own_errors: pd.DataFrame) -> dict[str, float]:
     """Return means of absolute errors of one setting in one scene, and bounds that a touch elsewhere stays below.
 
-    part : its rows of touches; own : the truth's own errors by scene and sample, which are added to those of models
+    part : its rows of touches; own_errors : the truth's, by scene and sample, which are added to those of models
     Bounds are NaN where a touch has no answer.
     """
     answered = part[part["failure"].fillna("") == ""]

@@ -110,7 +110,7 @@ def mouth(mesh: Mesh, cut: Cut) -> np.ndarray:
     normals, points = area_normals(mesh.nodes, mesh.triangles), []
     facing = normals @ cut.direction
     for place in cut.at(lengths_m, np.zeros(PLACES)):
-        # where the line meets the plane of each triangle, and whether that is inside of it
+        # how far along the line it meets the plane of each triangle, where, and whether inside of it
         dist = np.divide(((a - place) * normals).sum(axis=1), facing, out=np.full(len(a), np.inf), where=facing != 0.0)
         crossings = place + np.where(np.isfinite(dist), dist, 0.0)[:, None] * cut.direction
         edge_sides = [(np.cross(q - p, crossings - p) * normals).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]

@@ -74,7 +74,7 @@ class LinearLimit:
 
 
 def linear_limit(compared: ComparedScene, count: int, part: float, progress: Callable = iter) -> LinearLimit:
-    """Simulate ``compared`` on all levels, in ``count`` and twice as many steps a frame, and compare the motions.
+    """Simulate ``compared`` on all levels, in ``count`` and twice as many steps a frame; say how far these agree.
 
     part : of the peak, by which meshes and steps together may differ in a frame, at the surface and where it is pressed
     progress : wraps the sequence of motions, as ``tqdm`` does; NotConverged as ``run``

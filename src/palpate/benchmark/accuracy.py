@@ -73,10 +73,10 @@ def truth_errors(predicted: np.ndarray, truth: np.ndarray, patch: np.ndarray) ->
     patch : (n,) bool, the nodes that are pressed, as ``patch_nodes`` gives them
     Raises InputError if the truth moves nowhere.
     """
-    basic, error = errors(predicted, truth), np.linalg.norm(predicted - truth, axis=1)
+    of_surface, error = errors(predicted, truth), np.linalg.norm(predicted - truth, axis=1)
     peak = np.linalg.norm(truth, axis=1).max()
     return TruthErrors(
-        **basic._asdict(),
+        **of_surface._asdict(),
         relative_l2=float(np.linalg.norm(error) / np.linalg.norm(truth)),
         patch_rms_of_peak=float(np.sqrt(np.mean(error[patch] ** 2)) / peak),
         patch_max_of_peak=float(error[patch].max() / peak),
@@ -89,8 +89,8 @@ def patch_nodes(mesh: Mesh, contact: int, radius_m: float) -> np.ndarray:
     Those that face away, as on the other side of a thin lobe, are not in it. The contact itself always is.
     """
     surface = mesh.surface
-    near = np.linalg.norm(mesh.nodes[surface] - mesh.nodes[contact], axis=1) <= radius_m
-    return (near & (mesh.normals[surface] @ mesh.normals[contact] > 0.0)) | (surface == contact)
+    in_reach = np.linalg.norm(mesh.nodes[surface] - mesh.nodes[contact], axis=1) <= radius_m
+    return (in_reach & (mesh.normals[surface] @ mesh.normals[contact] > 0.0)) | (surface == contact)
 
 
 class Method(Protocol):
@@ -113,9 +113,9 @@ def truth_levels(body: Body) -> range:
     those before it have another shape. With a smooth surface by a formula all levels are taken: their facets converge
     to it with the order of 2, which the limit includes.
     """
-    fine = len(body.levels) - 1
-    first = max(0 if body.smooth is not None else body.shape_level, fine - 2)
-    return range(first, max(fine + 1, first + 2) + 1)
+    finest = len(body.levels) - 1
+    coarsest = max(0 if body.smooth is not None else body.shape_level, finest - 2)
+    return range(coarsest, max(finest + 1, coarsest + 2) + 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,8 +219,8 @@ class Judge:
     def from_coarser(self, i: int, answer: np.ndarray) -> tuple[float, float]:
         """Return the RMS distance of an answer (n, 3) [m] from that of the coarser elements, over surface and patch.
 
-        As shares of the largest displacement of these elements, as who estimates an error does not know the true one;
-        NaN without an answer of theirs.
+        Both are shares of the largest displacement by the coarser elements, as an estimate cannot use the true one; NaN
+        without such an answer.
         """
         if self.coarser is None:
             return np.nan, np.nan
@@ -238,8 +238,8 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
     side: list[str] = []
     rows: list[int] = []
     rejected: list[int] = []
-    for name, asked in zip(SIDES, fold_sides(table, split)[1:], strict=True):
-        believed = truth.rows(asked)
+    for name, numbers in zip(SIDES, fold_sides(table, split)[1:], strict=True):
+        believed = truth.rows(numbers)
         if not len(believed):
             raise InputError(
                 f"{body.name}: no {name} sample of split {split} has an answer on all levels; press less "
@@ -247,7 +247,7 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
             )
         rows += list(believed)
         side += [name] * len(believed)
-        rejected += list(np.setdiff1d(asked, truth.sample[believed]))
+        rejected += list(np.setdiff1d(numbers, truth.sample[believed]))
     judged = _judge(body, db, truth, split, radius_m, np.array(rows), np.array(side))
     return replace(judged, rejected=db.take(np.array(rejected)) if rejected else None)
 
@@ -263,13 +263,14 @@ def judge_at_training(
 def _judge(
     body: Body, db: Database, truth: Truth, split: int, radius_m: float, rows: np.ndarray, side: np.ndarray
 ) -> Judge:
+    """Collect ``rows`` of the truth, each of a ``side``, with samples, pressed nodes and coarser answers."""
     numbers = truth.sample[rows]
     patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in db.contact[numbers]])
-    own = np.where(truth.believed[rows, None], truth.own[rows], np.nan)
-    place = truth_levels(body).index(level) if (level := len(body.levels) - 2) in truth_levels(body) else None
-    coarser = None if place is None else truth.levels[rows, place]
-    known = truth.displacement[rows], own, truth.seconds[rows]
-    return Judge(split, numbers, side, db.take(numbers), *known, patch, coarser=coarser)
+    own_errors = np.where(truth.believed[rows, None], truth.own[rows], np.nan)
+    coarser_index = truth_levels(body).index(level) if (level := len(body.levels) - 2) in truth_levels(body) else None
+    coarser = None if coarser_index is None else truth.levels[rows, coarser_index]
+    of_truth = truth.displacement[rows], own_errors, truth.seconds[rows]
+    return Judge(split, numbers, side, db.take(numbers), *of_truth, patch, coarser=coarser)
 
 
 def read_judged(
@@ -281,8 +282,8 @@ def read_judged(
     more : whether presses at training contacts are judged too
     """
     case, db, table = _read(files, regime, split, *rest)
-    judged = case.body, db, table, stored(Truth, files["truth"]), split, case.radius_m
-    return case, replace(judge(*judged), training=judge_at_training(*judged) if more else None)
+    of_judge = case.body, db, table, stored(Truth, files["truth"]), split, case.radius_m
+    return case, replace(judge(*of_judge), training=judge_at_training(*of_judge) if more else None)
 
 
 def read_case(files: Mapping[str, Any], regime: str, split: int, *rest: Any) -> Case:

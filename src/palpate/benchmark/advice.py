@@ -108,8 +108,8 @@ def advise(
         candidates = presses(settings, errors, kind)
         for row in map(candidates.advise, limits_of(budgets_ms, max_errors)):
             if row["model"] != NONE:
-                mine = tests[(tests["model"] == row["model"]) & (tests["setting"] == row["setting"])]
-                row["error_low"], row["error_high"] = resampled(mine, KINDS[kind]).iloc[0].quantile(list(RANGE))
+                of_advised = tests[(tests["model"] == row["model"]) & (tests["setting"] == row["setting"])]
+                row["error_low"], row["error_high"] = resampled(of_advised, KINDS[kind]).iloc[0].quantile(list(RANGE))
             rows.append(row)
     return ADVICE.frame(rows)
 
@@ -124,17 +124,17 @@ def presses(settings: pd.DataFrame, errors: pd.DataFrame, kind: str) -> Candidat
     would take the two as independent, and models that extrapolate from the levels of the truth err as it does.
     """
     column = KINDS[kind]
-    wide, means = _wide(settings, errors, column), averaged(settings)
-    contact, sample = (wide.columns.get_level_values(name).to_numpy() for name in ("contact", "sample"))
-    own_there = np.nan_to_num(own_errors(errors, column, sample))
+    errors_of, means = _wide(settings, errors, column), averaged(settings)
+    contact, sample = (errors_of.columns.get_level_values(name).to_numpy() for name in ("contact", "sample"))
+    own_of_samples = np.nan_to_num(own_errors(errors, column, sample))
     means = means[~means["model"].isin(BOUNDS)].set_index(SETTING, drop=False)
-    rows = means[means.index.isin(wide.index)]
-    held = HeldOut(wide.reindex(rows.index).to_numpy() + own_there, contact)
-    asked = np.isfinite(held.errors)
+    rows = means[means.index.isin(errors_of.index)]
+    held_out = HeldOut(errors_of.reindex(rows.index).to_numpy() + own_of_samples, contact)
+    asked = np.isfinite(held_out.errors)
     rows = rows.reset_index(drop=True)
     rows = rows.assign(
-        limit=held.bound, mean=held.mean, basis=BOUND, doubted=0, presses=asked.sum(axis=1),
-        contacts=[len(np.unique(contact[known])) for known in asked],
+        limit=held_out.bound, mean=held_out.mean, basis=BOUND, doubted=0, presses=asked.sum(axis=1),
+        contacts=[len(np.unique(contact[answered])) for answered in asked],
         pace=rows["online_median_s"], slowest_s=rows["online_max_s"],
     )  # fmt: skip
     failed = len(means) - len(rows)
@@ -143,41 +143,41 @@ def presses(settings: pd.DataFrame, errors: pd.DataFrame, kind: str) -> Candidat
         unknown(errors, column),
         f"settings left out as they failed on some samples: {failed}" if failed else "",
     ]
-    own = own_error(settings, column)
-    floor = float(np.fmax(EXACT, finite(bound_factor(own_there, contact)) + own))
-    about = {"scene": settings["scene"].iloc[0], "error": kind}
-    return Candidates(rows, about, "press", own, floor, tied=TIED, notes=notes, held=held)
+    own_mean = own_error(settings, column)
+    floor = float(np.fmax(EXACT, finite(bound_factor(own_of_samples, contact)) + own_mean))
+    labels = {"scene": settings["scene"].iloc[0], "error": kind}
+    return Candidates(rows, labels, "press", own_mean, floor, tied=TIED, notes=notes, held=held_out)
 
 
 def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataFrame:
     """Return a row for each setting without failures, as ``averaged`` names it, and a column (contact, sample) each.
 
-    A contact is asked in the split that tests on it, else where it chooses settings; of settings that learn nothing
-    there may be answers at training contacts too.
+    The error at a contact is that of the split that tests on it, else of the one that chooses settings by it; settings
+    that learn nothing may have answers at training contacts, too.
     """
-    place = ["split", *SETTING]
-    named = settings[place].assign(key=same_settings(settings))
+    keys = ["split", *SETTING]
+    named = settings[keys].assign(key=same_settings(settings))
     named = named.assign(first=named.groupby(["model", "key"], sort=False)["setting"].transform("first"))
-    joined = errors.merge(named, on=place).sort_values("side", key=lambda sides: sides.map(_FIRST), kind="stable")
+    joined = errors.merge(named, on=keys).sort_values("side", key=lambda sides: sides.map(_FIRST), kind="stable")
     joined["setting"] = joined["first"]
-    failed = joined[column].isna().groupby([joined[name] for name in SETTING]).any()
-    wide = joined.drop_duplicates([*SETTING, "sample"]).pivot(
+    has_failed = joined[column].isna().groupby([joined[name] for name in SETTING]).any()
+    table = joined.drop_duplicates([*SETTING, "sample"]).pivot(
         index=SETTING, columns=["contact", "sample"], values=column
     )
-    return wide.loc[wide.index.isin(failed.index[~failed])]
+    return table.loc[table.index.isin(has_failed.index[~has_failed])]
 
 
 def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
     """Raise InputError if a setting stands twice or its samples do not have the mean that its row gives."""
-    place = ["split", *SETTING]
-    usable = settings[~settings["model"].isin(BOUNDS) & (settings["failures"] == 0)].set_index(place, drop=False)
+    keys = ["split", *SETTING]
+    usable = settings[~settings["model"].isin(BOUNDS) & (settings["failures"] == 0)].set_index(keys, drop=False)
     scene = settings["scene"].iloc[0]
     if usable.index.has_duplicates:
         twice = usable[usable.index.duplicated()].iloc[0]
         raise InputError(
             f"accuracy_vs_time.csv has {twice['model']} {twice['setting']} of {scene} twice: give each its own setting"
         )
-    means = errors[errors["side"] == "test"].groupby(place)["rmse_of_peak"].mean().reindex(usable.index)
+    means = errors[errors["side"] == "test"].groupby(keys)["rmse_of_peak"].mean().reindex(usable.index)
     if not (right := np.isclose(means, usable["rmse_of_peak"], rtol=1e-6, atol=0)).all():
         raise InputError(
             f"accuracy_vs_time.csv and the samples of {' '.join(usable[~right].iloc[0][SETTING])} of {scene} disagree: "
@@ -190,8 +190,8 @@ def other_loads(rows: pd.DataFrame, kind: str, error: str = "rms", own: float = 
 
     rows : of any_load.csv, about that scene; error : one of KINDS
     own : ``operator_error``, which is added to errors that are compared with a largest one; NaN where not known
-    What failed without saying so before is left out; what says which loads it cannot answer comes after what answers
-    all. The bound is the largest error: from FEWEST contacts on, nine in ten others stay below it.
+    Settings that failed on a load are left out, and those that refused the kind; those that doubted answers come after
+    those that did not. The bound is the largest error: from FEWEST contacts on, nine in ten others stay below it.
     Raises InputError for a kind that the table does not have.
     """
     scene, column = rows["scene"].iloc[0], KINDS[error]
@@ -199,10 +199,10 @@ def other_loads(rows: pd.DataFrame, kind: str, error: str = "rms", own: float = 
     if answers.empty:
         raise InputError(f"any_load.csv has no loads of the kind {kind} in {scene}; choose another scene.")
     answering = answers[(answers["refused"] == 0) & (answers["failures"] == 0) & (answers["contacts"] > 0)]
-    most = answering[f"{column}_most"]
+    largest = answering[f"{column}_most"]
     answering = answering.assign(
-        most=most, mean=answering[column], basis=BOUND,
-        limit=np.where(answering["contacts"] >= FEWEST, most + np.nan_to_num(own), np.inf),
+        most=largest, mean=answering[column], basis=BOUND,
+        limit=np.where(answering["contacts"] >= FEWEST, largest + np.nan_to_num(own), np.inf),
         pace=answering["online_median_s"], slowest_s=answering["online_max_s"],
     )  # fmt: skip
     refused = sorted(set(answers["model"]) - set(answers.loc[answers["refused"] == 0, "model"]))
@@ -220,16 +220,16 @@ def touches(rows: pd.DataFrame) -> Candidates:
     The limit is the bound, where there is one, else the 95th percentile over the touches, in both cases with the
     truth's own error.
     """
-    own = float(rows.loc[rows["model"] == TRUTH, "force_error_p95"].max())
+    own_p95 = float(rows.loc[rows["model"] == TRUTH, "force_error_p95"].max())
     answering = rows[(rows["model"] != TRUTH) & (rows["failures"] == 0) & rows["force_error_size"].notna()]
-    bound, p95 = answering["force_error_bound"], answering["force_error_p95"] + own
+    bound, p95 = answering["force_error_bound"], answering["force_error_p95"] + own_p95
     answering = answering.assign(
         limit=bound.fillna(p95), basis=np.where(bound.notna(), BOUND, SPREAD), doubted=0,
         mean=answering["force_error_size"], pace=answering["online_median_s"], slowest_s=answering["online_max_s"],
     )  # fmt: skip
     answering = answering[np.isfinite(answering["limit"])].reset_index(drop=True)
     about = {"scene": rows["scene"].iloc[0], "error": "force"}
-    return Candidates(answering, about, "touch", own, notes=[] if len(answering) else ["no model gives a force"])
+    return Candidates(answering, about, "touch", own_p95, notes=[] if len(answering) else ["no model gives a force"])
 
 
 def advise_motion(
@@ -260,14 +260,14 @@ def motions(
     rows : its rows of dynamic_accuracy.csv; bounds : its rows of motion_bounds.csv, if there are any
     pressed : accuracy_vs_time.csv, whose presses show how wrong the standard's mesh is
     error : "rms", of the displacement, or "force", of the instruments' force, which then stands in ``rmse_of_peak``
-    A budget is for 95 % of the steps of what runs in real time. What stays below an error is the bound of pushes
-    elsewhere, that of ``constant`` in ``bounds``; where a scene has none, the error on its own path, the standard's
-    own added. Within a time the error on that path decides, which all settings have.
+    A budget limits the time that 95 % of the steps take, of settings in real time. A largest error limits the bound
+    ``constant`` of ``bounds``, found with the push elsewhere or, where a scene has none, the error on its own path with
+    the standard's own added. Within a time the error on its own path decides, as all settings have it.
     """
-    first = rows.iloc[0]
-    until, whole = first["resolved_s"], first["duration_s"]
-    over = f"the first {until:.3g} of {whole:.3g} s" if until < whole * (1 - 1e-9) else "the whole motion"
-    about = {"scene": first["scene"], "error": error, "split": 0, "over": over}  # such a scene is not divided
+    first_row = rows.iloc[0]
+    resolved_s, whole_s = first_row["resolved_s"], first_row["duration_s"]
+    over = f"the first {resolved_s:.3g} of {whole_s:.3g} s" if resolved_s < whole_s * (1 - 1e-9) else "the whole motion"
+    about = {"scene": first_row["scene"], "error": error, "split": 0, "over": over}  # such a scene is not divided
     # modes for another place show what that costs, and nobody who knows the place takes them
     finished = rows[(rows["failures"] == 0) & (rows["varied"] != "place")].reset_index(drop=True)
     if error == "force":  # how wrong the standard's mesh is in it no press shows, and of pushes elsewhere none is known
@@ -276,8 +276,8 @@ def motions(
             rmse_of_peak=finished["force_rms_of_peak"], reference_error=finished["reference_force_error"]
         )
         bounds = pressed = None
-    if said := parted(first):
-        return Candidates(finished[:0], about, "step", notes=[f"no error of a model is known, as {said}"])
+    if reason := parted(first_row):
+        return Candidates(finished[:0], about, "step", notes=[f"no error of a model is known, as {reason}"])
     if finished.empty:
         felt = " and told a force" if error == "force" else ""
         return Candidates(finished, about, "step", notes=[f"no model got through the scene{felt}"])
@@ -307,20 +307,20 @@ def bound_elsewhere(row: pd.Series, bounds: pd.DataFrame | None) -> tuple[float,
 
     row : of dynamic_accuracy.csv; bounds : of motion_bounds.csv. Without a bound, NaN and the reason.
     """
-    alone = "on this path only, as"
+    on_path = "on this path only, as"
     if bounds is None or bounds.empty:
-        return np.nan, f"{alone} nothing was measured elsewhere"
+        return np.nan, f"{on_path} nothing was measured elsewhere"
     places = f"{bounds['places'].max():g} other places"
-    mine = (bounds["model"] == row["model"]) & (bounds["setting"] == row["setting"])
-    of_setting = bounds[mine & (bounds["estimate"] == CONSTANT)]
-    if of_setting.empty:
-        return np.nan, f"{alone} this setting was not asked at the {places}"
-    there = of_setting.iloc[0]
-    if np.isnan(there["bound_of_peak"]):
-        return np.nan, f"{alone} this setting answered at {there['places'] - there['failures']:g} of {places}"
-    tried = np.isfinite(there["coverage"])
-    held = f", where it held for {percent(there['coverage'])} of the places held out" if tried else ""
-    return float(there["bound_of_peak"]), f"{places} of the push{held}"
+    is_setting = (bounds["model"] == row["model"]) & (bounds["setting"] == row["setting"])
+    rows = bounds[is_setting & (bounds["estimate"] == CONSTANT)]
+    if rows.empty:
+        return np.nan, f"{on_path} this setting was not asked at the {places}"
+    bound_row = rows.iloc[0]
+    if np.isnan(bound_row["bound_of_peak"]):
+        return np.nan, f"{on_path} this setting answered at {bound_row['places'] - bound_row['failures']:g} of {places}"
+    was_tried = np.isfinite(bound_row["coverage"])
+    coverage = f", where it held for {percent(bound_row['coverage'])} of the places held out" if was_tried else ""
+    return float(bound_row["bound_of_peak"]), f"{places} of the push{coverage}"
 
 
 def _reference(row: pd.Series, pressed: pd.DataFrame | None, error: str) -> tuple[float, str]:
@@ -335,11 +335,11 @@ def _reference(row: pd.Series, pressed: pd.DataFrame | None, error: str) -> tupl
         return own, f"the limit of quadratic elements, which is {percent(own)} wrong itself"
     if np.isfinite(own):
         return own, f"which is {percent(own)} wrong itself, as another mesh and shorter steps say"
-    shown = mesh_error(pressed, row["body"], int(row["reference_level"]))
-    if shown is None:
+    of_mesh = mesh_error(pressed, row["body"], int(row["reference_level"]))
+    if of_mesh is None:
         why = "" if error == "force" else ", as no other mesh was tried, and no press of this body measured"
         return np.nan, f"whose own error is not known{why} on its {mesh}"
-    own = float(shown.high + row["reference_change"])
+    own = float(of_mesh.high + row["reference_change"])
     return own, f"which is {percent(own)} wrong itself, by its {mesh} and its step"
 
 
@@ -380,7 +380,7 @@ def operator_error(pressed: pd.DataFrame, column: str) -> float:
 def _converged(pressed: pd.DataFrame, elements: str, level: int | None = None) -> pd.DataFrame:
     """Select the rows of elements on a level, the finest if none is named, that were solved most exactly from rest."""
     rows = pressed[pressed["model"] == elements]
-    solved = fields_of(rows, "level", "start", "tolerance", "target")
-    solved = solved[(solved["start"] == "rest") & solved["target"].isna() & solved["tolerance"].notna()]
-    solved = solved[solved["level"] == (solved["level"].max() if level is None else level)]
-    return rows.loc[solved.index[solved["tolerance"] == solved["tolerance"].min()]]
+    fields = fields_of(rows, "level", "start", "tolerance", "target")
+    fields = fields[(fields["start"] == "rest") & fields["target"].isna() & fields["tolerance"].notna()]
+    fields = fields[fields["level"] == (fields["level"].max() if level is None else level)]
+    return rows.loc[fields.index[fields["tolerance"] == fields["tolerance"].min()]]

@@ -56,10 +56,10 @@ class HeldOut:
 
     def _over(self, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the bound and the mean of each setting over ``samples`` (n,) bool."""
-        there = np.where(samples, self.errors, np.nan)
-        count = np.isfinite(there).sum(axis=1)
-        mean = np.where(count > 0, np.nansum(there, axis=1) / np.maximum(count, 1), np.inf)
-        return bounds(there, self.contact), mean
+        errors = np.where(samples, self.errors, np.nan)
+        n_samples = np.isfinite(errors).sum(axis=1)
+        mean = np.where(n_samples > 0, np.nansum(errors, axis=1) / np.maximum(n_samples, 1), np.inf)
+        return bounds(errors, self.contact), mean
 
 
 def share_below(errors: np.ndarray, contact: np.ndarray, most: float) -> float:
@@ -110,10 +110,10 @@ class Candidates:
         timely = rows[rows["used"] <= 1.0 - MARGIN]
         if timely.empty:
             quickest = rows.loc[rows["used"].fillna(np.inf).idxmin()]
-            times = (
+            excess = (
                 f"{quickest['used'] / (1.0 - MARGIN):.3g} times what leaves {percent(MARGIN)} of {limit.time} unused"
             )
-            return _near(quickest), [f"the fastest setting, {_name(quickest)}, takes {times}"]
+            return _near(quickest), [f"the fastest setting, {_name(quickest)}, takes {excess}"]
         if np.isnan(limit.max_error):
             return self._least_wrong(timely, limit)
         if limit.max_error < self.own:
@@ -121,10 +121,10 @@ class Candidates:
             return self._nearest(timely, limit.max_error), [why]
         if not limit.time:
             return self._fastest(limit.max_error)
-        sure = _below(timely, limit.max_error)
-        if sure.empty:
+        keeping = _below(timely, limit.max_error)
+        if keeping.empty:
             return self._nearest(timely, limit.max_error), [self._why_none(timely)]
-        return self._least_wrong(sure, limit)
+        return self._least_wrong(keeping, limit)
 
     def _used(self, limit: Limit) -> pd.Series | float:
         """Return the share of the time that each setting needs; zero where any time is allowed."""
@@ -132,8 +132,8 @@ class Candidates:
             return 0.0
         if np.isfinite(limit.speed):
             return limit.speed * self.rows["pace"]
-        late = 1e3 * self.rows["slowest_s"] / limit.budget_ms
-        return np.maximum(late, self.rows["pace"]) if self.unit == "step" else late
+        of_budget = 1e3 * self.rows["slowest_s"] / limit.budget_ms
+        return np.maximum(of_budget, self.rows["pace"]) if self.unit == "step" else of_budget
 
     def _least_wrong(self, rows: pd.DataFrame, limit: Limit) -> tuple[dict[str, Any], list[str]]:
         """Choose the least wrong of ``rows``, which answer in time.
@@ -141,15 +141,15 @@ class Candidates:
         Ties go to what uses the least of the time, so that a larger one never has a larger error; of motions, to the
         fastest.
         """
-        by = self.compared if np.isfinite(rows["limit"]).any() else "mean"
-        order = (("doubted", 1.0), (by, EQUAL), ("pace" if self.unit == "step" else "used", 1.0), ("pace", 1.0))
+        column = self.compared if np.isfinite(rows["limit"]).any() else "mean"
+        order = (("doubted", 1.0), (column, EQUAL), ("pace" if self.unit == "step" else "used", 1.0), ("pace", 1.0))
         best = pick(rows, order, self.floor)
-        taken = _taken(best, best["limit"]) | self._rival(best, rows, order, by)
-        taken["confidence"] = self._stays(best, rows, by)
-        taken["margin"] = 1.0 - (best["used"] if np.isnan(limit.max_error) else best["limit"] / limit.max_error)
-        what = best["basis"] if by == "limit" else "error"
+        advised = _taken(best, best["limit"]) | self._rival(best, rows, order, column)
+        advised["confidence"] = self._stays(best, rows, column)
+        advised["margin"] = 1.0 - (best["used"] if np.isnan(limit.max_error) else best["limit"] / limit.max_error)
+        error_name = best["basis"] if column == "limit" else "error"
         spare = f" that leave {percent(MARGIN)} of {limit.time} unused" if limit.time else ""
-        return taken, [f"least {what} of {_counted(rows)}{spare}", *self._hidden(best[by])]
+        return advised, [f"least {error_name} of {_counted(rows)}{spare}", *self._hidden(best[column])]
 
     def _stays(self, best: pd.Series, rows: pd.DataFrame, by: str) -> float:
         """Return the share of contacts without which ``best`` has, or ties with, the least error of ``rows``."""
@@ -168,7 +168,7 @@ class Candidates:
     def _fastest(self, max_error: float) -> tuple[dict[str, Any], list[str]]:
         """Choose the fastest of what stays below an error; none where nobody can promise that.
 
-        Limits are ever stricter, until the choice that they make keeps ``max_error`` at contacts left out of it, too.
+        Bounds must stay below ever smaller shares of ``max_error``, until the choice keeps it at contacts left out.
         """
         taken, why = self._nearest(self.rows, max_error), self._why_none(self.rows)
         for share in STRICTER if self.held else STRICTER[:1]:
@@ -176,15 +176,15 @@ class Candidates:
             if fits.empty:
                 break
             best = pick(fits, self._by_time, self.floor)
-            bound, kept = self._left_out(share * max_error, max_error)
+            bound, keeping = self._left_out(share * max_error, max_error)
             limit = max(bound, best["limit"])
             if limit <= max_error:
                 taken = _taken(best, limit) | self._rival(best, fits, self._by_time, "pace")
-                taken |= self._passed_over(best, max_error) | {"margin": 1.0 - limit / max_error, "confidence": kept}
+                taken |= self._passed_over(best, max_error) | {"margin": 1.0 - limit / max_error, "confidence": keeping}
                 why = f"fastest of {_counted(fits)} whose {best['basis']} is below {percent(share * max_error)}"
                 return taken, [why, *self._hidden(best["limit"])]
-            taken = _near(best) | {"nearest_bound": finite(bound), "nearest_risk": 1.0 - kept, "confidence": kept}
-            lucky = f"{_name(best)} was lucky: where each contact is left out of the choice, only {percent(kept)}"
+            taken = _near(best) | {"nearest_bound": finite(bound), "nearest_risk": 1.0 - keeping, "confidence": keeping}
+            lucky = f"{_name(best)} was lucky: where each contact is left out of the choice, only {percent(keeping)}"
             why = f"{lucky} of the answers there stay below {percent(max_error)}"
         return taken, [why]
 
@@ -196,14 +196,14 @@ class Candidates:
         """
         if self.held is None:
             return 0.0, np.nan
-        per_place, places, rows = [np.empty(0)], [np.empty(0, dtype=int)], self.rows[list(dict(self._by_time))]
+        per_place, contacts_out, rows = [np.empty(0)], [np.empty(0, dtype=int)], self.rows[list(dict(self._by_time))]
         for place, (bound, mean) in self.held.without.items():
             fits = _below(rows.assign(limit=bound, mean=mean), most)
             if len(fits):
-                there = self.held.errors[pick(fits, self._by_time, self.floor).name, self.held.contact == place]
-                per_place.append(there[np.isfinite(there)])
-                places.append(np.full(len(per_place[-1]), place))
-        errors, contact = np.concatenate(per_place), np.concatenate(places)
+                left_out = self.held.errors[pick(fits, self._by_time, self.floor).name, self.held.contact == place]
+                per_place.append(left_out[np.isfinite(left_out)])
+                contacts_out.append(np.full(len(per_place[-1]), place))
+        errors, contact = np.concatenate(per_place), np.concatenate(contacts_out)
         if not len(errors):  # with as few contacts as a bound needs there is none where one is left out
             return 0.0, np.nan
         return bound_factor(errors, contact), share_below(errors, contact, max_error)
@@ -213,8 +213,8 @@ class Candidates:
         others = rows[rows["model"] != best["model"]]
         if others.empty:
             return {}
-        rival, least = pick(others, order, self.floor), 0.0 if by == "pace" else self.floor
-        factor = max(rival[by], least) / max(best[by], least)
+        rival, floor = pick(others, order, self.floor), 0.0 if by == "pace" else self.floor
+        factor = max(rival[by], floor) / max(best[by], floor)
         return {"rival": rival["model"], "rival_setting": rival["setting"], "factor": factor}
 
     def _passed_over(self, best: pd.Series, max_error: float) -> dict[str, Any]:
@@ -223,18 +223,18 @@ class Candidates:
         rows = rows[(rows["mean"] <= max_error) & ~(rows["limit"] <= max_error)]
         if rows.empty:
             return {}
-        row = rows.loc[rows["pace"].idxmin()]
-        columns = {"faster": row["model"], "faster_setting": row["setting"], "faster_error": row["mean"]}
-        return columns | {"faster_high": finite(row["limit"]), "faster_factor": best["pace"] / row["pace"]}
+        fastest = rows.loc[rows["pace"].idxmin()]
+        columns = {"faster": fastest["model"], "faster_setting": fastest["setting"], "faster_error": fastest["mean"]}
+        return columns | {"faster_high": finite(fastest["limit"]), "faster_factor": best["pace"] / fastest["pace"]}
 
     def _nearest(self, rows: pd.DataFrame, max_error: float) -> dict[str, Any]:
         """Return which of ``rows`` comes nearest to an error that none is sure to keep, and what it risks."""
-        row = rows.loc[rows["limit" if np.isfinite(rows["limit"]).any() else "mean"].fillna(np.inf).idxmin()]
+        nearest = rows.loc[rows["limit" if np.isfinite(rows["limit"]).any() else "mean"].fillna(np.inf).idxmin()]
         if self.held is None:
-            return _near(row)
-        errors = self.held.errors[row.name]
+            return _near(nearest)
+        errors = self.held.errors[nearest.name]
         known = np.isfinite(errors)
-        return _near(row) | {"nearest_risk": 1.0 - share_below(errors[known], self.held.contact[known], max_error)}
+        return _near(nearest) | {"nearest_risk": 1.0 - share_below(errors[known], self.held.contact[known], max_error)}
 
     def _why_none(self, rows: pd.DataFrame) -> str:
         """Explain why none of ``rows`` stays below an error."""

@@ -29,21 +29,21 @@ def unfit(scene: Scene, kind: str = "", taught: bool = False) -> str:
 
     kind : of its body; taught : whether models have a motion to be fitted to
     """
-    unknown = UNKNOWN_TO_MODELS if taught else ("plasticity", *UNKNOWN_TO_MODELS)
-    other = [*(name for name in unknown if acts(name, scene)), *scene.own]
-    driven = [*LOADS, "contact"] if taught else LOADS
-    alone = not taught  # then models are fitted to a share of the loads, which does not suffice for all scenes
+    not_in_all = UNKNOWN_TO_MODELS if taught else ("plasticity", *UNKNOWN_TO_MODELS)
+    lacking = [*(name for name in not_in_all if acts(name, scene)), *scene.own]
+    driving = [*LOADS, "contact"] if taught else LOADS
+    untaught = not taught  # then models are fitted to a share of the loads, which does not suffice for all scenes
     reasons = [
-        ("has contact", alone and acts("contact", scene)),
-        ("has several bodies", alone and bool(scene.others)),
-        ("moves a sheet", alone and kind == "sheet"),
-        ("is not held", alone and not scene.held),
-        (f"has none of {' and '.join(driven)}", not any(acts(effect, scene) for effect in driven)),
+        ("has contact", untaught and acts("contact", scene)),
+        ("has several bodies", untaught and bool(scene.others)),
+        ("moves a sheet", untaught and kind == "sheet"),
+        ("is not held", untaught and not scene.held),
+        (f"has none of {' and '.join(driving)}", not any(acts(effect, scene) for effect in driving)),
         ("has bodies of several kinds", any(each.body != scene.body for each in scene.others)),
         ("does not start at rest", scene.start != "rest"),
-        (f"has {' and '.join(other)}, which not all models have", bool(other)),
+        (f"has {' and '.join(lacking)}, which not all models have", bool(lacking)),
     ]
-    return next((reason for reason, holds in reasons if holds), "")
+    return next((reason for reason, is_so in reasons if is_so), "")
 
 
 def acts(name: str, scene: Scene) -> bool:
@@ -59,28 +59,25 @@ def check_compared(place: str, name: str, scene: Scene, kind: str = "", taught: 
 
 
 def unable(model: str, scene: Scene, kind: str = "") -> str:
-    """Return why a model cannot do a compared scene, such as "has plasticity"; empty if it can.
-
-    kind : of its body
-    """
-    taken = {name for name in TAKEN_OVER if acts(name, scene)}
+    """Return why a model cannot do a compared scene, such as "has plasticity", or ""; kind : of the scene's body."""
+    acting = {name for name in TAKEN_OVER if acts(name, scene)}
     corrected, stroked = model in CORRECTED, model in STROKED
     rounded = stroked or model == TRUTH
-    single = corrected or rounded
-    known = {*LOADS, "contact"} if model == TRUTH else set(LOADS) if corrected else {"contact"}
-    further, tools = sorted(taken - known), scene.contact.instruments if scene.contact else []
-    others = sorted({tool.kind for tool in tools} - {"sphere", "capsule"})
+    one_solid = corrected or rounded
+    known_effects = {*LOADS, "contact"} if model == TRUTH else set(LOADS) if corrected else {"contact"}
+    not_known, tools = sorted(acting - known_effects), scene.contact.instruments if scene.contact else []
+    shapes = sorted({tool.kind for tool in tools} - {"sphere", "capsule"})
     reasons = [
-        ("has plasticity", model in ("springs", "springs_volume") and "plasticity" in taken),
-        ("moves a sheet", (single or model == "springs_volume") and kind == "sheet"),
-        (f"has {' and '.join(further)}", single and bool(further)),
-        ("has several bodies", single and bool(scene.others)),
-        ("is not held", single and not scene.held),
+        ("has plasticity", model in ("springs", "springs_volume") and "plasticity" in acting),
+        ("moves a sheet", (one_solid or model == "springs_volume") and kind == "sheet"),
+        (f"has {' and '.join(not_known)}", one_solid and bool(not_known)),
+        ("has several bodies", one_solid and bool(scene.others)),
+        ("is not held", one_solid and not scene.held),
         ("has no instrument that moves", stroked and not any(tool.times_s for tool in tools)),
         ("has a body that touches itself", rounded and bool(scene.contact and scene.contact.self_contact)),
-        (f"is touched by a {' and a '.join(others)} and not by spheres and capsules", rounded and bool(others)),
+        (f"is touched by a {' and a '.join(shapes)} and not by spheres and capsules", rounded and bool(shapes)),
     ]
-    return next((reason for reason, holds in reasons if holds), "")
+    return next((reason for reason, is_so in reasons if is_so), "")
 
 
 def compared_scenes(scenes: Mapping[str, Scene], bodies: Mapping[str, Body]) -> tuple[dict[str, float], dict[str, str]]:

@@ -29,23 +29,23 @@ def bound_factor(scores: np.ndarray, contact: np.ndarray) -> float:
 
 def bounds(errors: np.ndarray, contact: np.ndarray) -> np.ndarray:
     """Return the bound (m,) of each row of ``errors`` (m, n): ``bound_factor`` of its samples that are not NaN."""
-    known, factors = np.isfinite(errors), np.empty(len(errors))
-    for there in {row.tobytes(): row for row in known}.values():
-        same = (known == there).all(axis=1)
-        factors[same] = _factors(errors[same][:, there], contact[there])
+    is_asked, factors = np.isfinite(errors), np.empty(len(errors))
+    for asked in {row.tobytes(): row for row in is_asked}.values():
+        rows = (is_asked == asked).all(axis=1)
+        factors[rows] = _factors(errors[rows][:, asked], contact[asked])
     return factors
 
 
 def _factors(scores: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Return the ``bound_factor`` (m,) of each row of ``scores`` (m, n)."""
-    _, unit, count = np.unique(contact, return_inverse=True, return_counts=True)
-    if not len(count):
+    """Return the ``bound_factor`` (m,) of each row of ``scores`` (m, n): a quantile in which contacts weigh alike."""
+    _, contact_index, samples_of = np.unique(contact, return_inverse=True, return_counts=True)
+    if not len(samples_of):
         return np.full(len(scores), np.inf)
     order = np.argsort(scores, axis=1, kind="stable")
-    weights = 1.0 / (count[unit] * (len(count) + 1))
-    reached = np.cumsum(weights[order], axis=1) >= LEVEL - _ROUNDING
-    first = np.take_along_axis(order, reached.argmax(axis=1)[:, None], axis=1)
-    return np.where(reached.any(axis=1), np.take_along_axis(scores, first, axis=1)[:, 0], np.inf)
+    weights = 1.0 / (samples_of[contact_index] * (len(samples_of) + 1))
+    is_reached = np.cumsum(weights[order], axis=1) >= LEVEL - _ROUNDING
+    first_reached = np.take_along_axis(order, is_reached.argmax(axis=1)[:, None], axis=1)
+    return np.where(is_reached.any(axis=1), np.take_along_axis(scores, first_reached, axis=1)[:, 0], np.inf)
 
 
 def finite(factor: float) -> float:
@@ -89,14 +89,14 @@ class Draws:
     """
 
     def __init__(self, contact: np.ndarray):
-        _, self._unit, count = np.unique(contact, return_inverse=True, return_counts=True)
-        total = len(count)
-        step = round(1.0 / (1.0 - LEVEL))
-        found_on = max(FEWEST, total // step * step - 1)
-        draws = DRAWS if total > found_on else 0
-        ranks = np.random.default_rng(SEED).permuted(np.tile(np.arange(total), (draws, 1)), axis=1)
+        _, self._unit, samples_of = np.unique(contact, return_inverse=True, return_counts=True)
+        n_contacts = len(samples_of)
+        per_level = round(1.0 / (1.0 - LEVEL))
+        found_on = max(FEWEST, n_contacts // per_level * per_level - 1)
+        n_draws = DRAWS if n_contacts > found_on else 0
+        ranks = np.random.default_rng(SEED).permuted(np.tile(np.arange(n_contacts), (n_draws, 1)), axis=1)
         self._tried = (ranks >= found_on)[:, self._unit]
-        self._weights = ~self._tried / (count[self._unit] * (found_on + 1.0))
+        self._weights = ~self._tried / (samples_of[self._unit] * (found_on + 1.0))
 
     def coverage(self, errors: np.ndarray, estimate: np.ndarray) -> Coverage:
         """Try bounds of ``errors`` (n,) that are a factor times ``estimate`` (n,), which is positive."""
@@ -104,11 +104,11 @@ class Draws:
             return Coverage()
         factor = quantiles(errors / estimate, self._weights)
         bound = factor[:, None] * estimate
-        tried, below = self._tried, errors <= bound * (1 + _ROUNDING)
-        share_of_draw = (below & tried).sum(axis=1) / tried.sum(axis=1)
+        tried, is_below = self._tried, errors <= bound * (1 + _ROUNDING)
+        share_of_draw = (is_below & tried).sum(axis=1) / tried.sum(axis=1)
         sharpness = np.median((bound / np.maximum(errors, np.finfo(float).tiny))[tried])
-        contacts_above = self._contacts(tried & ~below).sum() / self._contacts(tried).sum()
-        share = (below & tried).sum() / tried.sum()
+        contacts_above = self._contacts(tried & ~is_below).sum() / self._contacts(tried).sum()
+        share = (is_below & tried).sum() / tried.sum()
         return Coverage(*map(float, (share, np.quantile(share_of_draw, 0.05), 1.0 - contacts_above, sharpness)))
 
     def _contacts(self, samples: np.ndarray) -> np.ndarray:

@@ -88,12 +88,12 @@ class CutTruth:
 
 def pull_errors(answer: Pulled, truth: Pulled) -> tuple[float, float, float]:
     """Return the RMS error over the surface, the largest of the opening and that of the forces, each over its peak."""
-    away = np.linalg.norm(answer.displacement - truth.displacement, axis=1)
+    distance = np.linalg.norm(answer.displacement - truth.displacement, axis=1)
     peak = np.linalg.norm(truth.displacement, axis=1).max()
-    wide = np.linalg.norm(truth.opening, axis=1).max(initial=0.0)
+    widest = np.linalg.norm(truth.opening, axis=1).max(initial=0.0)
     opening = np.linalg.norm(answer.opening - truth.opening, axis=1).max(initial=0.0)
     force = np.abs(answer.force - truth.force).max() / np.abs(truth.force).max()
-    return float(np.sqrt(np.mean(away**2)) / peak), float(opening / wide) if wide else 0.0, float(force)
+    return float(np.sqrt(np.mean(distance**2)) / peak), float(opening / widest) if widest else 0.0, float(force)
 
 
 def mouth(mesh: Mesh, cut: Cut) -> np.ndarray:
@@ -105,18 +105,18 @@ def mouth(mesh: Mesh, cut: Cut) -> np.ndarray:
     """
     if not isinstance(cut, Blade):
         return np.empty((0, 3))
-    along = np.linspace(0.0, min(cut.length_m, cut.reached_m), PLACES + 2)[1:-1]
+    lengths_m = np.linspace(0.0, min(cut.length_m, cut.reached_m), PLACES + 2)[1:-1]
     a, b, c = (mesh.nodes[mesh.triangles[:, i]] for i in range(3))
     normals, points = area_normals(mesh.nodes, mesh.triangles), []
     facing = normals @ cut.direction
-    for place in cut.at(along, np.zeros(PLACES)):
-        # where the line meets the plane of each triangle, and whether that is inside of it
-        away = np.divide(((a - place) * normals).sum(axis=1), facing, out=np.full(len(a), np.inf), where=facing != 0.0)
-        at = place + np.where(np.isfinite(away), away, 0.0)[:, None] * cut.direction
-        sides = [(np.cross(q - p, at - p) * normals).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]
-        hit = (np.min(sides, axis=0) >= -1e-9 * (normals**2).sum(axis=1)) & (cut.within(at) > 0.0)
-        if hit.any():
-            points.append(at[hit][np.abs(away[hit]).argmin()])
+    for place in cut.at(lengths_m, np.zeros(PLACES)):
+        # how far along the line it meets the plane of each triangle, where, and whether inside of it
+        dist = np.divide(((a - place) * normals).sum(axis=1), facing, out=np.full(len(a), np.inf), where=facing != 0.0)
+        crossings = place + np.where(np.isfinite(dist), dist, 0.0)[:, None] * cut.direction
+        edge_sides = [(np.cross(q - p, crossings - p) * normals).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]
+        is_crossed = (np.min(edge_sides, axis=0) >= -1e-9 * (normals**2).sum(axis=1)) & (cut.within(crossings) > 0.0)
+        if is_crossed.any():
+            points.append(crossings[is_crossed][np.abs(dist[is_crossed]).argmin()])
     return np.array(points).reshape(-1, 3)
 
 
@@ -137,20 +137,20 @@ def skin_map(
     reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
     tree, chosen, weights = cKDTree(middles), [], []
     for point, wanted in zip(points, np.broadcast_to(sign, len(points)), strict=True):
-        near = np.array(tree.query_ball_point(point, reach.max()))
-        near = near[np.linalg.norm(middles[near] - point, axis=1) <= reach[near] * (1.0 + 1e-9 + beside)]
+        nearby = np.array(tree.query_ball_point(point, reach.max()))
+        nearby = nearby[np.linalg.norm(middles[nearby] - point, axis=1) <= reach[nearby] * (1.0 + 1e-9 + beside)]
         # barycentric coordinates of the nearest point in the plane of each triangle
-        first, sides = corners[near, 0], np.swapaxes(corners[near, 1:] - corners[near, :1], 1, 2)
-        along = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - first)
-        off_plane = np.linalg.norm(point - first - np.einsum("tab,tb->ta", sides, along), axis=1)
-        outside = -np.minimum(along.min(axis=1), 1.0 - along.sum(axis=1))
-        away, on_other_side = np.maximum(outside, off_plane / reach[near]), np.sign(side[skin[near]]) != wanted
-        holds = away <= 1e-6
-        if not holds.any():
+        corner, edges = corners[nearby, 0], np.swapaxes(corners[nearby, 1:] - corners[nearby, :1], 1, 2)
+        coordinates = np.einsum("tab,tb->ta", np.linalg.pinv(edges), point - corner)
+        off_plane = np.linalg.norm(point - corner - np.einsum("tab,tb->ta", edges, coordinates), axis=1)
+        outside = -np.minimum(coordinates.min(axis=1), 1.0 - coordinates.sum(axis=1))
+        distance, on_other_side = np.maximum(outside, off_plane / reach[nearby]), np.sign(side[skin[nearby]]) != wanted
+        is_on = distance <= 1e-6
+        if not is_on.any():
             raise InputError("a point is not on the skin of the cut mesh; give the body that was cut.")
-        best = np.lexsort((away, on_other_side, ~(holds | (away <= beside) & ~on_other_side)))[0]
-        chosen.append(skin[near[best]])
-        weights.append([1.0 - along[best].sum(), *along[best]])
+        best = np.lexsort((distance, on_other_side, ~(is_on | (distance <= beside) & ~on_other_side)))[0]
+        chosen.append(skin[nearby[best]])
+        weights.append([1.0 - coordinates[best].sum(), *coordinates[best]])
     return surface_interpolation(mesh, np.array(chosen, dtype=int), np.array(weights).reshape(-1, 3), degree)
 
 
@@ -165,11 +165,11 @@ def halved(cut: CutBody, front: int, rim: int = 0) -> Body:
         return with_midpoints(cut, 0)
     longest = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0)
     radii = np.where(np.arange(depth) < front, AROUND * longest / 2.0 ** np.arange(depth), -1.0)
-    along = np.linspace(0.0, 1.0, 1 + 2**front)[:, None]
+    shares = np.linspace(0.0, 1.0, 1 + 2**front)[:, None]
     # without a front no place is halved, and any point will do
-    near = (ends[:, :1] + along * (ends[:, 1:] - ends[:, :1])).reshape(-1, 3) if len(ends) else cut.coarse.nodes[:1]
+    places = (ends[:, :1] + shares * (ends[:, 1:] - ends[:, :1])).reshape(-1, 3) if len(ends) else cut.coarse.nodes[:1]
     radii = radii if len(ends) else np.full(depth, -1.0)
-    return with_midpoints(LocalRefinement(cut, depth).around(near, radii.tolist(), rim), depth)
+    return with_midpoints(LocalRefinement(cut, depth).around(places, radii.tolist(), rim), depth)
 
 
 def lips_of(cut: CutBody, body: Body, side: int) -> np.ndarray:
@@ -180,10 +180,10 @@ def lips_of(cut: CutBody, body: Body, side: int) -> np.ndarray:
 
 def pulled(problem: Grasping, hooks: Sequence[Hook]) -> np.ndarray:
     """Return the positions (n, 3) [m] with all hooks at their displacements; errors as ``Grasping.push``."""
-    directions, largest = np.zeros_like(problem.mesh.nodes), max(float(np.linalg.norm(h.shift_m)) for h in hooks)
+    directions, largest_m = np.zeros_like(problem.mesh.nodes), max(float(np.linalg.norm(h.shift_m)) for h in hooks)
     for hook in hooks:
-        directions[hook.patch.nodes_of(problem.mesh)] = hook.shift_m / largest
-    (state,) = problem.push(directions[problem.grasped], [largest], TOLERANCE)
+        directions[hook.patch.nodes_of(problem.mesh)] = hook.shift_m / largest_m
+    (state,) = problem.push(directions[problem.grasped], [largest_m], TOLERANCE)
     return state.x
 
 
@@ -224,8 +224,8 @@ class CutMesh:
         signs = np.where(self._cut.cut.across(surface) >= 0.0, 1.0, -1.0)
         displacement = skin_map(self._mesh, side, surface, signs) @ moved
         # where the cut crosses an edge of the skin the lips end beside it, and the place is on one of them
-        first, second = (skin_map(self._mesh, side, places, sign, beside=BESIDE) @ moved for sign in (1.0, -1.0))
-        return Pulled(displacement, first - second, forces_on(self.problem, self._hooks, x))
+        positive, negative = (skin_map(self._mesh, side, places, sign, beside=BESIDE) @ moved for sign in (1.0, -1.0))
+        return Pulled(displacement, positive - negative, forces_on(self.problem, self._hooks, x))
 
     def least_opening(self, x: np.ndarray) -> tuple[float, float]:
         """Return the least and the largest opening [m] between nodes of both lips, along the normal of the cut.
@@ -233,15 +233,15 @@ class CutMesh:
         x : positions (n, 3) [m]. Lips are halved independently, so that nodes without one opposite are left out.
         """
         lips, rest = [lips_of(self._cut, self._body, side) for side in (0, 1)], self.problem.mesh.nodes
-        first, second = map(np.unique, lips)
+        nodes_0, nodes_1 = map(np.unique, lips)
         # bytes of coordinates, by which nodes at the same place are paired
-        keys, others = (np.ascontiguousarray(rest[each] + 0.0).view("V24").ravel() for each in (first, second))
-        _, one, other = np.intersect1d(keys, others, return_indices=True)
-        first, second = first[one], second[other]
+        keys_0, keys_1 = (np.ascontiguousarray(rest[each] + 0.0).view("V24").ravel() for each in (nodes_0, nodes_1))
+        _, paired_0, paired_1 = np.intersect1d(keys_0, keys_1, return_indices=True)
+        nodes_0, nodes_1 = nodes_0[paired_0], nodes_1[paired_1]
         normals = np.zeros_like(rest)
         for corner in range(3):
             np.add.at(normals, lips[0][:, corner], area_normals(rest, lips[0]))
-        opening = -((x[first] - x[second]) * unit(normals[first])).sum(axis=1)
+        opening = -((x[nodes_0] - x[nodes_1]) * unit(normals[nodes_0])).sum(axis=1)
         return float(opening.min(initial=0.0)), float(opening.max(initial=0.0))
 
     def _side_of_skin(self) -> np.ndarray:
@@ -257,8 +257,8 @@ class CutMesh:
 def _grasped(cut: CutBody, patch: GraspedPatch) -> np.ndarray:
     """Return the nodes of a cut mesh that a hook grasps, increasing; InputError if any is at the cut or is held."""
     mesh, nodes = cut.coarse, patch.nodes_of(cut.coarse)
-    on_mesh = GraspedPatch(mesh.nodes[mesh.triangles[np.isin(mesh.triangles, nodes).all(axis=1)]])
-    if np.isin(nodes, cut.lips).any() or abs(on_mesh.area_m2 - patch.area_m2) > 1e-6 * patch.area_m2:
+    mesh_patch = GraspedPatch(mesh.nodes[mesh.triangles[np.isin(mesh.triangles, nodes).all(axis=1)]])
+    if np.isin(nodes, cut.lips).any() or abs(mesh_patch.area_m2 - patch.area_m2) > 1e-6 * patch.area_m2:
         raise InputError(f"{cut.name}: a hook is so near the cut that the mesh there is not the body's; move it away.")
     if np.isin(nodes, cut.anchors[0]).any():
         raise InputError(f"{cut.name}: a hook grasps what is held; move it away.")
@@ -267,8 +267,8 @@ def _grasped(cut: CutBody, patch: GraspedPatch) -> np.ndarray:
 
 def _among(triangles: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Return which of ``triangles`` (t, 3) are among others (k, 3), in whatever order of nodes, (t,) bool."""
-    known = set(map(tuple, np.sort(others, axis=1).tolist()))
-    return np.array([tuple(each) in known for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
+    known_triangles = set(map(tuple, np.sort(others, axis=1).tolist()))
+    return np.array([tuple(each) in known_triangles for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
 
 
 def with_patches(body: Body, hooks: Sequence[Hook], level: int) -> Body:
@@ -276,8 +276,8 @@ def with_patches(body: Body, hooks: Sequence[Hook], level: int) -> Body:
     if not (depth := len(body.levels) - 1 - level):
         return body
     corners = np.concatenate([hook.patch.corners for hook in hooks])
-    reach = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
-    radii = (reach * 2.0 ** np.arange(depth)[::-1]).tolist()
+    longest_edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+    radii = (longest_edge * 2.0 ** np.arange(depth)[::-1]).tolist()
     return LocalRefinement(body.from_level(level), depth).around(corners.reshape(-1, 3), radii)
 
 
@@ -291,35 +291,35 @@ def truth_of_cut(
     """
     begin, surface = perf_counter(), body.fine.nodes[body.fine.surface]
     places = mouth(body.fine, cut) if places is None else places
-    coarser = cut_body(with_patches(body, hooks, len(body.levels) - 2), cut, edge_m, front_m)
-    base = cut_body(body, cut, edge_m, front_m)
-    first = CutMesh(coarser, hooks, 0, 0)
-    before, answers, nodes = first.answer(first.pull(), surface, places), {}, 0
+    coarser_cut = cut_body(with_patches(body, hooks, len(body.levels) - 2), cut, edge_m, front_m)
+    finer_cut = cut_body(body, cut, edge_m, front_m)
+    coarser_mesh = CutMesh(coarser_cut, hooks, 0, 0)
+    coarser_answer, answers, nodes = coarser_mesh.answer(coarser_mesh.pull(), surface, places), {}, 0
     for front, rim in CROSS:
-        mesh = CutMesh(base, hooks, front, rim)
-        x = mesh.pull()
-        answers[front, rim] = mesh.answer(x, surface, places)
-        nodes = max(nodes, len(x))
+        last_mesh = CutMesh(finer_cut, hooks, front, rim)
+        positions = last_mesh.pull()
+        answers[front, rim] = last_mesh.answer(positions, surface, places)
+        nodes = max(nodes, len(positions))
     limit = limit_over(answers, (1, 1), (None, None))
-    limit.off.append([combined((WHOLE, -WHOLE), (answers[0, 0], before))])
-    own, (least, widest) = limit.own(pull_errors).sum(axis=0), mesh.least_opening(x)
-    assert isinstance(base.coarse, TetMesh)
+    limit.off.append([combined((WHOLE, -WHOLE), (answers[0, 0], coarser_answer))])
+    own_errors, (least_opening, widest) = limit.own(pull_errors).sum(axis=0), last_mesh.least_opening(positions)
+    assert isinstance(finer_cut.coarse, TetMesh)
     return CutTruth(
         limit.answer,
-        own,
+        own_errors,
         front_ratio=limit.ratios[0].displacement,
         rim_ratio=limit.ratios[1].displacement,
-        least_opening_m=least,
-        least_det=mesh.problem.least_det(x),
-        least_angle=float(dihedral_angles(base.coarse).min()),
+        least_opening_m=least_opening,
+        least_det=last_mesh.problem.least_det(positions),
+        least_angle=float(dihedral_angles(finer_cut.coarse).min()),
         nodes=nodes,
         seconds=perf_counter() - begin,
         rejected=rejection(
             (
-                own[0] <= MOST_SURFACE and own[1] <= MOST_OPENING,
-                f"the meshes are too far apart (own error {own[0]:.1%}, of the opening {own[1]:.1%})",
+                own_errors[0] <= MOST_SURFACE and own_errors[1] <= MOST_OPENING,
+                f"the meshes are too far apart (own error {own_errors[0]:.1%}, of the opening {own_errors[1]:.1%})",
             ),
-            (least >= -CLOSED * widest, f"the lips close (overlap {-1e3 * least:.2g} mm)"),
+            (least_opening >= -CLOSED * widest, f"the lips close (overlap {-1e3 * least_opening:.2g} mm)"),
         ),
     )
 

@@ -113,9 +113,9 @@ def read(path: Path | str) -> Database:
         stored = {field.name: _attribute(path, file, field.name) for field in fields(Material)}
         law = str(stored.pop("law"))
         material = Material(**{name: float(value) for name, value in stored.items()}, law=law)
-        digest = str(_attribute(path, file, "config_digest"))
+        config_digest = str(_attribute(path, file, "config_digest"))
     check(values, str(path))
-    return Database(**values, material=material, config_digest=digest)
+    return Database(**values, material=material, config_digest=config_digest)
 
 
 def _store(group: "h5py.Group", name: str, value: np.ndarray | sparse.csr_array, unit: str) -> None:
@@ -137,15 +137,15 @@ def _attribute(path: Path | str, file: "h5py.File", name: str) -> Any:
 def _load(path: Path | str, file: "h5py.File", name: str) -> np.ndarray | sparse.csr_array:
     """Read a field; InputError if it is missing, damaged or in another unit."""
     field = FIELDS[name]
-    place = file.get(f"{field.group}/{name}")
-    if place is None:
+    dataset = file.get(f"{field.group}/{name}")
+    if dataset is None:
         refuse(str(path), name, "is missing")
-    if (unit := place.attrs.get("unit")) != field.unit:
+    if (unit := dataset.attrs.get("unit")) != field.unit:
         refuse(str(path), name, f"has unit {unit} instead of {field.unit}")
     try:
         if name != "prolongation":
-            return place[()]
-        matrix = sparse.csr_array(tuple(place[part][()] for part in _PARTS), shape=tuple(place.attrs["shape"]))
+            return dataset[()]
+        matrix = sparse.csr_array(tuple(dataset[part][()] for part in _PARTS), shape=tuple(dataset.attrs["shape"]))
         matrix.check_format(full_check=True)
         return matrix
     except (OSError, KeyError, TypeError, ValueError) as error:
@@ -185,15 +185,15 @@ def check(values: dict[str, Any], where: str) -> None:
 
 
 def _check_shape(where: str, name: str, shape: tuple[int, ...], lengths: dict[str, int]) -> None:
-    """Raise InputError for a field whose shape is not that of its ``Field``; lengths : of earlier fields, by name."""
-    wanted = FIELDS[name].shape
-    if len(shape) != len(wanted):
-        refuse(where, name, f"has {len(shape)} dimensions instead of {len(wanted)}")
-    for have, want in zip(shape, wanted, strict=True):
-        if have == 0:
+    """Raise InputError for a shape other than the ``Field``'s; lengths : by name of a dimension; new ones are added."""
+    dims = FIELDS[name].shape
+    if len(shape) != len(dims):
+        refuse(where, name, f"has {len(shape)} dimensions instead of {len(dims)}")
+    for length, dim in zip(shape, dims, strict=True):
+        if length == 0:
             refuse(where, name, "is empty")
-        if have != (want if isinstance(want, int) else lengths.setdefault(want, have)):
-            expected = tuple(want if isinstance(want, int) else lengths.get(want, want) for want in wanted)
+        if length != (dim if isinstance(dim, int) else lengths.setdefault(dim, length)):
+            expected = tuple(dim if isinstance(dim, int) else lengths.get(dim, dim) for dim in dims)
             refuse(where, name, f"has shape {shape} instead of {expected}")
 
 
@@ -236,15 +236,15 @@ def split(contact: np.ndarray, train: int, test: int, kind: str, seed: int) -> t
     kind : "samples" tests random samples, as the paper; "contacts" all samples of random contacts
     Raises InputError for an empty side, counts that do not add up to k, and counts that no set of whole contacts has.
     """
-    k = len(contact)
+    n_samples = len(contact)
     if train < 1 or test < 1:
         raise InputError(f"split: train {train} and test {test} must both be at least 1.")
-    if train + test != k:
-        raise InputError(f"split: train {train} and test {test} must add up to the {k} samples there are.")
+    if train + test != n_samples:
+        raise InputError(f"split: train {train} and test {test} must add up to the {n_samples} samples there are.")
     random = np.random.default_rng(seed)
     if kind == "samples":
-        order = random.permutation(k)
-        return np.sort(order[test:]), np.sort(order[:test])
+        shuffled = random.permutation(n_samples)
+        return np.sort(shuffled[test:]), np.sort(shuffled[:test])
     if kind != "contacts":
         raise InputError(f"split: kind {kind!r} is unknown; use samples or contacts.")
     held_out = np.isin(contact, _contacts_with(contact, test, random))
@@ -252,19 +252,19 @@ def split(contact: np.ndarray, train: int, test: int, kind: str, seed: int) -> t
 
 
 def _contacts_with(contact: np.ndarray, wanted_count: int, random: np.random.Generator) -> np.ndarray:
-    """Choose random contacts with exactly ``wanted_count`` samples in all, by dynamic programming over sums."""
+    """Choose contacts with ``wanted_count`` samples in all: of each total in reach, one random choice is remembered."""
     nodes, counts = np.unique(contact, return_counts=True)
-    reached: dict[int, list[int]] = {0: []}
-    for i in random.permutation(len(nodes)):
-        for total in sorted(reached, reverse=True):
-            larger = total + counts[i]
-            if larger <= wanted_count and larger not in reached:
-                reached[larger] = [*reached[total], i]
-    if wanted_count not in reached:
+    chosen_of_total: dict[int, list[int]] = {0: []}
+    for contact_index in random.permutation(len(nodes)):
+        for total in sorted(chosen_of_total, reverse=True):
+            larger_total = total + counts[contact_index]
+            if larger_total <= wanted_count and larger_total not in chosen_of_total:
+                chosen_of_total[larger_total] = [*chosen_of_total[total], contact_index]
+    if wanted_count not in chosen_of_total:
         raise InputError(
             f"split: no set of whole contacts has {wanted_count} test samples; make test a multiple of those."
         )
-    return nodes[reached[wanted_count]]
+    return nodes[chosen_of_total[wanted_count]]
 
 
 SPLITS = ("samples", "contacts")
@@ -296,12 +296,12 @@ def deal(contact: np.ndarray, seed: int) -> np.ndarray:
     contact : (k,) contact node of each sample; all samples of a contact are in one fold
     Raises InputError for fewer than three contacts: one for training, one for choosing settings, and one for testing.
     """
-    nodes, which = np.unique(contact, return_inverse=True)
+    nodes, node_of_sample = np.unique(contact, return_inverse=True)
     if len(nodes) < 3:
         raise InputError(f"tradeoff.contacts: {len(nodes)} contacts are too few to train, choose and test; give 3.")
-    dealt = np.empty(len(nodes), dtype=int)
-    dealt[np.random.default_rng(seed).permutation(len(nodes))] = np.arange(len(nodes)) % min(FOLDS, len(nodes)) + 1
-    return dealt[which]
+    folds = np.empty(len(nodes), dtype=int)
+    folds[np.random.default_rng(seed).permutation(len(nodes))] = np.arange(len(nodes)) % min(FOLDS, len(nodes)) + 1
+    return folds[node_of_sample]
 
 
 def fold_table(db: Database, seed: int) -> pd.DataFrame:
@@ -324,8 +324,8 @@ def fold_sides(samples: pd.DataFrame, split: int) -> tuple[np.ndarray, np.ndarra
     folds = int(samples["fold"].max())
     if not 1 <= split <= folds:
         raise InputError(f"tradeoff.splits: there is no split {split}; the samples have the splits 1 to {folds}.")
-    test, chooses = (samples["fold"] == fold for fold in (split, split % folds + 1))
-    return tuple(samples.loc[side, "sample"].to_numpy() for side in (~test & ~chooses, chooses, test))
+    is_test, is_validation = (samples["fold"] == fold for fold in (split, split % folds + 1))
+    return tuple(samples.loc[side, "sample"].to_numpy() for side in (~is_test & ~is_validation, is_validation, is_test))
 
 
 def training_presses(samples: pd.DataFrame, split: int) -> np.ndarray:
@@ -335,7 +335,7 @@ def training_presses(samples: pd.DataFrame, split: int) -> np.ndarray:
     """
     train, *_ = fold_sides(samples, split)
     rows = samples.set_index("sample").loc[train].reset_index()
-    chosen = [own["sample"].iloc[i % len(own)] for i, (_, own) in enumerate(rows.groupby("contact", sort=True))]
+    chosen = [part["sample"].iloc[i % len(part)] for i, (_, part) in enumerate(rows.groupby("contact", sort=True))]
     return np.sort(np.array(chosen, dtype=int))
 
 

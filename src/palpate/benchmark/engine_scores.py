@@ -43,12 +43,12 @@ def score_table(scores: pd.DataFrame, truth: Mapping[str, float], beside: pd.Dat
     beside : rows of palpate's own, of accuracy_vs_time.csv or the table of that kind of questions, or None
     """
     engine = scores.assign(**{f"truth_{name}": value for name, value in truth.items()})
-    parts = [engine.assign(tied_with=[_ties(row, truth, beside) for _, row in engine.iterrows()])]
+    tables = [engine.assign(tied_with=[_ties(row, truth, beside) for _, row in engine.iterrows()])]
     if beside is not None and len(beside):
-        parts.append(
+        tables.append(
             beside.assign(engine=OWN, version=beside.get("commit", ""), hardware="that of the results", tied_with="")
         )
-    table = pd.concat([part.dropna(axis=1, how="all") for part in parts], ignore_index=True)
+    table = pd.concat([part.dropna(axis=1, how="all") for part in tables], ignore_index=True)
     return table.reindex(columns=ANSWERS.columns)
 
 
@@ -60,6 +60,6 @@ def _ties(row: pd.Series, truth: Mapping[str, float], beside: pd.DataFrame | Non
     if beside is None or not np.isfinite(row["rmse_of_peak"]):
         return ""
     floor = max(EXACT, np.nan_to_num(truth["rmse_of_peak"]))
-    mine, theirs = max(row["rmse_of_peak"], floor), beside["rmse_of_peak"].clip(lower=floor)
-    alike = beside[(np.maximum(theirs, mine) <= EQUAL * np.minimum(theirs, mine))]
-    return "; ".join(f"{name} {setting}" for name, setting in zip(alike["model"], alike["setting"], strict=True))
+    error, errors = max(row["rmse_of_peak"], floor), beside["rmse_of_peak"].clip(lower=floor)
+    tied = beside[(np.maximum(errors, error) <= EQUAL * np.minimum(errors, error))]
+    return "; ".join(f"{name} {setting}" for name, setting in zip(tied["model"], tied["setting"], strict=True))

@@ -88,8 +88,8 @@ class Load:
 
     def with_found(self, forces: np.ndarray) -> np.ndarray:
         """Return the force of every press, (presses, 3) [N]; forces : those of the presses to a depth, in order."""
-        rest = iter(forces)
-        return np.array([next(rest) if press.force is None else press.force for press in self.presses])
+        found = iter(forces)
+        return np.array([next(found) if press.force is None else press.force for press in self.presses])
 
     def times(self, factor: float) -> "Load":
         """Return the load with every force or displacement times ``factor``."""
@@ -165,14 +165,14 @@ class Response:
         """Return the RMSE against ``other``, over its peak; InputError unless both are of the same surface."""
         if not isinstance(other, Response):
             raise InputError(f"an error is that against another response, and not against {other!r}.")
-        own, others = (each.body.fine.nodes[each.body.fine.surface] for each in (self, other))
-        if not np.array_equal(own, others):
+        nodes, theirs = (each.body.fine.nodes[each.body.fine.surface] for each in (self, other))
+        if not np.array_equal(nodes, theirs):
             raise InputError(
-                f"the responses are of surfaces of {len(own)} and {len(others)} nodes that differ; ask both models "
+                f"the responses are of surfaces of {len(nodes)} and {len(theirs)} nodes that differ; ask both models "
                 "about one body, at any of its levels."
             )
-        apart = np.sum((self.displacement_m - other.displacement_m) ** 2, axis=1)
-        return float(np.sqrt(np.mean(apart)) / other.peak_m)
+        squares = np.sum((self.displacement_m - other.displacement_m) ** 2, axis=1)
+        return float(np.sqrt(np.mean(squares)) / other.peak_m)
 
 
 class Answer(NamedTuple):

@@ -78,10 +78,10 @@ def prepared_settings(
     texts = [model.text for model in models]
     if twice := [text for text in texts if texts.count(text) > 1]:
         raise InputError(f"{name} is tried with {twice[0]} twice; give each setting once in its tried.")
-    charged = replace(case, used={})  # notes what a model takes, apart from the caller's case
+    charged_case = replace(case, used={})  # notes what a model takes, apart from the caller's case
     for model in progress([model for model in models if re.search(pattern, model.text)]):
-        charged.used.clear()
-        yield prepared(about_of(name, model, case), partial(model.prepare, charged), charged.used)
+        charged_case.used.clear()
+        yield prepared(about_of(name, model, case), partial(model.prepare, charged_case), charged_case.used)
 
 
 class Kind:
@@ -132,7 +132,7 @@ class Kind:
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         """Ask what is not timed: return further columns of a setting, and rows of questions that no mean includes.
 
-        one, rows : the prepared setting, and its rows of questions
+        one, rows : a prepared setting of a model, and its rows of questions
         """
         return {}, []
 
@@ -167,16 +167,16 @@ def measure(kind: Kind, settings: Iterable[Prepared], repeats: int, budget_s: fl
     questions: list[Row] = []
     of_settings: list[Row] = []
     with threadpool_limits(limits=1):
-        for one in settings:
-            if isinstance(one.solver, LeftOut):
-                warnings.warn(f"{one.about['model']} is left out: {one.solver}.", stacklevel=2)
+        for setting in settings:
+            if isinstance(setting.solver, LeftOut):
+                warnings.warn(f"{setting.about['model']} is left out: {setting.solver}.", stacklevel=2)
                 continue
-            rows = ask(kind, one.solver, repeats, budget_s)
-            offline_s = one.seconds + sum(one.used.values())
-            costs = {"offline_s": offline_s, "memory_mb": float(getattr(one.solver, "memory_mb", 0.0))}
-            more, rest = kind.further(one, rows)
-            questions += [kind.labels | one.about | row for row in (*rows, *rest)]
-            of_settings.append(kind.labels | one.about | costs | kind.means(rows) | more)
+            rows = ask(kind, setting.solver, repeats, budget_s)
+            offline_s = setting.seconds + sum(setting.used.values())
+            costs = {"offline_s": offline_s, "memory_mb": float(getattr(setting.solver, "memory_mb", 0.0))}
+            more_columns, more_rows = kind.further(setting, rows)
+            questions += [kind.labels | setting.about | row for row in (*rows, *more_rows)]
+            of_settings.append(kind.labels | setting.about | costs | kind.means(rows) | more_columns)
     return questions, of_settings
 
 
@@ -199,26 +199,26 @@ def ask(kind: Kind, solver: Any, repeats: int, budget_s: float) -> list[Row]:
         return [row | failed(failure) for row in rows]
     answered = []
     for i, row in enumerate(rows):
-        begin = time.perf_counter()
+        began = time.perf_counter()
         try:
             kind.ready(solver, i)
         except NotConverged as failure:
             row |= failed(failure)
         else:
             answered.append(i)
-        row["preparation_s"] = time.perf_counter() - begin
-    judged: dict[int, Row] = {}
+        row["preparation_s"] = time.perf_counter() - began
+    judged_rows: dict[int, Row] = {}
 
-    def receive(k: int, answer: Any) -> None:
+    def receive(number: int, answer: Any) -> None:
         if kind.n_surface is not None:
             checked(answer, kind.n_surface, kind.place)
-        if k not in judged:
-            judged[k] = kind.judged(answered[k], answer)
+        if number not in judged_rows:
+            judged_rows[number] = kind.judged(answered[number], answer)
 
     if answered:
         timed = time_calls(_Calls(kind, solver, answered), repeats, budget_s, receive, kind.warm_up)
-        for k, why in enumerate(timed.failures):
-            rows[answered[k]] |= failed(why) if why else judged[k] | spent(timed.seconds[k])
+        for number, why in enumerate(timed.failures):
+            rows[answered[number]] |= failed(why) if why else judged_rows[number] | spent(timed.seconds[number])
     return rows
 
 
@@ -276,10 +276,10 @@ def time_calls(
     count = len(calls)
     timed = Timed([[] for _ in range(count)], [None] * count)
     with threadpool_limits(limits=1):
-        dropped = [_once(calls, i % count, lambda i, answer: None)[0] for i in range(warm_up)]
-        limit = min(repeats, SLOW_CALLS) if dropped and dropped[0] > SLOW_S else repeats
+        warm_up_s = [_once(calls, i % count, lambda i, answer: None)[0] for i in range(warm_up)]
+        max_calls = min(repeats, SLOW_CALLS) if warm_up_s and warm_up_s[0] > SLOW_S else repeats
         calls_made, began = 0, time.perf_counter()
-        while calls_made < count or (calls_made < limit and time.perf_counter() - began < budget_s):
+        while calls_made < count or (calls_made < max_calls and time.perf_counter() - began < budget_s):
             i = calls_made % count
             calls_made += 1
             if timed.failures[i]:

@@ -240,11 +240,11 @@ class Model(Block):
     def needs_contacts(self) -> bool:
         """Whether it answers prepared contacts only.
 
-        A coarse answer or a start that is the stored linear response makes any model one that does, and so does a
-        limit that stored responses are extrapolated to.
+        Any model does whose ``coarse`` answer or ``start`` is the stored linear response, or whose ``target`` is the
+        LIMIT to which stored responses are extrapolated.
         """
-        start = getattr(self, "coarse", None), getattr(self, "start", None)
-        return self.prepared or "linear" in start or getattr(self, "target", None) == LIMIT
+        start_points = getattr(self, "coarse", None), getattr(self, "start", None)
+        return self.prepared or "linear" in start_points or getattr(self, "target", None) == LIMIT
 
 
 @lru_cache(maxsize=2)
@@ -300,10 +300,10 @@ def training_counts(case: Case, shares: Iterable[float]) -> list[int]:
 
 def distinct(models: Iterable[Kind]) -> list[Kind]:
     """Return ``models`` without those whose setting equals that of one before them."""
-    first: dict[str, Kind] = {}
+    model_of_text: dict[str, Kind] = {}
     for model in models:
-        first.setdefault(model.text, model)
-    return list(first.values())
+        model_of_text.setdefault(model.text, model)
+    return list(model_of_text.values())
 
 
 def setting_text(setting: Setting) -> str:
@@ -350,22 +350,22 @@ def held_mb(held: object) -> float:
     models of a case share. Sparse LU factors count 12 bytes a stored number. Small objects and code do not count.
     """
     total = 0
-    waiting: list[Any] = [held]
+    to_visit: list[Any] = [held]
     seen: dict[int, object] = {}  # the objects too, so that no number of one is given to another
-    while waiting:
-        thing = waiting.pop()
-        if isinstance(thing, _PLAIN) or id(thing) in seen:
+    while to_visit:
+        item = to_visit.pop()
+        if isinstance(item, _PLAIN) or id(item) in seen:
             continue
-        seen[id(thing)] = thing
-        if isinstance(thing, np.ndarray):
-            if isinstance(thing.base, np.ndarray):
-                waiting.append(thing.base)
+        seen[id(item)] = item
+        if isinstance(item, np.ndarray):
+            if isinstance(item.base, np.ndarray):
+                to_visit.append(item.base)
             else:
-                total += thing.nbytes
-        elif type(thing).__name__ == "SuperLU":
-            total += 12 * thing.nnz
+                total += item.nbytes
+        elif type(item).__name__ == "SuperLU":
+            total += 12 * item.nnz
         else:
-            waiting += _inside(thing)
+            to_visit += _inside(item)
     return total / 1e6
 
 

@@ -127,7 +127,7 @@ def motion_truth(
     progress: Callable = iter,
     like: MotionTruth | None = None,
 ) -> MotionTruth:
-    """Find the truth of a body's motion from rest.
+    """Find the truth of a body's motion from rest: extrapolate runs with ever finer elements and shorter steps.
 
     loads, rayleigh : as ``QuadraticMotion`` takes them
     frames : number of equal parts of ``duration_s`` [s], at whose ends the surface is taken
@@ -143,27 +143,27 @@ def motion_truth(
         if loads.contact
         else _Levels(body, count if like is None else 2, loads, rayleigh)
     )
-    # how often elements and steps are halved
+    # how often elements (n_space) and steps (n_time) are halved; a run starts from that with one n_space less
     if like is None:
-        halvings = [(0, 0), (0, 1), (0, 2), (1, 1), *((finer, 0) for finer in range(1, count))]
+        halvings = [(0, 0), (0, 1), (0, 2), (1, 1), *((n_space, 0) for n_space in range(1, count))]
     else:
         halvings = [(0, 0), (0, 1), (1, 0)]
     runs: dict[tuple[int, int], MotionRun] = {}
     middles: dict[tuple[int, int], list[np.ndarray]] = {}
     motion: QuadraticMotion | None = None
     level = -1
-    for finer, halved in progress(halvings):
-        if motion is None or meshes.first + finer != level:
-            motion, level = None, meshes.first + finer  # before the next one is made, which is eight times as large
+    for n_space, n_time in progress(halvings):
+        if motion is None or meshes.first + n_space != level:
+            motion, level = None, meshes.first + n_space  # before the next one is made, which is eight times as large
             motion, up = meshes.motion(level)
-        coarser = (finer - 1, halved) if meshes.nested and (finer - 1, halved) in runs else None
-        number = steps * 2**halved
-        h = duration_s / number
+        coarser_run = (n_space - 1, n_time) if meshes.nested and (n_space - 1, n_time) in runs else None
+        n_steps = steps * 2**n_time
+        step_s = duration_s / n_steps
         if meshes.nested and not runs:  # what the first step compiles is no part of a time
-            next(meshes.steps(motion, level, h, number, []))
-        simulation = meshes.steps(motion, level, h, number, middles[coarser] if coarser else [])
-        begun_s = runs[coarser].seconds if coarser else 0.0
-        runs[finer, halved], middles[finer, halved] = _simulate(motion, up, simulation, level, number, frames, begun_s)
+            next(meshes.steps(motion, level, step_s, n_steps, []))
+        states = meshes.steps(motion, level, step_s, n_steps, middles[coarser_run] if coarser_run else [])
+        begun_s = runs[coarser_run].seconds if coarser_run else 0.0
+        runs[n_space, n_time], middles[n_space, n_time] = _simulate(motion, up, states, level, n_steps, frames, begun_s)
     return _truth_of_runs(meshes.patch, runs, like)
 
 
@@ -182,15 +182,15 @@ class _Levels:
         self._whole, self.patch = with_midpoints(body, self.first + count - 1), pressed_nodes(body, loads)
 
     def motion(self, level: int) -> tuple[QuadraticMotion, sparse.csr_array]:
-        """Return the motion on a level, and the map of its nodes to the fine surface."""
+        """Return the motion on a level, and the map (n_surface, n) of its nodes: to finer levels, then the surface."""
         motion, body, levels = QuadraticMotion(self._whole, level, *self._moved), self._body, self._whole.levels
-        last = max(level + 1, len(body.levels) - 1)
+        finest = max(level + 1, len(body.levels) - 1)
         surface = body.fine.surface
-        shape = len(surface), len(levels[last].nodes)
-        up = sparse.csr_array((np.ones(shape[0]), (np.arange(shape[0]), surface)), shape=shape)
-        for k in range(last - 2, level - 1, -1):
-            up = up @ quadratic_prolongation(*levels[k : k + 2])
-        return motion, up
+        map_shape = len(surface), len(levels[finest].nodes)
+        to_surface = sparse.csr_array((np.ones(map_shape[0]), (np.arange(map_shape[0]), surface)), shape=map_shape)
+        for k in range(finest - 2, level - 1, -1):
+            to_surface = to_surface @ quadratic_prolongation(*levels[k : k + 2])
+        return motion, to_surface
 
     def steps(
         self, motion: QuadraticMotion, level: int, h: float, count: int, before: list[np.ndarray]
@@ -199,11 +199,11 @@ class _Levels:
 
         before : positions (n, 3) [m] at the middle of each step on the level before, from which steps start
         """
-        begun = {}
+        starts = {}
         if before:
-            up = quadratic_prolongation(*self._whole.levels[level - 1 : level + 1])
-            begun = {"coarser": (up @ middle for middle in before)}
-        return motion.steps(h, count, TOLERANCE, **begun)
+            prolongation = quadratic_prolongation(*self._whole.levels[level - 1 : level + 1])
+            starts = {"coarser": (prolongation @ middle for middle in before)}
+        return motion.steps(h, count, TOLERANCE, **starts)
 
 
 TOUCHED_TOLERANCE = 1e-3
@@ -236,16 +236,16 @@ class _TouchedLevels:
         corners = self._base.coarse.nodes[self._base.coarse.triangles]
         self._edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
         self._touched = self._find_touched(duration_s / steps, steps)
-        near = cKDTree(self._touched).query(body.fine.nodes[body.fine.surface])[0]
-        self.patch = near <= self._radius
+        distances = cKDTree(self._touched).query(body.fine.nodes[body.fine.surface])[0]
+        self.patch = distances <= self._radius
 
     def motion(self, number: int) -> tuple[TouchedMotion, sparse.csr_array]:
         """Return the motion on mesh ``number``, 0 the coarsest, and the map of its nodes to the body's fine surface."""
         if not number:
             return self._moved(self._base.up_to(0), 0, lambda at: np.ones(len(at), dtype=bool))
         body = refined(self._base, self._touched, MARGIN * self._edge / 2.0 ** np.arange(number), number)
-        touched, reach = cKDTree(self._touched), self._edge + self._radius
-        return self._moved(body, number, lambda at: touched.query(at)[0] <= reach)
+        touched_tree, reach = cKDTree(self._touched), self._edge + self._radius
+        return self._moved(body, number, lambda at: touched_tree.query(at)[0] <= reach)
 
     def _moved(
         self, body: Body, number: int, near: Callable[[np.ndarray], np.ndarray]
@@ -276,7 +276,7 @@ class _TouchedLevels:
 
 def _simulate(
     motion: QuadraticMotion,
-    up: sparse.csr_array,
+    to_surface: sparse.csr_array,
     steps: Iterator[Reached],
     level: int,
     count: int,
@@ -285,22 +285,22 @@ def _simulate(
 ) -> tuple[MotionRun, list[np.ndarray]]:
     """Simulate a motion in ``count`` steps; return it, and the positions (n, 3) [m] at the middle of each step.
 
-    up : map of the mesh's nodes to the fine surface; steps : yields the states at their ends
+    to_surface : map of the mesh's nodes to the fine surface; steps : yields the states at their ends
     frames, begun_s : as of ``motion_truth`` and ``MotionRun``
     """
-    rest, least_det, convex, work, lost = motion.mesh.nodes, np.inf, True, 0.0, 0.0
-    surface, middles, forces, seconds, last = [], [], [], [], perf_counter()
-    for number, state in enumerate(steps, start=1):
-        seconds.append(perf_counter() - last)
-        work, lost = work + state.work_j, lost + state.lost_j
+    rest, least_det, convex, work_j, lost_j = motion.mesh.nodes, np.inf, True, 0.0, 0.0
+    surface, middles, forces, seconds, step_began = [], [], [], [], perf_counter()
+    for step, state in enumerate(steps, start=1):
+        seconds.append(perf_counter() - step_began)
+        work_j, lost_j = work_j + state.work_j, lost_j + state.lost_j
         middles.append(state.middle)
         forces.append(state.forces)
         convex &= state.convex
-        if number % (count // frames) == 0:
-            surface.append(up @ (state.x - rest))
+        if step % (count // frames) == 0:
+            surface.append(to_surface @ (state.x - rest))
             least_det = min(least_det, motion.least_det(state.x))
-        last = perf_counter()
-    balance = abs(motion.total_energy(state.x, state.v) + lost - work) / abs(work)
+        step_began = perf_counter()
+    balance = abs(motion.total_energy(state.x, state.v) + lost_j - work_j) / abs(work_j)
     force = np.array(forces).reshape(frames, count // frames, -1, 3).mean(axis=1)
     times = begun_s, sum(seconds), float(np.percentile(seconds, 95)), max(seconds)
     run = MotionRun(level, len(rest), count, np.array(surface), force, *times, least_det, convex, balance)
@@ -326,35 +326,35 @@ def _truth_of_runs(
     pressed : (n_surface,) nodes of the patch; runs : by how often elements and steps are halved
     like : as ``motion_truth`` takes it
     """
-    moved = {key: _Moved(run.surface, run.force) for key, run in runs.items()}
-    by_element, centre = (None, (1, 0)) if like is None else (like.ratio, (0, 0))
-    limit = limit_over(moved, centre, (by_element, BY_STEP))
+    answers = {key: _Moved(run.surface, run.force) for key, run in runs.items()}
+    element_ratio, centre = (None, (1, 0)) if like is None else (like.ratio, (0, 0))
+    limit = limit_over(answers, centre, (element_ratio, BY_STEP))
 
-    def errors(wrong: _Moved, truth: _Moved) -> tuple[float, ...]:
-        force = force_errors(wrong.force, truth.force).force_rms_of_peak
-        return *surface_errors(wrong.displacement, truth.displacement), force
+    def errors(answer: _Moved, truth: _Moved) -> tuple[float, ...]:
+        force = force_errors(answer.force, truth.force).force_rms_of_peak
+        return *surface_errors(answer.displacement, truth.displacement), force
 
-    def surface_errors(wrong: np.ndarray, truth: np.ndarray) -> TruthErrors:
-        return truth_errors(wrong.reshape(-1, 3), truth.reshape(-1, 3), np.tile(pressed, len(truth)))
+    def surface_errors(answer: np.ndarray, truth: np.ndarray) -> TruthErrors:
+        return truth_errors(answer.reshape(-1, 3), truth.reshape(-1, 3), np.tile(pressed, len(truth)))
 
-    parts = limit.own(errors)
-    own, of_force = parts[:, :-1], parts[:, -1]
-    if like is not None:  # two levels lack the last, without which the other's own error is larger by the ratio
+    own_parts = limit.own(errors)
+    own, own_force = own_parts[:, :-1], own_parts[:, -1]
+    if like is not None:  # ``like`` has a level more; with one level less its own error in space is larger by the ratio
         own = np.array([np.maximum(own[0], like.ratio * like.own[0]), *like.own[1:3]])
     own = np.vstack([own, np.sqrt(np.sum(own**2, axis=0))])
-    last = max(key for key in runs if not key[1])
-    change = surface_errors(moved[last[0] - 1, 0].displacement, moved[last].displacement).rmse_of_peak
+    finest = max(key for key in runs if not key[1])
+    change = surface_errors(answers[finest[0] - 1, 0].displacement, answers[finest].displacement).rmse_of_peak
     least_det, convex = min(run.least_det for run in runs.values()), all(run.convex for run in runs.values())
-    rate = limit.ratios[0].displacement
+    space_ratio = limit.ratios[0].displacement
     whole_own = float(own[3, TruthErrors._fields.index("rmse_of_peak")])
     return MotionTruth(
         displacement=limit.answer.displacement,
         own=own,
-        ratio=rate,
-        rejected=objection(rate, whole_own, change, least_det, not convex),
+        ratio=space_ratio,
+        rejected=objection(space_ratio, whole_own, change, least_det, not convex),
         tried=tuple(runs[key] for key in sorted(runs)),
         force=limit.answer.force,
-        own_force=float(np.linalg.norm(of_force)),
+        own_force=float(np.linalg.norm(own_force)),
     )
 
 
@@ -362,8 +362,8 @@ def pressed_nodes(body: Body, loads: Loads) -> np.ndarray:
     """Mark the surface nodes that a push presses, (n,) bool; all of them where there is none."""
     fine, marked = body.fine, np.zeros(len(body.fine.surface), dtype=bool)
     for push in loads.pushes:
-        near = np.linalg.norm(fine.nodes[fine.surface] - push.at_m, axis=1).argmin()
-        marked |= patch_nodes(fine, int(fine.surface[near]), push.radius_m)
+        nearest = np.linalg.norm(fine.nodes[fine.surface] - push.at_m, axis=1).argmin()
+        marked |= patch_nodes(fine, int(fine.surface[nearest]), push.radius_m)
     return marked if marked.any() else ~marked
 
 
@@ -383,5 +383,5 @@ def force_errors(forces: np.ndarray, true: np.ndarray) -> ForceErrors:
     peak = np.linalg.norm(true, axis=2).max(initial=0.0)
     if not peak or forces.shape != true.shape:
         return ForceErrors()
-    off = np.sqrt(np.mean(np.sum((forces - true) ** 2, axis=2)))
-    return ForceErrors(float(off / peak), float(np.linalg.norm(forces, axis=2).max() / peak - 1.0))
+    rms_n = np.sqrt(np.mean(np.sum((forces - true) ** 2, axis=2)))
+    return ForceErrors(float(rms_n / peak), float(np.linalg.norm(forces, axis=2).max() / peak - 1.0))

@@ -40,13 +40,13 @@ class MovingScene:
         level : of the reference; None takes the scene's, but level 1 at least
         """
         loads = Loads(**{effect: getattr(scene, effect) for effect in TAKEN_OVER})
-        last = max(scene.level, 1) if level is None else level
+        finest = max(scene.level, 1) if level is None else level
         if isinstance(body.coarse, Sheet):
-            body = nest_sheet(body, last)
+            body = nest_sheet(body, finest)
         else:
-            while len(body.levels) <= last:
+            while len(body.levels) <= finest:
                 body = finer(body)
-            body = body.up_to(last)
+            body = body.up_to(finest)
         shifts, damping = [other.shift_m for other in scene.others], scene.rayleigh or Rayleigh()
         return cls(scene.name, body, loads, damping, duration_s, frames, shifts, scene.held)
 
@@ -57,6 +57,6 @@ class MovingScene:
         """
         if not self.loads.push:
             return self.loads
-        held = self.body.anchors[-1] if self.held else np.empty(0, dtype=int)
-        discs = placed(self.body.fine, held, self.body.name, self.loads.pushes)
+        held_nodes = self.body.anchors[-1] if self.held else np.empty(0, dtype=int)
+        discs = placed(self.body.fine, held_nodes, self.body.name, self.loads.pushes)
         return self.loads.but(push=Push(loads=discs))

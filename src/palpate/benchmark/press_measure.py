@@ -73,9 +73,9 @@ class Presses(Kind):
     def __init__(
         self, labels: Row, judge: Judge, place: str = "a model", reduces: bool = False, more_of: str | None = None
     ):
-        asked = zip(judge.side, judge.numbers, judge.samples.contact, strict=True)
-        named = [dict(zip(self.question, each, strict=True)) for each in asked]
-        super().__init__(labels | {"split": judge.split}, named, judge.truth.shape[1], place)
+        questions = zip(judge.side, judge.numbers, judge.samples.contact, strict=True)
+        question_columns = [dict(zip(self.question, each, strict=True)) for each in questions]
+        super().__init__(labels | {"split": judge.split}, question_columns, judge.truth.shape[1], place)
         self.judge, self._reduces, self._more_of = judge, reduces, more_of
 
     def call(self, solver: Solver, i: int) -> Call:
@@ -96,23 +96,23 @@ class Presses(Kind):
 
         Errors on validation samples are empty unless all of these were answered.
         """
-        chooses, tests = ([row for row in rows if row["side"] == side] for side in SIDES)
-        columns = pd.DataFrame(chooses, columns=CHOSEN_BY, dtype=float).mean(skipna=False).add_prefix("validation_")
-        every = super().means(rows)
-        kept = {name: every[name] for name in every if name == "failure" or name.startswith("online")}
-        return columns.to_dict() | {"protocol": "live"} | super().means(tests) | kept
+        validation, tests = ([row for row in rows if row["side"] == side] for side in SIDES)
+        columns = pd.DataFrame(validation, columns=CHOSEN_BY, dtype=float).mean(skipna=False).add_prefix("validation_")
+        all_means = super().means(rows)
+        of_all = {name: all_means[name] for name in all_means if name == "failure" or name.startswith("online")}
+        return columns.to_dict() | {"protocol": "live"} | super().means(tests) | of_all
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         """Ask the presses of training contacts and those without a truth, untimed."""
-        lost, rest = isinstance(one.solver, NotConverged), list[Row]()
-        given = [row["failure"] == "" for row, known in zip(rows, self.judge.believed, strict=True) if not known]
-        learns = self._more_of is None or "training" in one.used or not re.search(self._more_of, one.about["setting"])
-        if self.judge.training and not (learns or lost):
-            rest = ask(Presses(self.labels, self.judge.training, self.place, self._reduces), one.solver, 0, 0.0)
+        unprepared, more_rows = isinstance(one.solver, NotConverged), list[Row]()
+        answered = [row["failure"] == "" for row, known in zip(rows, self.judge.believed, strict=True) if not known]
+        no_more = self._more_of is None or "training" in one.used or not re.search(self._more_of, one.about["setting"])
+        if self.judge.training and not (no_more or unprepared):
+            more_rows = ask(Presses(self.labels, self.judge.training, self.place, self._reduces), one.solver, 0, 0.0)
         if (rejected := self.judge.rejected) is not None:
             loads = loads_of(rejected.contact, rejected.force.copy())
-            given += [not lost and self._answers(one.solver, load) for load in loads]
-        return {"rejected": len(given), "rejected_answered": sum(given)}, rest
+            answered += [not unprepared and self._answers(one.solver, load) for load in loads]
+        return {"rejected": len(answered), "rejected_answered": sum(answered)}, more_rows
 
     def _answers(self, solver: Solver, load: Load) -> bool:
         """Return whether ``solver`` answers a load without a doubt or a failure."""
@@ -173,16 +173,16 @@ def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
     zero has none.
     """
     kind = Presses(labels_of(case), judge)
-    own, still = _own(kind), kind.rows()
-    for i, row in enumerate(still):
+    own_rows, zero_rows = _own(kind), kind.rows()
+    for i, row in enumerate(zero_rows):
         row |= judge.errors(i, np.zeros_like(judge.truth[i]))._asdict()
-    rest = _own(Presses(labels_of(case), judge.training)) if judge.training else []
+    training_rows = _own(Presses(labels_of(case), judge.training)) if judge.training else []
     about = kind.labels | {"sees": "load", "prepared": False, "offline_s": 0.0, "memory_mb": 0.0}
     about |= {"rejected": 0, "rejected_answered": 0}
     truth = about | {"model": TRUTH, "setting": OWN_ERROR, "law": case.body.material.law}
     zero = about | {"model": ZERO, "setting": "default", "law": ""}
-    asked = [truth | row for row in (*own, *rest)] + [zero | row for row in still]
-    return tables(kind, asked, [truth | kind.means(own), zero | kind.means(still)])
+    questions = [truth | row for row in (*own_rows, *training_rows)] + [zero | row for row in zero_rows]
+    return tables(kind, questions, [truth | kind.means(own_rows), zero | kind.means(zero_rows)])
 
 
 def _own(kind: Presses) -> list[Row]:

@@ -83,7 +83,7 @@ FAILED = ("inverted", "squeezed", "unstable")
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A trial press: force [N], displacements (n, 3) [m], their peak [m], smallest det F, and why it fails, or ""."""
+    """A trial press: force [N], displacements (n, 3) [m], their peak [m], det F, and why it is ``wrong``, or ""."""
 
     newtons: float
     moved: np.ndarray
@@ -124,74 +124,74 @@ class PressSearch:
 
         bound : force [N] that it may not exceed, because of ``why``
         Where that peak is not reached, it is the deepest press below. The second result is why, or UNCAPPED.
-        NotConverged where no press was found. Forces are searched by secants of force over peak, and by bisection
-        where one fails.
+        NotConverged where no press was found. Forces are tried between those of ``below``, the hardest that holds and
+        stays below the peak, and of ``above``, the gentlest that fails or exceeds it, or None.
         """
-        unit = nodal_load(self._body, self._level, contact, direction, self._radius, order=2)
+        unit_load = nodal_load(self._body, self._level, contact, direction, self._radius, order=2)
         target_peak, max_newtons = magnitude * self._peak, self._most * (magnitude if self._free else 1.0)
         limit = UNCAPPED if self._free else "pressure"
         if bound < max_newtons:
             max_newtons, limit = bound, why
-        stiffness = 1.0 / peak_of(self._linear(unit))
-        low, high = Trial(0.0, np.zeros_like(unit), 0.0, 1.0), None
+        stiffness = 1.0 / peak_of(self._linear(unit_load))
+        below, above = Trial(0.0, np.zeros_like(unit_load), 0.0, 1.0), None
         newtons = min(target_peak * stiffness, max_newtons)
         if newtons > self._most / 2.0:  # not at once to where the body may collapse, which takes long to find out
             newtons *= FIRST
         for _ in range(TRIES):
-            trial = self._press(newtons * unit, newtons, low)
+            trial = self._press(newtons * unit_load, newtons, below)
             if not trial.wrong and abs(trial.peak / target_peak - 1.0) <= PEAK_TOLERANCE:
                 if self._free:
                     return trial, "peak" if newtons < max_newtons else limit
                 return trial, UNCAPPED
             if not trial.wrong and trial.peak < target_peak:
-                low = trial
+                below = trial
                 if newtons >= max_newtons:
-                    return low, limit
+                    return below, limit
             else:
-                high = trial
-            if high is not None and low.newtons > (0.99 * LOWER if high.wrong else 1.0 - BRACKET) * high.newtons:
+                above = trial
+            if above is not None and below.newtons > (0.99 * LOWER if above.wrong else 1.0 - BRACKET) * above.newtons:
                 break
-            newtons = _next_force(low, high, target_peak, stiffness, max_newtons)
-        if not low.newtons:
+            newtons = _next_force(below, above, target_peak, stiffness, max_newtons)
+        if not below.newtons:
             raise NotConverged(
                 f"{self._body.name}, contact {contact}: no press was found at which all elements keep their shape; "
                 "lower the regime's peak_of_size or pressure_of_young, or give a larger radius_m.",
                 [],
             )
-        lower = self._press(CLEAR * low.newtons * unit, CLEAR * low.newtons, low)
-        low = low if lower.wrong else lower
-        return low, (high.wrong if high is not None else "") or "unstable"
+        gentler = self._press(CLEAR * below.newtons * unit_load, CLEAR * below.newtons, below)
+        below = below if gentler.wrong else gentler
+        return below, (above.wrong if above is not None else "") or "unstable"
 
     def _press(self, load: np.ndarray, newtons: float, below: Trial) -> Trial:
         """Solve for a ``load`` of so many newtons, from the displacements of the press ``below`` in proportion."""
         rest = self._solver.mesh.nodes
         start = rest + below.moved * (newtons / below.newtons) if below.newtons > 0.0 else None
         try:
-            x = self._solver.solve(load, TOLERANCE, start=start).x
+            positions = self._solver.solve(load, TOLERANCE, start=start).x
         except NotConverged:
             return Trial(newtons, below.moved, np.inf, -np.inf, "unstable")
-        least = self._solver.least_det(x)
-        wrong = "" if least >= SOUND else "squeezed" if least > 0.0 else "inverted"
-        return Trial(newtons, x - rest, peak_of(x - rest), least, wrong)
+        least_det = self._solver.least_det(positions)
+        failure = "" if least_det >= SOUND else "squeezed" if least_det > 0.0 else "inverted"
+        return Trial(newtons, positions - rest, peak_of(positions - rest), least_det, failure)
 
 
-def _next_force(low: Trial, high: Trial | None, target_peak: float, stiffness: float, max_newtons: float) -> float:
-    """Return the next force to try [N], between those of ``low`` and ``high``, by a secant through known presses.
+def _next_force(below: Trial, above: Trial | None, target_peak: float, stiffness: float, max_newtons: float) -> float:
+    """Return the next force to try [N] to reach ``target_peak`` [m]; ``below`` and ``above`` bracket it as in ``find``.
 
-    Force over peak is nearly a linear function of the peak, from ``stiffness`` [N/m] at rest.
+    Force over peak is nearly linear in the peak, from ``stiffness`` [N/m] at rest: a line through two ``points``.
     """
-    sound = [press for press in (low, high) if press is not None and press.peak > 0.0 and not press.wrong]
-    secants = [(0.0, stiffness), *((press.peak, press.newtons / press.peak) for press in sound)]
-    if len(secants) == 1:
-        return 0.5 * max_newtons if high is None else 0.5 * high.newtons
-    (p, q), (r, s) = secants[-2:]
-    newtons = target_peak * (q + (s - q) * (target_peak - p) / (r - p))
-    smallest = (1.0 + BRACKET / 2.0) * low.newtons
+    sound = [press for press in (below, above) if press is not None and press.peak > 0.0 and not press.wrong]
+    points = [(0.0, stiffness), *((press.peak, press.newtons / press.peak) for press in sound)]
+    if len(points) == 1:
+        return 0.5 * max_newtons if above is None else 0.5 * above.newtons
+    (peak_1, stiffness_1), (peak_2, stiffness_2) = points[-2:]
+    newtons = target_peak * (stiffness_1 + (stiffness_2 - stiffness_1) * (target_peak - peak_1) / (peak_2 - peak_1))
+    smallest = (1.0 + BRACKET / 2.0) * below.newtons
     largest = max_newtons
-    if high is not None:
-        largest = LOWER * high.newtons if high.wrong else high.newtons - (high.newtons - low.newtons) / 8.0
+    if above is not None:
+        largest = LOWER * above.newtons if above.wrong else above.newtons - (above.newtons - below.newtons) / 8.0
     # a step beyond twice the force of a known press is a guess
-    return float(np.clip(newtons, smallest, min(largest, 2.0 * low.newtons) if low.newtons else largest))
+    return float(np.clip(newtons, smallest, min(largest, 2.0 * below.newtons) if below.newtons else largest))
 
 
 MOST_OF_SIZE = 0.5
@@ -234,17 +234,17 @@ def choose_presses(
     search = PressSearch(body, regime, radius_m)
     sides = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (len(contacts), len(presses)))
     rows: list[list] = []
-    for contact, angles in progress(list(zip(contacts, sides, strict=True))):
+    for contact, side_angles in progress(list(zip(contacts, sides, strict=True))):
         directions = [
-            oblique(body.fine.normals[contact], press["tilt_degrees"], side)
-            for press, side in zip(presses, angles, strict=True)
+            oblique(body.fine.normals[contact], press["tilt_degrees"], angle)
+            for press, angle in zip(presses, side_angles, strict=True)
         ]
-        pressed = _in_order(search, int(contact), directions, [press["magnitude"] for press in presses])
-        for press, direction, (trial, capped) in zip(presses, directions, pressed, strict=True):
-            load = [len(rows), int(contact), *(trial.newtons * direction), radius_m]
-            reached: list = [trial.peak / body.fine.size, search.pressure(trial.newtons), trial.least_det]
-            reached += [search.volume_change(trial.moved), capped]
-            rows.append([*load, press["magnitude"], press["tilt_degrees"], *reached])
+        trials = _in_order(search, int(contact), directions, [press["magnitude"] for press in presses])
+        for press, direction, (trial, capped) in zip(presses, directions, trials, strict=True):
+            load_columns = [len(rows), int(contact), *(trial.newtons * direction), radius_m]
+            found_columns: list = [trial.peak / body.fine.size, search.pressure(trial.newtons), trial.least_det]
+            found_columns += [search.volume_change(trial.moved), capped]
+            rows.append([*load_columns, press["magnitude"], press["tilt_degrees"], *found_columns])
     table = pd.DataFrame(rows, columns=PRESS_COLUMNS)
     _warn(body.name, table["capped"], regime.get("pressure_of_young", PRESSURE))
     return table
@@ -282,20 +282,20 @@ def _in_order(
     """
     trials: dict[int, tuple[Trial, str]] = {}
     for i in sorted(range(len(magnitudes)), key=lambda i: -magnitudes[i]):
-        failed = [
+        bounds = [
             (press.newtons * magnitudes[i] / magnitudes[j], why)
             for j, (press, why) in trials.items()
             if why in FAILED and magnitudes[j] > magnitudes[i]
         ]
-        trials[i] = search.find(contact, directions[i], magnitudes[i], *min(failed, default=()))
+        trials[i] = search.find(contact, directions[i], magnitudes[i], *min(bounds, default=()))
     return [trials[i] for i in range(len(magnitudes))]
 
 
 def oblique(normal: np.ndarray, tilt_degrees: float, side: float) -> np.ndarray:
-    """Return the unit vector (3,) against the outward ``normal`` (3,), tilted towards the side at an angle [rad]."""
-    first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    first /= np.linalg.norm(first)
-    tangent = np.cos(side) * first + np.sin(side) * np.cross(normal, first)
+    """Return the inward unit vector (3,), tilted off the outward ``normal``'s axis towards the angle ``side`` [rad]."""
+    tangent_axis = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    tangent_axis /= np.linalg.norm(tangent_axis)
+    tangent = np.cos(side) * tangent_axis + np.sin(side) * np.cross(normal, tangent_axis)
     tilt = np.radians(tilt_degrees)
     return np.sin(tilt) * tangent - np.cos(tilt) * normal
 

@@ -33,12 +33,12 @@ def pick(rows: pd.DataFrame, order: Iterable[tuple[str, float]], floor: float = 
 
     Errors below ``floor`` are tied with it, and an empty cell is the largest. Where several rows are left, the first.
     """
-    left = np.arange(len(rows))
+    remaining = np.arange(len(rows))
     for name, factor in order:
-        values = rows[name].to_numpy(float)[left]
+        values = rows[name].to_numpy(float)[remaining]
         values = np.where(np.isnan(values), np.inf, np.maximum(values, floor) if name in ERRORS else values)
-        left = left[values <= factor * values.min()]
-    return rows.iloc[left[0]]
+        remaining = remaining[values <= factor * values.min()]
+    return rows.iloc[remaining[0]]
 
 
 def lasting(seconds: np.ndarray, error: np.ndarray, floor: float = EXACT) -> np.ndarray:
@@ -50,20 +50,20 @@ def lasting(seconds: np.ndarray, error: np.ndarray, floor: float = EXACT) -> np.
     Trap: a point may be left out for one that is left out for a third; the exact front is ``front``.
     """
     seconds, error = np.asarray(seconds, float), np.asarray(error, float)
-    t, e = np.where(np.isfinite(seconds + error), [seconds, np.maximum(error, floor)], np.inf)
-    less_wrong = (t[None] <= TIED_TIMES * t[:, None]) & (EQUAL * e[None] < e[:, None])
-    faster = (TIED_TIMES * t[None] < t[:, None]) & (e[None] <= EQUAL * e[:, None])
-    return np.isfinite(t) & ~(less_wrong | faster).any(axis=1)
+    times, errors = np.where(np.isfinite(seconds + error), [seconds, np.maximum(error, floor)], np.inf)
+    less_wrong = (times[None] <= TIED_TIMES * times[:, None]) & (EQUAL * errors[None] < errors[:, None])
+    faster = (TIED_TIMES * times[None] < times[:, None]) & (errors[None] <= EQUAL * errors[:, None])
+    return np.isfinite(times) & ~(less_wrong | faster).any(axis=1)
 
 
 def alone(rows: pd.DataFrame, floor: float = EXACT) -> pd.DataFrame:
-    """Drop the rows that are tied in error and in time with one before them; errors below ``floor`` are tied."""
+    """Drop the rows that are tied in error and in time with a row kept before; errors below ``floor`` are tied."""
     error, seconds = rows["rmse_of_peak"].clip(lower=floor).to_numpy(), rows["online_median_s"].to_numpy()
     kept: list[int] = []
     for i in range(len(rows)):
-        far = [max(error[i], error[j]) > EQUAL * min(error[i], error[j]) for j in kept]
-        slow = [max(seconds[i], seconds[j]) > TIED_TIMES * min(seconds[i], seconds[j]) for j in kept]
-        if all(f or s for f, s in zip(far, slow, strict=True)):
+        error_apart = [max(error[i], error[j]) > EQUAL * min(error[i], error[j]) for j in kept]
+        time_apart = [max(seconds[i], seconds[j]) > TIED_TIMES * min(seconds[i], seconds[j]) for j in kept]
+        if all(by_error or by_time for by_error, by_time in zip(error_apart, time_apart, strict=True)):
             kept.append(i)
     return rows.iloc[kept]
 
@@ -115,8 +115,8 @@ def own_errors(errors: pd.DataFrame, column: str, samples: np.ndarray) -> np.nda
     errors : of one scene, with the columns model, sample and ``column``
     Where it is not known, the largest that is known stands for it; NaN where none is.
     """
-    own = errors[errors["model"] == TRUTH].groupby("sample")[column].max()
-    return own.reindex(samples).fillna(own.max()).to_numpy()
+    by_sample = errors[errors["model"] == TRUTH].groupby("sample")[column].max()
+    return by_sample.reindex(samples).fillna(by_sample.max()).to_numpy()
 
 
 def same_settings(settings: pd.DataFrame) -> pd.Series:
@@ -126,9 +126,9 @@ def same_settings(settings: pd.DataFrame) -> pd.Series:
     The key is the place among the settings of the model in a split, as a name may have a number of samples in it that
     differs between splits; where splits have not tried as many settings, it is the name.
     """
-    place = settings.groupby(["split", "model"]).cumcount()
+    position = settings.groupby(["split", "model"]).cumcount()
     counts = settings.groupby(["model", "split"])["setting"].size().groupby("model").nunique()
-    return settings["setting"].where(settings["model"].map(counts) > 1, place.astype(str))
+    return settings["setting"].where(settings["model"].map(counts) > 1, position.astype(str))
 
 
 def averaged(settings: pd.DataFrame) -> pd.DataFrame:
@@ -149,8 +149,8 @@ def averaged(settings: pd.DataFrame) -> pd.DataFrame:
     for name in KINDS.values():
         rows[f"{name}_low"], rows[f"{name}_high"] = groups[name].min(), groups[name].max()
     rows["splits"] = groups["split"].nunique()
-    added = [*(f"{name}_{end}" for name in KINDS.values() for end in ("low", "high")), "splits"]
-    return rows.reset_index()[[*settings.columns, *added]]
+    further_columns = [*(f"{name}_{end}" for name in KINDS.values() for end in ("low", "high")), "splits"]
+    return rows.reset_index()[[*settings.columns, *further_columns]]
 
 
 def fields_of(rows: pd.DataFrame, *names: str) -> pd.DataFrame:
@@ -208,23 +208,23 @@ def resampled(errors: pd.DataFrame, column: str) -> pd.DataFrame:
     table = errors.pivot_table(column, ["model", "setting"], ["split", "contact"], aggfunc=["sum", "count"])
     sums, counts = table["sum"], table["count"]
     samples = errors.groupby(["split", "contact"])["sample"].nunique()
-    whole = (counts == samples.reindex(counts.columns)).all(axis=1)
-    sums, counts = sums[whole], counts[whole]
-    drawn = _drawn(sums.columns.get_level_values("split").to_numpy())
-    means = (sums.to_numpy() @ drawn.T) / (counts.to_numpy() @ drawn.T)
+    is_complete = (counts == samples.reindex(counts.columns)).all(axis=1)
+    sums, counts = sums[is_complete], counts[is_complete]
+    times_drawn = _drawn(sums.columns.get_level_values("split").to_numpy())
+    means = (sums.to_numpy() @ times_drawn.T) / (counts.to_numpy() @ times_drawn.T)
     return pd.DataFrame(means, index=sums.index)
 
 
 def _drawn(split: np.ndarray) -> np.ndarray:
     """Draw how often each of n contacts is taken: (DRAWS, n); split : (n,) in which each is tested."""
     random = np.random.default_rng(SEED)
-    names = np.unique(split)
-    counts = random.multinomial(len(names), np.full(len(names), 1 / len(names)), size=DRAWS)
-    drawn = np.zeros((DRAWS, len(split)))
-    for times, name in zip(counts.T, names, strict=True):
-        own = np.flatnonzero(split == name)
-        drawn[:, own] = random.multinomial(times * len(own), np.full(len(own), 1 / len(own)))
-    return drawn
+    splits = np.unique(split)
+    counts = random.multinomial(len(splits), np.full(len(splits), 1 / len(splits)), size=DRAWS)
+    times_drawn = np.zeros((DRAWS, len(split)))
+    for times, name in zip(counts.T, splits, strict=True):
+        contacts = np.flatnonzero(split == name)
+        times_drawn[:, contacts] = random.multinomial(times * len(contacts), np.full(len(contacts), 1 / len(contacts)))
+    return times_drawn
 
 
 def front(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
@@ -234,11 +234,11 @@ def front(cost: np.ndarray, error: np.ndarray) -> np.ndarray:
     A point is dominated if another is at least as good in both and better in one; equal points are all kept.
     """
     cost, error = np.asarray(cost, float), np.asarray(error, float)
-    kept, best, best_cost = [], np.inf, np.inf
+    kept, least_error, its_cost = [], np.inf, np.inf
     for i in np.lexsort((error, cost)):
         if not (np.isfinite(cost[i]) and np.isfinite(error[i])):
             continue
-        if error[i] < best or (error[i] == best and cost[i] == best_cost):
+        if error[i] < least_error or (error[i] == least_error and cost[i] == its_cost):
             kept.append(i)
-            best, best_cost = error[i], cost[i]
+            least_error, its_cost = error[i], cost[i]
     return np.array(kept, dtype=int)

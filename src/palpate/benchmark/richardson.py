@@ -33,11 +33,11 @@ def ratio(levels: np.ndarray) -> Any:
     Vector fields (m, ..., 3) have one ratio of their norms, NaN where nothing changes. Numbers (m, k) or (m,) have one
     each, negative where the change has turned and infinite where the last change is 0.
     """
-    before, last = np.asarray(levels[-2] - levels[-3]), np.asarray(levels[-1] - levels[-2])
-    if last.ndim < 2:
-        return np.divide(before, last, out=np.full(last.shape, np.inf), where=last != 0.0)
-    length = float(np.linalg.norm(last))
-    return float(np.linalg.norm(before)) / length if length > 0.0 else float("nan")
+    change_before, last_change = np.asarray(levels[-2] - levels[-3]), np.asarray(levels[-1] - levels[-2])
+    if last_change.ndim < 2:
+        return np.divide(change_before, last_change, out=np.full(last_change.shape, np.inf), where=last_change != 0.0)
+    length = float(np.linalg.norm(last_change))
+    return float(np.linalg.norm(change_before)) / length if length > 0.0 else float("nan")
 
 
 def limit(levels: np.ndarray, rate: float | None = None) -> np.ndarray:
@@ -58,36 +58,36 @@ def doubt(levels: np.ndarray) -> np.ndarray:
     """
     if len(levels) > 3:
         return limit(levels) - limit(levels[:-1])
-    first, last = levels[-2] - levels[-3], levels[-1] - levels[-2]
+    change_before, last_change = levels[-2] - levels[-3], levels[-1] - levels[-2]
     rate = ratio(levels)
-    return np.zeros_like(last) if np.isnan(rate) else (rate * last - first) / (rate - 1.0)
+    return np.zeros_like(last_change) if np.isnan(rate) else (rate * last_change - change_before) / (rate - 1.0)
 
 
 def estimate(levels: np.ndarray, rate: float | None = None) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     """Return the best estimate (n, 3) [m] from ``levels`` (m, n, 3) [m], and fields whose lengths are its own errors.
 
-    rate : the ratio of changes if it is known, else None. By the ratio, the estimate and its one or two errors are
+    rate : the known ratio of changes, or None: the ratio is then found. Estimate, and its one or two errors, if it is
         known: the limit; how it moved with the last level, or, with two levels, by a ratio lower by RATIO_DOUBT
-        from SLOWEST to the largest of RATIOS: the limit; ``doubt``, and its move by a ratio lower by RATIO_DOUBT
-        lower: the finest level; the sum of all further changes, if their ratio were SLOWEST
-        higher: the finest level; the last change
+        found from SLOWEST to the largest of RATIOS: the limit; ``doubt``, and its move by a ratio lower by RATIO_DOUBT
+        found lower: the finest level; the sum of all further changes, if their ratio were SLOWEST
+        found higher: the finest level; the last change
     Numbers (m, k) or (m,) are estimated by ``number_limits``.
     """
-    last = np.asarray(levels[-1] - levels[-2])
-    if last.ndim < 2:
-        numbers, off = number_limits(levels)
-        return numbers, (off,)
+    change = np.asarray(levels[-1] - levels[-2])
+    if change.ndim < 2:
+        numbers, own_error = number_limits(levels)
+        return numbers, (own_error,)
     if rate is not None:
         known = limit(levels, rate)
-        return known, (known - limit(levels[:-1], rate) if len(levels) > 2 else _change_by_lower_ratio(rate, last),)
+        return known, (known - limit(levels[:-1], rate) if len(levels) > 2 else _change_by_lower_ratio(rate, change),)
     rate = ratio(levels)
     if SLOWEST <= rate <= RATIOS[1]:
-        return limit(levels), (doubt(levels), _change_by_lower_ratio(rate, last))
-    return levels[-1], (last / (SLOWEST - 1.0) if rate < SLOWEST else last,)
+        return limit(levels), (doubt(levels), _change_by_lower_ratio(rate, change))
+    return levels[-1], (change / (SLOWEST - 1.0) if rate < SLOWEST else change,)
 
 
-def _change_by_lower_ratio(rate: float, last: np.ndarray) -> np.ndarray:
-    return RATIO_DOUBT / (rate - 1.0) ** 2 * last
+def _change_by_lower_ratio(rate: float, last_change: np.ndarray) -> np.ndarray:
+    return RATIO_DOUBT / (rate - 1.0) ** 2 * last_change
 
 
 def number_limits(levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -97,11 +97,11 @@ def number_limits(levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     error is the change by that. Another one stays as on the finest mesh, with the larger of the last change and a third
     of the one before as its own error.
     """
-    rates, before, last = ratio(levels), levels[1] - levels[0], levels[2] - levels[1]
-    converges = (NUMBER_RATIOS[0] <= rates) & (rates <= NUMBER_RATIOS[1])
-    further = np.where(converges, last / (np.where(converges, rates, 2.0) - 1.0), 0.0)
-    own_error = np.where(converges, np.abs(further), np.maximum(np.abs(last), np.abs(before) / 3.0))
-    return levels[2] + further, own_error
+    ratios, change_before, last_change = ratio(levels), levels[1] - levels[0], levels[2] - levels[1]
+    is_regular = (NUMBER_RATIOS[0] <= ratios) & (ratios <= NUMBER_RATIOS[1])
+    correction = np.where(is_regular, last_change / (np.where(is_regular, ratios, 2.0) - 1.0), 0.0)
+    own_error = np.where(is_regular, np.abs(correction), np.maximum(np.abs(last_change), np.abs(change_before) / 3.0))
+    return levels[2] + correction, own_error
 
 
 Answer = TypeVar("Answer", bound=tuple)
@@ -121,7 +121,7 @@ class Limit(Generic[Answer]):
 
     answer : the best estimate
     ratios : for each axis an answer with the ratio of changes of each of its parts
-    off : for each axis, and then for each pair, the own errors of ``answer`` as differences from it
+    off : for each axis, and then for each pair, the own errors of ``answer``, as vectors or numbers to add to it
     """
 
     answer: Answer
@@ -133,8 +133,8 @@ class Limit(Generic[Answer]):
 
         errors : measures an answer against a true one
         """
-        wrong = [[combined((1.0, 1.0), (self.answer, each)) for each in off] for off in self.off]
-        return np.array([np.max([np.abs(errors(each, self.answer)) for each in off], axis=0) for off in wrong])
+        displaced = [[combined((1.0, 1.0), (self.answer, each)) for each in off] for off in self.off]
+        return np.array([np.max([np.abs(errors(each, self.answer)) for each in off], axis=0) for off in displaced])
 
 
 def limit_over(answers: Mapping[Any, Answer], centre: tuple[int, ...], rates: Sequence[float | None]) -> Limit[Answer]:
@@ -143,40 +143,40 @@ def limit_over(answers: Mapping[Any, Answer], centre: tuple[int, ...], rates: Se
     answers : by how often each axis was halved
     centre : of the answer in which the lines along all axes cross
     rates : the ratio of changes along each axis if it is known, else None
-    The own error of an axis is that of the longest line along it, which may lie beside the centre. That of two axes
-    together is the difference that the last halving of the first, up to the centre, makes to the effect of the second.
+    The own error of an axis is that of the longest line along it, which may lie beside the centre. That of a pair is
+    the effect of the second axis ``after`` the last halving of the first, up to the centre, less that ``before``.
     """
     kind: Any = type(answers[centre])
-    limits, ratios, off = [], [], []
+    limits, ratios, own_errors = [], [], []
     for axis, rate in enumerate(rates):
         through_centre = _line(answers, centre, axis)
         longest = max((_line(answers, key, axis) for key in answers), key=len)
         limits.append(_estimate_answers(through_centre, rate)[0])
-        off.append(_estimate_answers(longest, rate)[1])
+        own_errors.append(_estimate_answers(longest, rate)[1])
         parts = zip(*through_centre, strict=True)
         ratios.append(kind(*(ratio(np.array(part)) if rate is None else rate for part in parts)))
-    for first, second in combinations(range(len(rates)), 2):
-        before = tuple(halved - (axis == first) for axis, halved in enumerate(centre))
-        if before in answers:
-            here, there = (_line(answers, key, second)[:2] for key in (centre, before))
-            if rates[second] is not None:
-                here[1], there[1] = (_estimate_answers(line, rates[second])[0] for line in (here, there))
-            off.append([combined((1.0, -1.0, -1.0, 1.0), (here[1], here[0], there[1], there[0]))])
-    summed = combined([1.0] * len(limits) + [1.0 - len(limits)], [*limits, answers[centre]])
-    return Limit(summed, ratios, off)
+    for axis_1, axis_2 in combinations(range(len(rates)), 2):
+        key_before = tuple(halvings - (axis == axis_1) for axis, halvings in enumerate(centre))
+        if key_before in answers:
+            after, before = (_line(answers, key, axis_2)[:2] for key in (centre, key_before))
+            if rates[axis_2] is not None:
+                after[1], before[1] = (_estimate_answers(line, rates[axis_2])[0] for line in (after, before))
+            own_errors.append([combined((1.0, -1.0, -1.0, 1.0), (after[1], after[0], before[1], before[0]))])
+    limit_of_all = combined([1.0] * len(limits) + [1.0 - len(limits)], [*limits, answers[centre]])
+    return Limit(limit_of_all, ratios, own_errors)
 
 
 def _line(answers: Mapping[Any, Answer], key: tuple[int, ...], axis: int) -> list[Answer]:
-    """Return the answers, coarse first, that differ from that of ``key`` along an axis only, and that one."""
-    beside = key[:axis], key[axis + 1 :]
-    return [answers[each] for each in sorted(answers) if (each[:axis], each[axis + 1 :]) == beside]
+    """Return the answers on the line along ``axis`` through that of ``key``, coarse first: others are halved alike."""
+    other_axes = key[:axis], key[axis + 1 :]
+    return [answers[each] for each in sorted(answers) if (each[:axis], each[axis + 1 :]) == other_axes]
 
 
 def _estimate_answers(line: Sequence[Answer], rate: float | None) -> tuple[Answer, list[Answer]]:
     """Return the ``estimate`` of each part of the answers along a line, and own errors, 0 where a part has fewer."""
     kind: Any = type(line[0])
-    limits, off = zip(*(estimate(np.array(part), rate) for part in zip(*line, strict=True)), strict=True)
-    return kind(*limits), [kind(*each) for each in zip_longest(*off, fillvalue=0.0)]
+    limits, own_errors = zip(*(estimate(np.array(part), rate) for part in zip(*line, strict=True)), strict=True)
+    return kind(*limits), [kind(*each) for each in zip_longest(*own_errors, fillvalue=0.0)]
 
 
 def rejection(*checks: tuple[bool, str]) -> str:

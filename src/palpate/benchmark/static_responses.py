@@ -82,16 +82,16 @@ def press(
                 "tissue may be pressed flat, or hold the body elsewhere (anchors).",
                 failure.history,
             ) from failure
-    count = len(body.levels[level].nodes)
+    n_nodes = len(body.levels[level].nodes)
     solutions = [solution for solution, _ in solved]
     responses = Responses(
         loads["sample"].to_numpy(),
-        np.array([s.x[:count] for s in solutions]) - body.levels[level].nodes,
-        np.array([s.iterations for s in solutions]),
-        np.array([s.linear_solves for s in solutions]),
-        np.array([s.history[-1] for s in solutions]),
-        np.array([s.seconds[-1] for s in solutions]),
-        *(np.array(values) for values in zip(*(shape for _, shape in solved), strict=True)),
+        np.array([each.x[:n_nodes] for each in solutions]) - body.levels[level].nodes,
+        np.array([each.iterations for each in solutions]),
+        np.array([each.linear_solves for each in solutions]),
+        np.array([each.history[-1] for each in solutions]),
+        np.array([each.seconds[-1] for each in solutions]),
+        *(np.array(values) for values in zip(*(det_and_inverted for _, det_and_inverted in solved), strict=True)),
     )
     if order == 2:
         _warn_of_inverted(body.name, responses)
@@ -107,9 +107,9 @@ class StaticSolver:
     def __init__(self, body: Body, level: int, order: int):
         self._body, self._order = body, order
         self._levels = [level - 1, level] if order == 2 and level > 0 else [level]
-        kind = FastEquilibrium if order == 2 else Equilibrium
-        whole = with_midpoints(body, level) if order == 2 else body
-        self._problems = [kind(whole, each, order) for each in self._levels]
+        solver_class = FastEquilibrium if order == 2 else Equilibrium
+        with_edges = with_midpoints(body, level) if order == 2 else body
+        self._problems = [solver_class(with_edges, each_level, order) for each_level in self._levels]
         for problem in self._problems:  # compiled before the clock runs
             rest = problem.mesh.nodes
             if order == 2:
@@ -121,31 +121,31 @@ class StaticSolver:
             self._up = quadratic_prolongation(body.levels[level - 1], body.levels[level])
 
     def solve(self, sample: Sample, tolerance: float) -> tuple[Solution, tuple[float, int]]:
-        """Return the equilibrium of one sample, with the smallest det F and the number of inverted elements in it."""
-        solution, start, seconds, firm = None, None, 0.0, False
-        for each, problem in zip(self._levels, self._problems, strict=True):
+        """Return a sample's equilibrium, least det F and count of inverted elements; each level starts the next."""
+        solution, start, seconds, start_is_stable = None, None, 0.0, False
+        for level, problem in zip(self._levels, self._problems, strict=True):
             if solution is not None:
                 start = problem.mesh.nodes + self._up @ (solution.x - self._problems[0].mesh.nodes)
                 seconds = solution.seconds[-1]
-            nodal = sample.nodal(self._body, each, self._order)
-            last = each == self._levels[-1]
-            solve = problem.settle if firm else problem.solve
-            solution = solve(nodal, tolerance if last else max(tolerance, NESTED), start)
-            firm = bool(not last and nodal.any() and problem.softness(solution.x) >= FIRM)
+            nodal = sample.nodal(self._body, level, self._order)
+            is_last = level == self._levels[-1]
+            search = problem.settle if start_is_stable else problem.solve
+            solution = search(nodal, tolerance if is_last else max(tolerance, NESTED), start)
+            start_is_stable = bool(not is_last and nodal.any() and problem.softness(solution.x) >= FIRM)
         assert solution is not None
         solution.seconds[-1] += seconds
         least_det = problem.least_det(solution.x)
-        count = 0 if least_det > 0.0 else inverted(self._body.levels[each], solution.x, self._order)
+        count = 0 if least_det > 0.0 else inverted(self._body.levels[level], solution.x, self._order)
         return solution, (least_det, count)
 
 
 def inverted(mesh: Mesh, x: np.ndarray, order: int = 1) -> int:
     """Count the elements of ``mesh`` with a point at which det F is not positive, at positions ``x`` (n, 3) [m]."""
     gradients, _ = shape_gradients(mesh)
-    linear = mesh.tetrahedra, np.eye(4)[None]
-    elements, slopes = linear if order == 1 else (ten_nodes(mesh), quadratic_gradients(QUADRATURE_POINTS))
-    f = np.einsum("eai,qac,ecj->eqij", x[elements], slopes, gradients, optimize=True)
-    return int((np.linalg.det(f) <= 0.0).any(axis=1).sum())
+    linear_elements = mesh.tetrahedra, np.eye(4)[None]
+    elements, slopes = linear_elements if order == 1 else (ten_nodes(mesh), quadratic_gradients(QUADRATURE_POINTS))
+    deformation_gradients = np.einsum("eai,qac,ecj->eqij", x[elements], slopes, gradients, optimize=True)
+    return int((np.linalg.det(deformation_gradients) <= 0.0).any(axis=1).sum())
 
 
 def _warn_of_inverted(name: str, responses: Responses) -> None:
@@ -186,9 +186,9 @@ def assemble_database(
     fine : in parts, in the order of ``loads``; settings : that all this follows from
     split : numbers of samples that train and test paper 1's methods; none for presses, which are dealt into folds
     """
-    joined = Responses(*map(np.concatenate, zip(*(vars(part).values() for part in fine), strict=True)))
-    live = press(body, 0, loads, tolerance, progress)
-    db = assemble(body, loads, joined, live, digest(settings))
+    fine_responses = Responses(*map(np.concatenate, zip(*(vars(part).values() for part in fine), strict=True)))
+    coarse_responses = press(body, 0, loads, tolerance, progress)
+    db = assemble(body, loads, fine_responses, coarse_responses, digest(settings))
     if not split:
         return {"database": db, "samples": fold_table(db, seed)}
     train, test = split

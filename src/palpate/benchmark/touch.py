@@ -105,10 +105,10 @@ class TouchErrors(NamedTuple):
 
 def touch_errors(answer: Touched, truth: Touched, patch: np.ndarray, stiffness_error: float = np.nan) -> TouchErrors:
     """Measure an answer against the truth; patch : (n_surface,) bool, the nodes that are pressed."""
-    moved = truth_errors(answer.displacement, truth.displacement, patch)
+    errors = truth_errors(answer.displacement, truth.displacement, patch)
     force, area = answer.force_n / truth.force_n - 1.0, answer.area_m2 / truth.area_m2 - 1.0
-    surface = moved.rmse_of_peak, moved.patch_rms_of_peak, moved.patch_max_of_peak, moved.max_of_peak
-    return TouchErrors(*surface, float(force), stiffness_error, float(area))
+    of_peak = errors.rmse_of_peak, errors.patch_rms_of_peak, errors.patch_max_of_peak, errors.max_of_peak
+    return TouchErrors(*of_peak, float(force), stiffness_error, float(area))
 
 
 def patch_of(body: Body, touch: Touch) -> np.ndarray:
@@ -229,31 +229,31 @@ def given_touches(body: Body, instrument: Instrument, given: Sequence[Given]) ->
     """
     mesh, allowed, pulls = body.fine, places_to_touch(body), instrument.kind == GRASP
     corners = mesh.nodes[mesh.triangles]
-    longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+    longest_edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
     rows: list[list[float]] = []
     for i, each in enumerate(given):
-        away = np.linalg.norm(mesh.nodes[mesh.surface] - each.at_m, axis=1)
-        node, place = int(mesh.surface[away.argmin()]), f"touch.at[{i}]"
-        if away.min() > longest:
+        away_m = np.linalg.norm(mesh.nodes[mesh.surface] - each.at_m, axis=1)
+        node, place = int(mesh.surface[away_m.argmin()]), f"touch.at[{i}]"
+        if away_m.min() > longest_edge:
             raise InputError(
-                f"{place}.at_m is {away.min():.3g} m off the surface of {body.name}; give a point on it, in metres."
+                f"{place}.at_m is {away_m.min():.3g} m off the surface of {body.name}; give a point on it, in metres."
             )
         if node not in allowed:
             raise InputError(f"{place}.at_m is where {body.name} is held, or beside; give another place.")
         outward = mesh.normals[node]
-        way = outward if pulls else -outward
+        direction = outward if pulls else -outward
         if each.direction is not None:
-            way = np.array(each.direction, dtype=float)
-        if way @ outward >= 0.0 and not pulls:
+            direction = np.array(each.direction, dtype=float)
+        if direction @ outward >= 0.0 and not pulls:
             raise InputError(f"{place}.direction points out of {body.name} there; give a way into it, or null.")
-        way = way / np.linalg.norm(way)
-        thick = float(np.ptp(mesh.nodes @ way))
+        direction = direction / np.linalg.norm(direction)
+        thick = float(np.ptp(mesh.nodes @ direction))
         for depth in each.depths_m:
             if depth >= thick and not pulls:
                 raise InputError(
                     f"{place}.depths_m has {depth:g}, and {body.name} is {thick:.3g} m thick along that way; give less."
                 )
-            rows.append([len(rows), node, *way, depth, depth])
+            rows.append([len(rows), node, *direction, depth, depth])
     return pd.DataFrame(rows, columns=TOUCH_COLUMNS).astype({"sample": int, "node": int})
 
 
@@ -278,7 +278,7 @@ def choose_touches(
     seed: int,
     has_equilibrium: Callable[[Touch], bool],
 ) -> pd.DataFrame:
-    """Choose ``count`` touches, rows with TOUCH_COLUMNS: places drawn by area, depths drawn evenly.
+    """Choose ``count`` touches, rows with TOUCH_COLUMNS: places (three tried for each at most) by area, depths evenly.
 
     Every other touch is tilted from the normal, by TILT at most. A grasp pulls outward, other instruments push inward.
     depth_of_radius : least and largest depth over the radius
@@ -289,27 +289,27 @@ def choose_touches(
     rng, allowed = np.random.default_rng(seed), places_to_touch(body)
     order = allowed[np.argsort(rng.exponential(size=len(allowed)) / body.fine.areas[allowed])]
     rows: list[list[float]] = []
-    left = lowered = 0
+    given_up = lowered = 0
     for node in order[: 3 * count]:
         if len(rows) == count:
             break
         tilt = np.deg2rad(TILT * rng.random()) if len(rows) % 2 else 0.0
-        turn, depth_m = 2.0 * np.pi * rng.random(), float(rng.uniform(*depth_of_radius)) * instrument.radius_m
-        across, along, outward = upright(instrument, body.fine.nodes[node], body.fine.normals[node]).axes
-        out = np.cos(tilt) if instrument.kind == GRASP else -np.cos(tilt)
-        direction = out * outward + np.sin(tilt) * (np.cos(turn) * across + np.sin(turn) * along)
+        turn_rad, depth_m = 2.0 * np.pi * rng.random(), float(rng.uniform(*depth_of_radius)) * instrument.radius_m
+        side_1, side_2, outward = upright(instrument, body.fine.nodes[node], body.fine.normals[node]).axes
+        outward_part = np.cos(tilt) if instrument.kind == GRASP else -np.cos(tilt)
+        direction = outward_part * outward + np.sin(tilt) * (np.cos(turn_rad) * side_1 + np.sin(turn_rad) * side_2)
         for fall in range(FALLS):
             if has_equilibrium(touch := Touch(instrument, int(node), direction, depth_m * LOWER**fall)):
                 rows.append([len(rows), node, *direction, touch.depth_m, depth_m])
                 lowered += fall > 0
                 break
         else:
-            left += 1
+            given_up += 1
     if not rows:
         raise InputError(f"bodies.{body.name}: no place bears the {instrument.name}; take a smaller one, or less deep.")
-    if left or lowered:
+    if given_up or lowered:
         said = f"bodies.{body.name}, {instrument.name}: {lowered} of {len(rows)} touches were made less deep, and"
-        warnings.warn(f"{said} {left} places left, as the body gives way there or is squeezed flat.", stacklevel=2)
+        warnings.warn(f"{said} {given_up} places left, as the body gives way there or is squeezed flat.", stacklevel=2)
     table = pd.DataFrame(rows, columns=TOUCH_COLUMNS)
     return table.astype({"sample": int, "node": int})
 

@@ -73,9 +73,9 @@ class Touches(Kind):
         labels: Row = {"scene": f"{body.name}_{instrument_name(tool)}", "body": body.name}
         labels |= {"instrument": tool.kind, "radius_m": tool.radius_m}
         self.touches = [touches[int(row)] for row in self.believed]
-        asked = zip(truth.sample[self.believed], self.touches, strict=True)
-        named = [{"sample": int(sample), "node": touch.node} for sample, touch in asked]
-        super().__init__(labels, named, len(body.fine.surface), place)
+        numbered = zip(truth.sample[self.believed], self.touches, strict=True)
+        question_columns = [{"sample": int(sample), "node": touch.node} for sample, touch in numbered]
+        super().__init__(labels, question_columns, len(body.fine.surface), place)
         self.case, self._truth = case, truth
 
     def begin(self, solver: TouchSolver) -> None:
@@ -89,10 +89,10 @@ class Touches(Kind):
         return partial(solver.respond, self.touches[i])
 
     def judged(self, i: int, answer: Touched | np.ndarray) -> Row:
-        touch, true, touched = self.touches[i], self._truth.answer(self.believed[i]), self._as_touched(answer)
-        columns: Row = touch_errors(touched, true, patch_of(self.case.body, touch))._asdict()
-        columns["penetration_of_depth"] = penetration(self.case, touch, touched)
-        return columns | {"reaction_error": touched.reaction_n / true.force_n - 1.0, "force_n": touched.force_n}
+        touch, truth, answered = self.touches[i], self._truth.answer(self.believed[i]), self._as_touched(answer)
+        columns: Row = touch_errors(answered, truth, patch_of(self.case.body, touch))._asdict()
+        columns["penetration_of_depth"] = penetration(self.case, touch, answered)
+        return columns | {"reaction_error": answered.reaction_n / truth.force_n - 1.0, "force_n": answered.force_n}
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         """Ask each touch at less depth, untimed, for the slope of the force; it is NaN where there is no answer."""
@@ -129,18 +129,18 @@ def touch_settings(
     module = import_module(place)
     for setting in progress(module.settings(case, **keywords)):
         about = {"model": name, "setting": setting_text(setting), "sees": "load", "law": getattr(module, "LAW", "")}
-        one = prepared(about, partial(module.online, case, **keywords, **setting))
-        prepares = isinstance(one.solver, TouchSolver) and type(one.solver).prepare is not TouchSolver.prepare
-        yield one._replace(about=about | {"prepared": prepares})
+        ready = prepared(about, partial(module.online, case, **keywords, **setting))
+        prepares = isinstance(ready.solver, TouchSolver) and type(ready.solver).prepare is not TouchSolver.prepare
+        yield ready._replace(about=about | {"prepared": prepares})
 
 
 def truth_rows(case: TouchCase, touches: Sequence[Touch], truth: TouchTruth) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate the truth's own errors as if it were a model: a row a touch, and one row of means."""
     kind = Touches(case, touches, truth)
     own_rows = kind.rows()
-    for row, of_touch in zip(own_rows, kind.believed, strict=True):
-        row |= dict(zip(TouchErrors._fields, truth.own[of_touch], strict=True))
-        row |= {"penetration_of_depth": truth.overlap[of_touch], "seconds": truth.seconds[of_touch]}
+    for row, truth_index in zip(own_rows, kind.believed, strict=True):
+        row |= dict(zip(TouchErrors._fields, truth.own[truth_index], strict=True))
+        row |= {"penetration_of_depth": truth.overlap[truth_index], "seconds": truth.seconds[truth_index]}
     about: Row = kind.labels | {"model": TRUTH, "setting": OWN_ERROR, "sees": "load", "prepared": False, "law": LAW}
     about |= {"offline_s": 0.0, "memory_mb": 0.0, "rejected": int((~truth.believed).sum())}
     return tables(kind, [about | row for row in own_rows], [about | kind.means(own_rows)])
@@ -151,5 +151,5 @@ def penetration(case: TouchCase, touch: Touch, answer: Touched) -> float:
     if touch.grasps:
         return np.nan
     body, pose = case.body, touch.pose(case.body).moved(touch.depth_m * touch.direction)
-    at = body.fine.nodes[body.fine.surface] + answer.displacement
-    return max(0.0, -float(pose.gaps(at)[0].min())) / touch.depth_m
+    moved_nodes = body.fine.nodes[body.fine.surface] + answer.displacement
+    return max(0.0, -float(pose.gaps(moved_nodes)[0].min())) / touch.depth_m

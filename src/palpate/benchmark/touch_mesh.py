@@ -86,9 +86,9 @@ def problem_of(body: Body, level: int, order: int, touches: Sequence[Touch], sha
     poses = [touch.pose(shape) for touch in touches]
     deepest = [pose.moved(touch.depth_m * touch.direction) for pose, touch in zip(poses, touches, strict=True)]
 
-    def near(at: np.ndarray) -> np.ndarray:
-        ends = zip(deepest, touches, strict=True)
-        return np.min([pose.gaps(at)[0] / touch.depth_m for pose, touch in ends], axis=0) < TOUCHED_WITHIN
+    def near(places: np.ndarray) -> np.ndarray:
+        deepest_poses = zip(deepest, touches, strict=True)
+        return np.min([pose.gaps(places)[0] / touch.depth_m for pose, touch in deepest_poses], axis=0) < TOUCHED_WITHIN
 
     points = contact_points(body.levels[level], order, body.material.young_pa, near)
     return Indentation(body, level, order, points, poses[:1], first.instrument.sticks)
@@ -148,12 +148,12 @@ class TouchedMeshes:
         For a punch or a grasp, whose pressure is greatest at the rim, the radius is the geometric mean of its own and
         the edge's. NotConverged beyond FINEST.
         """
-        size = contact_radius(touch.instrument, touch.depth_m)
+        radius_m = contact_radius(touch.instrument, touch.depth_m)
         if touch.instrument.kind in RIMMED:
-            size = np.sqrt(size * max(touch.instrument.edge_m, SHARPEST * size))
-        level = max(0, int(np.ceil(np.log2(along_radius * self._edge(touch.node) / size))))
+            radius_m = np.sqrt(radius_m * max(touch.instrument.edge_m, SHARPEST * radius_m))
+        level = max(0, int(np.ceil(np.log2(along_radius * self._edge(touch.node) / radius_m))))
         if level > FINEST:
-            raise NotConverged(f"what touches is {1e3 * size:.2g} mm wide, too little for any mesh", [float("nan")])
+            raise NotConverged(f"what touches is {1e3 * radius_m:.2g} mm wide, too little for any mesh", [float("nan")])
         return level
 
     def around(self, touch: Touch, held: int, level: int) -> TouchedMesh:
@@ -187,24 +187,24 @@ class TouchedMeshes:
         because those beside them are.
         """
         local = self._refined([touch], max(held - 1, 0), level - 1)
-        whole, mesh, cells = self._base.coarse, local.fine, local.fine.tetrahedra
-        assert isinstance(whole, TetMesh) and isinstance(mesh, TetMesh)  # sheets are not touched
-        roots = local.roots[-1] if isinstance(local, LocalBody) else np.arange(len(cells))
-        # parts of an element of the first level that is halved as often as each element here
-        parts = np.full(len(cells), 8.0 ** max(0, held - COARSER))
-        away = np.linalg.norm(mesh.nodes - self._body.fine.nodes[touch.node], axis=1)
-        near = away <= self._reach([touch], np.array([level - 1]))
-        parts[near[cells].any(axis=1)] = 8.0 ** max(level, held - COARSER)
-        fixed = np.isin(cells, local.anchors[-1])
-        rim = np.isin(cells, cells[fixed & ~fixed.all(axis=1, keepdims=True)]).any(axis=1)
-        parts[rim] = np.maximum(parts[rim], 8.0**held)
-        tetrahedra = np.maximum(parts * mesh.volumes / whole.volumes[roots], 1.0).sum()
+        coarse, mesh, cells = self._base.coarse, local.fine, local.fine.tetrahedra
+        assert isinstance(coarse, TetMesh) and isinstance(mesh, TetMesh)  # sheets are not touched
+        root_of = local.roots[-1] if isinstance(local, LocalBody) else np.arange(len(cells))
+        # how many elements one of the first level becomes, halved as often as around each element here
+        parts_of_root = np.full(len(cells), 8.0 ** max(0, held - COARSER))
+        distances = np.linalg.norm(mesh.nodes - self._body.fine.nodes[touch.node], axis=1)
+        is_near = distances <= self._reach([touch], np.array([level - 1]))
+        parts_of_root[is_near[cells].any(axis=1)] = 8.0 ** max(level, held - COARSER)
+        is_held = np.isin(cells, local.anchors[-1])
+        is_at_rim = np.isin(cells, cells[is_held & ~is_held.all(axis=1, keepdims=True)]).any(axis=1)
+        parts_of_root[is_at_rim] = np.maximum(parts_of_root[is_at_rim], 8.0**held)
+        tetrahedra = np.maximum(parts_of_root * mesh.volumes / coarse.volumes[root_of], 1.0).sum()
         return round(tetrahedra * (len(mesh.nodes) + len(mesh.edges)) / len(cells)), round(tetrahedra)
 
     def at_rim(self, held: int) -> tuple[Body, int]:
         """Return the body refined to ``held`` at the rim of what is held only, with quadratic nodes, and ``held``."""
-        body, middle = self._base, self._base.coarse.nodes[0]
-        local = LocalRefinement(body, held).around(middle, -1.0, held) if held else body.up_to(0)
+        body, any_place = self._base, self._base.coarse.nodes[0]
+        local = LocalRefinement(body, held).around(any_place, -1.0, held) if held else body.up_to(0)
         return with_midpoints(local, held), held
 
     def edge_m(self, touch: Touch, level: int) -> float:
@@ -215,5 +215,5 @@ class TouchedMeshes:
         """Return the mean length [m] of the edges of the coarse triangles nearest to a node."""
         mesh, place = self._base.coarse, self._body.fine.nodes[node]
         corners = mesh.nodes[mesh.triangles]
-        nearest = corners[np.argsort(np.linalg.norm(corners.mean(axis=1) - place, axis=1))[:4]]
-        return float(np.linalg.norm(nearest - np.roll(nearest, 1, axis=1), axis=2).mean())
+        nearest_corners = corners[np.argsort(np.linalg.norm(corners.mean(axis=1) - place, axis=1))[:4]]
+        return float(np.linalg.norm(nearest_corners - np.roll(nearest_corners, 1, axis=1), axis=2).mean())

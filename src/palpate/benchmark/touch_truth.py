@@ -92,10 +92,10 @@ def _levels(meshes: TouchedMeshes, touch: Touch, settings: TouchTruthSettings) -
 def _largest(meshes: TouchedMeshes, touch: Touch, settings: TouchTruthSettings) -> tuple[int, int]:
     """Estimate the nodes and tetrahedra of the largest mesh of a truth; none where there can be no truth."""
     try:
-        rims, where = _levels(meshes, touch, settings)
+        rims, contacts = _levels(meshes, touch, settings)
     except NotConverged:
         return 0, 0
-    return max(meshes.size(touch, rims[1], where[2]), meshes.size(touch, rims[2], where[1]))
+    return max(meshes.size(touch, rims[1], contacts[2]), meshes.size(touch, rims[2], contacts[1]))
 
 
 def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, settings: TouchTruthSettings) -> dict[str, Any]:
@@ -103,48 +103,48 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, settings: TouchTruth
     answers: dict[tuple[int, int], _Answer] = {}
     nodes = 0
     try:
-        rims, where = _levels(meshes, touch, settings)
-        for near, rim in CROSS:
-            mesh = meshes.around(touch, rims[rim], where[near])
-            before, state = mesh.problem.push(touch.direction, [touch.before.depth_m, touch.depth_m], TOLERANCE)
+        rims, contacts = _levels(meshes, touch, settings)
+        for at_contact, at_rim in CROSS:
+            mesh = meshes.around(touch, rims[at_rim], contacts[at_contact])
+            state_before, state = mesh.problem.push(touch.direction, [touch.before.depth_m, touch.depth_m], TOLERANCE)
             answer = answer_of(mesh.problem, state, touch, mesh.up)
-            slope = float((state.force - before.force) @ touch.direction)
-            answers[near, rim] = _Answer(answer.displacement, answer.force_n, slope, answer.area_m2)
+            slope = float((state.force - state_before.force) @ touch.direction)
+            answers[at_contact, at_rim] = _Answer(answer.displacement, answer.force_n, slope, answer.area_m2)
             nodes = max(nodes, len(state.x))
     except (NotConverged, InputError) as failure:
-        nothing = dict.fromkeys(("area", "pressure", "order", "force_order", "overlap", "least_det", "edge_m"), np.nan)
+        missing = dict.fromkeys(("area", "pressure", "order", "force_order", "overlap", "least_det", "edge_m"), np.nan)
         count = len(body.fine.surface)
-        shape = {"displacement": np.full((count, 3), np.nan), "force": np.full(2, np.nan), "nodes": 0}
-        own = np.full(len(TouchErrors._fields), np.nan)
-        return nothing | shape | {"own": own, "rejected": f"no answer on a mesh ({failure})"}
+        no_fields = {"displacement": np.full((count, 3), np.nan), "force": np.full(2, np.nan), "nodes": 0}
+        no_errors = np.full(len(TouchErrors._fields), np.nan)
+        return missing | no_fields | {"own": no_errors, "rejected": f"no answer on a mesh ({failure})"}
     patch = patch_of(body, touch)
 
     def errors(wrong: _Answer, truth: _Answer) -> TouchErrors:
         return touch_errors(wrong.touched, truth.touched, patch, wrong.slope / truth.slope - 1.0)
 
     limit = limit_over(answers, (1, 1), (None, None))
-    truth, least = limit.answer, mesh.problem.least_det(state.x)
-    may_be = TouchErrors(*limit.own(errors).sum(axis=0))
+    truth, least_det = limit.answer, mesh.problem.least_det(state.x)
+    own_error = TouchErrors(*limit.own(errors).sum(axis=0))
     return {
         "displacement": truth.displacement,
         "force": np.array([truth.force - truth.slope, truth.force]),
         "area": truth.area,
         "pressure": state.pressure_pa,
-        "own": may_be,
+        "own": own_error,
         "order": _order(limit.ratios[1].displacement),
         "force_order": _order(limit.ratios[0].force),
         "overlap": state.overlap,
-        "least_det": least,
+        "least_det": least_det,
         "nodes": nodes,
         "edge_m": mesh.edge_m,
         "rejected": rejection(
             (
-                may_be.force_error <= settings.most_force_error and may_be.rmse_of_peak <= settings.most_error,
-                f"the meshes are too far apart (own error of the force {may_be.force_error:.1%}, of the surface "
-                f"{may_be.rmse_of_peak:.1%})",
+                own_error.force_error <= settings.most_force_error and own_error.rmse_of_peak <= settings.most_error,
+                f"the meshes are too far apart (own error of the force {own_error.force_error:.1%}, of the surface "
+                f"{own_error.rmse_of_peak:.1%})",
             ),
             (state.overlap <= MOST_OVERLAP, f"the instrument overlaps ({state.overlap:.1%} of the depth)"),
-            (least >= LEAST_DET, f"an element is squeezed flat (det F {least:.2g})"),
+            (least_det >= LEAST_DET, f"an element is squeezed flat (det F {least_det:.2g})"),
         ),
     }
 

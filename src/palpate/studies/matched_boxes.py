@@ -40,8 +40,8 @@ def stepper(
     if clusters > 1:
         edge = EDGES[clusters] * SPACING_M * max(DIVISIONS[particles])
         described = settings.Clusters(kind="cubes", edge_m=edge, overlap=0.25)
-    matched = shape_matching.make(bodies, settings.ShapeMatching.model_validate({"mode": mode, "clusters": described}))
-    integrator = goal_position.make(System(bodies, {"shape_matching": matched}))
+    matching = shape_matching.make(bodies, settings.ShapeMatching.model_validate({"mode": mode, "clusters": described}))
+    integrator = goal_position.make(System(bodies, {"shape_matching": matching}))
     perturbation = 0.1 * SPACING_M * np.random.default_rng(0).normal(size=bodies.nodes.shape)
     x, v = bodies.nodes + perturbation, np.zeros_like(perturbation)
 
@@ -50,4 +50,4 @@ def stepper(
         x, v = integrator.step(x, v, STEP_S)
 
     step()
-    return step, matched
+    return step, matching

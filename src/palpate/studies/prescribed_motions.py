@@ -78,8 +78,8 @@ def instrument_press(refinements: int) -> Moving:
     def at(time: float) -> list[np.ndarray]:
         touched = np.array([np.interp(time, [0.0, 0.5, 1.0], path[:, axis]) for axis in range(3)])
         depth = 0.02 * np.sin(np.pi * time) ** 2
-        near = np.exp(-0.5 * np.sum((rest - touched) ** 2, axis=1) / 0.015**2)
-        pressed = rest - 0.8 * depth * near[:, None] * np.array([0.0, 0.0, 1.0])
+        falloff = np.exp(-0.5 * np.sum((rest - touched) ** 2, axis=1) / 0.015**2)
+        pressed = rest - 0.8 * depth * falloff[:, None] * np.array([0.0, 0.0, 1.0])
         return [capsule + touched - [0.0, 0.0, depth], pressed]
 
     return Moving("instrument_press", [sides, triangles], at)
@@ -97,16 +97,16 @@ def _capsule(count: int, radius_m: float, length_m: float) -> tuple[np.ndarray, 
 def folding_sheet(divisions: int) -> Moving:
     """Make a rippled sheet of 2 ``divisions``² triangles that folds at its middle until its halves cross."""
     mesh = sheet([0.3, 0.3], [divisions, divisions], 0.001)
-    along, place = np.unique(mesh.nodes[:, 0], return_inverse=True)
+    rest_x, column = np.unique(mesh.nodes[:, 0], return_inverse=True)
     y = mesh.nodes[:, 1]
 
     def at(time: float) -> list[np.ndarray]:
-        bend = np.pi * (1.0 + 0.25 * time) * np.clip((along - 0.12) / 0.06, 0.0, 1.0)
-        steps = np.diff(along)[:, None] * _direction((bend[1:] + bend[:-1]) / 2)
-        line = np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)])
-        across = _direction(bend + np.pi / 2)[place]
+        bend = np.pi * (1.0 + 0.25 * time) * np.clip((rest_x - 0.12) / 0.06, 0.0, 1.0)
+        steps = np.diff(rest_x)[:, None] * _direction((bend[1:] + bend[:-1]) / 2)
+        middle_line = np.vstack([[0.0, 0.0], np.cumsum(steps, axis=0)])
+        normals = _direction(bend + np.pi / 2)[column]
         ripple = 0.004 * np.sin(TURN * (y / 0.1 + mesh.nodes[:, 0] / 0.07 + time))
-        x, z = (line[place] + ripple[:, None] * across).T
+        x, z = (middle_line[column] + ripple[:, None] * normals).T
         return [np.column_stack([x, y, z])]
 
     return Moving("folding_sheet", [mesh.triangles], at)
@@ -146,8 +146,8 @@ def crossing_waves(triangles: int) -> Moving:
     x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]
 
     def at(time: float) -> list[np.ndarray]:
-        one, other = (0.05 * np.sin(TURN * (2 * u + phase)) for u, phase in ((x, time), (y, 0.1 - time)))
-        return [np.column_stack([x, y, one]), np.column_stack([x + 1e-3, y + 1e-3, other])]
+        z_1, z_2 = (0.05 * np.sin(TURN * (2 * along + phase)) for along, phase in ((x, time), (y, 0.1 - time)))
+        return [np.column_stack([x, y, z_1]), np.column_stack([x + 1e-3, y + 1e-3, z_2])]
 
     return Moving("crossing_waves", [mesh.triangles, mesh.triangles], at)
 
@@ -164,8 +164,8 @@ def instrument_approach(refinements: int) -> Moving:
 
     def at(time: float) -> list[np.ndarray]:
         capsule, liver = pressing.at(np.clip((time - 0.4) / 0.2, 0.0, 1.0))
-        away = max(abs(time - 0.5) - 0.1, 0.0) / 0.4
-        return [capsule + np.array([0.0, 0.0, FAR_M * away]), liver]
+        away_share = max(abs(time - 0.5) - 0.1, 0.0) / 0.4
+        return [capsule + np.array([0.0, 0.0, FAR_M * away_share]), liver]
 
     return Moving("instrument_approach", pressing.triangles, at)
 
@@ -175,8 +175,8 @@ def livers_apart(refinements: int) -> Moving:
     meeting = two_livers(refinements)
 
     def at(time: float) -> list[np.ndarray]:
-        one, other = meeting.at(time)
-        return [one, other + np.array([APART_M, 0.0, 0.0])]
+        liver_1, liver_2 = meeting.at(time)
+        return [liver_1, liver_2 + np.array([APART_M, 0.0, 0.0])]
 
     return Moving("livers_apart", meeting.triangles, at)
 

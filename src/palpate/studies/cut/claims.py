@@ -20,11 +20,11 @@ def compared(cut: pd.DataFrame) -> pd.DataFrame:
     Columns are those of CUT for elements, those BESIDE of springs after ``springs_``; slower : the time of the first
     answer over that of springs
     """
-    keys, doubled = ["scene", "level", "way"], cut[cut["way"].isin([SPLIT_FACES, VIRTUAL_NODES])]
-    springs = doubled[doubled["model"] == "springs"].dropna(subset="surface_error")
+    keys, of_both_ways = ["scene", "level", "way"], cut[cut["way"].isin([SPLIT_FACES, VIRTUAL_NODES])]
+    springs = of_both_ways[of_both_ways["model"] == "springs"].dropna(subset="surface_error")
     springs = springs.sort_values("surface_error", kind="stable").drop_duplicates(keys)
     names = {name: f"springs_{name}" for name in BESIDE}
-    pairs = doubled[doubled["model"] == "fem"].merge(springs[[*keys, *BESIDE]].rename(columns=names), on=keys)
+    pairs = of_both_ways[of_both_ways["model"] == "fem"].merge(springs[[*keys, *BESIDE]].rename(columns=names), on=keys)
     return pairs.assign(slower=pairs["first_median_s"] / pairs["springs_first_median_s"])
 
 
@@ -34,20 +34,20 @@ def limited(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     pairs = compared(tables["cut"])
     if pairs.empty:
         return
-    worse = max((pairs[name] / pairs[f"springs_{name}"]).max() for name in ("surface_error", "opening_error"))
+    largest_factor = max((pairs[name] / pairs[f"springs_{name}"]).max() for name in ("surface_error", "opening_error"))
     count = pairs["scene"].nunique()
     premise = f"{count} cut{'s' if count > 1 else ''}, lips pulled apart; {len(pairs)} pairs of the same level and way"
-    first = f"first answers after the blade's move take {_range(pairs['slower'], '{:.2g}'.format)} times as long"
+    times = f"first answers after the blade's move take {_range(pairs['slower'], '{:.2g}'.format)} times as long"
     surface, opening = (
         f"{_range(pairs[name], percent)}, springs' {_range(pairs[f'springs_{name}'], percent)}"
         for name in ("surface_error", "opening_error")
     )
     failed = int(pairs["surface_error"].isna().sum())
-    ours = f"{first}; errors over the surface are {surface}, of the opening {opening}"
-    ours += f"; {failed} have no answer" if failed else ""
+    results = f"{times}; errors over the surface are {surface}, of the opening {opening}"
+    results += f"; {failed} have no answer" if failed else ""
     claim = "finite elements are greatly limited where the topology changes, and springs are not"
-    holds = failed > 0 or max(pairs["slower"].max(), worse) >= LIMITED
-    yield Claim(2, "why springs", claim, premise, "greatly limited", ours, verdict(bool(holds)))
+    holds = failed > 0 or max(pairs["slower"].max(), largest_factor) >= LIMITED
+    yield Claim(2, "why springs", claim, premise, "greatly limited", results, verdict(bool(holds)))
 
 
 def _range(values: pd.Series, words: Callable[[float], str]) -> str:

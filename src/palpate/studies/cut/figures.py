@@ -48,7 +48,7 @@ def draw_cut_precision(cut, *, scene: str) -> Figure:
     """
     rows = tables.where(cut, scene=scene)
     ways = pd.DataFrame([way_of(row) for _, row in rows.iterrows()], columns=["meaning", "marker"], index=rows.index)
-    drawn = [points(rows, "first_median_s", column, marker=ways["marker"]) for column in PANELS]
+    drawn_points = [points(rows, "first_median_s", column, marker=ways["marker"]) for column in PANELS]
     figure = Figure(figsize=(10.2, 5.2), layout="constrained")
     figure.suptitle(f"{spaced(scene)}: error against time", x=0.01, ha="left", fontsize=10, fontweight="bold")
     parts = figure.subplot_mosaic([list(PANELS), ["legend"] * len(PANELS)], height_ratios=[4.6, 0.8])
@@ -56,8 +56,8 @@ def draw_cut_precision(cut, *, scene: str) -> Figure:
     for axis, name in zip(axes, PANELS.values(), strict=True):
         axis.set_xlabel("from the blade's move to the first answer [ms]")
         axis.set_title(name, pad=18)
-    panels(axes, drawn, (rows[f"own_{column}"].iloc[0] for column in PANELS), frames(FRAMES_MS))
-    shown = handles(pd.concat(drawn, ignore_index=True), dict(zip(ways["marker"], ways["meaning"], strict=True)))
+    panels(axes, drawn_points, (rows[f"own_{column}"].iloc[0] for column in PANELS), frames(FRAMES_MS))
+    shown = handles(pd.concat(drawn_points, ignore_index=True), dict(zip(ways["marker"], ways["meaning"], strict=True)))
     failed = rows[rows["failure"].fillna("") != ""]
     names = [f"{look(row.model).label} ({row.setting})" for row in failed.itertuples()]
     legend(parts["legend"], shown, f"no answer: {', '.join(names)}" if names else "", ncols=6, width=160)
@@ -76,17 +76,17 @@ def draw_cut_opening(cut_opening, *, scene: str) -> Figure:
     figure, (axes,) = style.panels(1, max(1, len(levels)), (10.2, 3.9), sharey=True)
     for axis, level in zip(axes, levels, strict=False):
         axis.fill_between(1e3 * truth["along_m"], 1e3 * truth["opening_m"], color="#d9d9d9", label="the truth")
-        here = models[models["level"].astype(int) == level]
-        last = here.drop_duplicates(["model", "way", "along_m"], keep="last")
-        groups = list(last.groupby(["model", "way"], sort=False))
-        for number, ((model, way), part) in enumerate(groups):
-            shown, (words, marker) = look(str(model)), WAYS[str(way)]
-            part = part.sort_values("along_m")
-            above = sum(other == way for (_, other), _ in groups[number + 1 :])
+        of_level = models[models["level"].astype(int) == level]
+        distinct = of_level.drop_duplicates(["model", "way", "along_m"], keep="last")
+        groups = list(distinct.groupby(["model", "way"], sort=False))
+        for number, ((model, how_cut), places) in enumerate(groups):
+            shown, (words, marker) = look(str(model)), WAYS[str(how_cut)]
+            places = places.sort_values("along_m")
+            above = sum(other == how_cut for (_, other), _ in groups[number + 1 :])
             drawn = {"color": shown.colour, "marker": marker, "ms": 4 + above, "lw": 1 + 0.9 * above, "mew": 0}
-            axis.plot(1e3 * part["along_m"], 1e3 * part["opening_m"], label=f"{shown.label}, {words}", **drawn)
+            axis.plot(1e3 * places["along_m"], 1e3 * places["opening_m"], label=f"{shown.label}, {words}", **drawn)
         axis.set(title=f"{spaced(scene)}, level {level}", xlabel="along the cut [mm]")
     axes[0].set_ylabel("opening of the lips [mm]")
-    known = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    figure.legend(known.values(), known.keys(), loc="outside lower left", ncols=4, fontsize=7.5)
+    by_label = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    figure.legend(by_label.values(), by_label.keys(), loc="outside lower left", ncols=4, fontsize=7.5)
     return figure

@@ -126,13 +126,13 @@ class Pulls(Kind):
         self._add_opening(one.about, self._answer)
         if not self._truth.rejected:
             columns |= dict(zip(ERRORS, pull_errors(self._answer, self._truth.pulled), strict=True))
-        change, first, again = (np.array(row[CALLS]) for row in rows)
-        first += change[: len(first)]
-        steps = self._steps(one.solver) if np.median(first) <= SOON_S else []
-        for name, calls in zip((*TIMES, "step"), (change, first, again, steps), strict=True):
+        change_s, first_s, again_s = (np.array(row[CALLS]) for row in rows)
+        first_s += change_s[: len(first_s)]
+        steps = self._steps(one.solver) if np.median(first_s) <= SOON_S else []
+        for name, calls in zip((*TIMES, "step"), (change_s, first_s, again_s, steps), strict=True):
             columns |= online([[seconds] for seconds in calls], name)
-        lost = getattr(one.solver, "lost_share", 0.0)
-        return columns | {"lost_share": lost, "calls": len(first), "memory_mb": self._held_mb}, []
+        lost_share = getattr(one.solver, "lost_share", 0.0)
+        return columns | {"lost_share": lost_share, "calls": len(first_s), "memory_mb": self._held_mb}, []
 
     def _steps(self, solver: CutModel) -> Sequence[float]:
         """Return the times [s] of answers after each step of a moving blade; none of other cuts, or where one fails."""
@@ -141,8 +141,8 @@ class Pulls(Kind):
             return []
         stops = [cut.up_to(share * cut.length_m) for share in np.arange(1, BLADE_STEPS) / BLADE_STEPS]
         calls = [partial(_cut_and_pull, solver, [stop]) for stop in (*stops, cut)]
-        timed = time_calls(calls, BLADE_STEPS * repeats, budget_s)
-        return [] if any(timed.failures) else [seconds for each in timed.seconds for seconds in each]
+        timed_calls = time_calls(calls, BLADE_STEPS * repeats, budget_s)
+        return [] if any(timed_calls.failures) else [seconds for each in timed_calls.seconds for seconds in each]
 
     def _add_opening(self, about: Row, answer: Pulled) -> None:
         along = np.linalg.norm(self.case.places - self.case.places[:1], axis=1)
@@ -180,10 +180,10 @@ def measure_models(
     """
 
     def settings() -> Iterator[Prepared]:
-        known = [(model, each) for model in tried for each in tried[model] if each["level"] < len(case.body.levels)]
-        for model, setting in progress(known):
-            way = setting.get("way", WHOLE if model == "enriched_responses" else VIRTUAL_NODES)
-            about = {"model": model, "setting": setting_text(setting), "level": setting["level"], "way": way}
+        possible = [(model, each) for model in tried for each in tried[model] if each["level"] < len(case.body.levels)]
+        for model, setting in progress(possible):
+            how_cut = setting.get("way", WHOLE if model == "enriched_responses" else VIRTUAL_NODES)
+            about = {"model": model, "setting": setting_text(setting), "level": setting["level"], "way": how_cut}
             yield prepared(about, _input_error_as_failure()(partial(MODELS[model], case=case, **setting)))
 
     kind = Pulls(scene, case, truth, repeats, budget_s)

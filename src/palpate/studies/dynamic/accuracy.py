@@ -130,23 +130,23 @@ def measure(
     Columns: failures is also 1 for a model to which nothing could be fitted; times are without preparation. varied is
     what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
     """
-    whole_s = compared.duration_s
+    scene_s = compared.duration_s
     if isinstance(limit, LinearLimit) and limit.until_s:
         standard = standard.until(limit.until_s)
     compared = replace(compared, duration_s=standard.duration_s, frames=standard.frames)
     training = training and replace(training, duration_s=standard.training_s, frames=len(standard.training))
-    reference, about = _reference_of(compared, standard, limit, whole_s)
+    reference, about = _reference_of(compared, standard, limit, scene_s)
     runs = limit.tried if isinstance(limit, MotionTruth) and not limit.rejected else ()
-    simulated = [_motion_of_truth(run, standard.frames, whole_s) for run in runs]
-    simulated += [_motion_of_standard(compared, standard, number, whole_s) for number in range(len(standard.tried))]
-    possible = models_of(compared, training, standard.training, grid, **made)
-    possible |= {
+    simulated = [_motion_of_truth(run, standard.frames, scene_s) for run in runs]
+    simulated += [_motion_of_standard(compared, standard, number, scene_s) for number in range(len(standard.tried))]
+    all_models = models_of(compared, training, standard.training, grid, **made)
+    all_models |= {
         name: partial(stroke_modes, compared, each, grid[name], seed) for name, each in (strokes or {}).items()
     }
-    models = {name: each for name, each in possible.items() if not names or name in names}
+    models = {name: each for name, each in all_models.items() if not names or name in names}
     settings = chain(simulated, _settings(compared, models, progress), own_motions(compared, own or {}, seed))
     rows = measuring.measure(Motions(compared, reference.truth, reference.force), settings, 0, 0.0)[1]
-    about |= {"duration_s": whole_s, "resolved_s": standard.duration_s}
+    about |= {"duration_s": scene_s, "resolved_s": standard.duration_s}
     forces = _force_curves(compared, str(about["reference"]), reference.force, rows)
     return DYNAMIC_ACCURACY.frame(row | about for row in rows), DYNAMIC_FORCE.frame(forces)
 
@@ -231,20 +231,20 @@ def prepared_setting(
 
 def _move_as_scene(compared: ComparedScene, steps: int, fitted: Fitted) -> Moved:
     """Run the model's scene in ``steps``; NotConverged as ``ComparedScene.move``."""
-    of_model = fitted.scene(compared, steps), fitted.level % len(compared.body.levels), fitted.young_pa
-    compared.begin(*of_model)
-    moved, run = compared.move(*of_model)
-    spent = 0.0
+    run_of_model = fitted.scene(compared, steps), fitted.level % len(compared.body.levels), fitted.young_pa
+    compared.begin(*run_of_model)
+    moved, run = compared.move(*run_of_model)
+    finish_s = 0.0
     if fitted.finish:
         begin = perf_counter()
         moved = fitted.finish(run.motion)
-        spent = perf_counter() - begin
+        finish_s = perf_counter() - begin
     estimated = estimate(compared, fitted, steps, run.motion, moved)
     if run.doubts_m.size:
         peak = np.linalg.norm(moved, axis=2).max()
         estimated = MotionEstimate(float(run.doubts_m.max() / peak), run.doubt_s)
-    late = spent / compared.frames  # of the steps that end a frame
-    times = run.seconds + spent, run.step_p95_s + late, run.step_max_s + late
+    late_s = finish_s / compared.frames  # of the steps that end a frame
+    times = run.seconds + finish_s, run.step_p95_s + late_s, run.step_max_s + late_s
     columns = estimated._asdict() | _columns_of_times(times, steps, compared.duration_s)
     return Moved(moved, run.motion.instrument_forces(), columns)
 
@@ -266,11 +266,11 @@ def own_motions(compared: ComparedScene, own: Mapping[str, str], seed: int) -> I
     """
     of_all = len(compared.body.levels) - 1, compared.frames, compared.duration_s / compared.frames
     for name, place in own.items():
-        for one in own_settings(name, place, "move", compared.body, compared.name, 0.0, seed):
-            solver = one.solver
+        for setting in own_settings(name, place, "move", compared.body, compared.name, 0.0, seed):
+            solver = setting.solver
             if isinstance(solver, OwnSolver):
                 solver = partial(_move_by_own, compared, solver)
-            yield one._replace(about=_about(name, compared, *of_all) | one.about, solver=solver)
+            yield setting._replace(about=_about(name, compared, *of_all) | setting.about, solver=solver)
 
 
 def _move_by_own(compared: ComparedScene, solver: OwnSolver) -> Moved:
@@ -281,20 +281,20 @@ def _move_by_own(compared: ComparedScene, solver: OwnSolver) -> Moved:
     with suppress(NotConverged):  # what a first frame compiles or loads is no part of the time
         next(solver.frames(compared), None)
     n_surface = len(compared.body.fine.surface) * (1 + len(compared.shifts_m))
-    touching = len(compared.loads.contact.instruments) if compared.loads.contact else 0
-    moved, felt, seconds, begin = [], [], [], perf_counter()
+    n_tools = len(compared.loads.contact.instruments) if compared.loads.contact else 0
+    moved, forces_felt, seconds, begin = [], [], [], perf_counter()
     for frame in islice(solver.frames(compared), compared.frames + 1):
         seconds.append(perf_counter() - begin)
         moved.append(np.array(checked(frame, n_surface, solver.whose), dtype=float))
         if isinstance(frame, Answer) and frame.forces is not None:
-            felt.append(np.array(frame.forces))
+            forces_felt.append(np.array(frame.forces))
         begin = perf_counter()
     gave = f"{solver.whose}: move gave"
     if len(moved) != compared.frames:
         raise InputError(f"{gave} too few or too many frames; give {compared.frames}, {MODEL_GUIDE}.")
-    if felt and {np.shape(each) for each in felt} != {(touching, 3)}:
-        raise InputError(f"{gave} other forces than ({touching}, 3) [N]; give these, {MODEL_GUIDE}.")
-    forces = np.array(felt) if len(felt) == len(moved) else NO_FORCE
+    if forces_felt and {np.shape(each) for each in forces_felt} != {(n_tools, 3)}:
+        raise InputError(f"{gave} other forces than ({n_tools}, 3) [N]; give these, {MODEL_GUIDE}.")
+    forces = np.array(forces_felt) if len(forces_felt) == len(moved) else NO_FORCE
     return Moved(np.array(moved), forces, _times_of_steps(np.array(seconds), len(moved), compared.duration_s))
 
 
@@ -303,17 +303,17 @@ def _motion_of_standard(compared: ComparedScene, standard: Reference, number: in
 
     Its error is that of the step alone.
     """
-    step_s, last = float(standard.tried_s[number]), len(compared.body.levels) - 1
-    steps, moved = round(whole_s / step_s), standard.tried[number]
+    step_s, finest = float(standard.tried_s[number]), len(compared.body.levels) - 1
+    steps, displacement = round(whole_s / step_s), standard.tried[number]
     estimated = MotionEstimate()
     if number and corrects(compared):  # the motion in twice the step is known, too
-        off = error_of_step(standard.tried[number - 1], moved, compared.fem(steps).integrator)
-        peak = np.linalg.norm(moved, axis=2).max()
-        estimated = MotionEstimate(off / peak, float(standard.seconds[number - 1]))
+        error_m = error_of_step(standard.tried[number - 1], displacement, compared.fem(steps).integrator)
+        peak = np.linalg.norm(displacement, axis=2).max()
+        estimated = MotionEstimate(error_m / peak, float(standard.seconds[number - 1]))
     times = standard.seconds[number], standard.step_p95_s[number], standard.step_max_s[number]
     columns = estimated._asdict() | _columns_of_times(times, steps, whole_s)
-    answer = Moved(moved, standard.tried_force[number], columns)
-    return Prepared(_about("fem_fine", compared, last, steps, step_s), lambda: answer, 0.0)
+    answer = Moved(displacement, standard.tried_force[number], columns)
+    return Prepared(_about("fem_fine", compared, finest, steps, step_s), lambda: answer, 0.0)
 
 
 def _motion_of_truth(run: MotionRun, frames: int, whole_s: float) -> Prepared:

@@ -62,9 +62,9 @@ class ComparedScene(MovingScene):
 
     def widen(self, factor: float) -> "ComparedScene":
         """Multiply the gap at which contact begins to repel by ``factor``."""
-        composed = compose(self.fem(self.frames), self.particles(0))
+        system = compose(self.fem(self.frames), self.particles(0))
         assert self.loads.contact is not None
-        contact = self.loads.contact.but(gap_m=factor * vars(composed.effects["contact"])["gap_m"])
+        contact = self.loads.contact.but(gap_m=factor * vars(system.effects["contact"])["gap_m"])
         return replace(self, loads=self.loads.but(contact=contact))
 
     def fem(self, steps: int, order: int | None = None) -> Scene:
@@ -173,12 +173,12 @@ def training_of(compared: ComparedScene, training: Training | None, share: float
     """
     if training is None:
         return compared.scale_loads(share)
-    changed = {name: getattr(training, name) for name in ("gravity", "push", "contact")}
+    replacing = {name: getattr(training, name) for name in ("gravity", "push", "contact")}
     blocks = {
-        name: getattr(compared.loads, name).but(**dict(block)) for name, block in changed.items() if block is not None
+        name: getattr(compared.loads, name).but(**dict(block)) for name, block in replacing.items() if block is not None
     }
     loads = compared.loads.but(**blocks)
     shifts = compared.shifts_m if training.others is None else [other.shift_m for other in training.others]
-    frame = compared.duration_s / compared.frames
-    frames = max(1, round((training.duration_s or compared.duration_s) / frame))
-    return replace(compared, loads=loads, shifts_m=shifts, duration_s=frames * frame, frames=frames)
+    frame_s = compared.duration_s / compared.frames
+    frames = max(1, round((training.duration_s or compared.duration_s) / frame_s))
+    return replace(compared, loads=loads, shifts_m=shifts, duration_s=frames * frame_s, frames=frames)

@@ -75,25 +75,25 @@ def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
 
 def _of_scene(table: pd.DataFrame) -> list[dict]:
     """Return the rows of motion_bounds.csv of one scene from those of MOTION_PLACES."""
-    known = table.dropna(subset="model")
-    unresolved = table["contact"].nunique() - known["contact"].nunique()
+    answered = table.dropna(subset="model")
+    unresolved = table["contact"].nunique() - answered["contact"].nunique()
     rows_of_scene = []
-    for (model, setting), rows in known.groupby(["model", "setting"], sort=False):
-        if len(rows) < known["contact"].nunique():  # the reference's last halvings, which the hard places alone have
+    for (model, setting), rows in answered.groupby(["model", "setting"], sort=False):
+        if len(rows) < answered["contact"].nunique():  # a step that the reference tried at hard places alone
             continue
         labels = {"scene": rows["scene"].iloc[0], "body": rows["body"].iloc[0], "model": model, "setting": setting}
         failures = int((rows["failures"] > 0).sum())
         labels |= {"places": len(rows), "unresolved": unresolved, "failures": failures}
         errors = rows["rmse_of_peak"] + rows["reference_error"].fillna(0.0)
         errors = errors.where(rows["failures"] == 0, np.inf).to_numpy()
-        place = rows["contact"].to_numpy()
+        places = rows["contact"].to_numpy()
         estimates = {CONSTANT: (np.ones(len(rows)), 0.0)}
-        own = rows["estimate_of_peak"].to_numpy()
-        if np.isfinite(own[np.isfinite(errors)]).all() and np.isfinite(own).any():
-            estimates[OWN] = np.maximum(np.nan_to_num(own, nan=1.0), EXACT), float(rows["estimate_s"].median())
+        estimated = rows["estimate_of_peak"].to_numpy()
+        if np.isfinite(estimated[np.isfinite(errors)]).all() and np.isfinite(estimated).any():
+            estimates[OWN] = np.maximum(np.nan_to_num(estimated, nan=1.0), EXACT), float(rows["estimate_s"].median())
         for name, (estimate, seconds) in estimates.items():
             row = {"estimate": name, "error_of_peak": np.median(errors), "estimate_s": seconds}
-            row |= bound_row(errors, estimate, place)
+            row |= bound_row(errors, estimate, places)
             rows_of_scene.append(labels | row | {"bound_of_peak": row["bound_factor"] * np.median(estimate)})
     return rows_of_scene
 
@@ -108,13 +108,13 @@ def moved_pushes(
     """
     contacts, push = kept_contacts(compared.body, count), compared.loads.pushes[0]
     newtons = float(np.linalg.norm(push.force_n))
-    sides = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(contacts))
+    side_angles = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(contacts))
     scenes = {}
     fine = compared.body.fine
-    for number, (contact, side) in enumerate(zip(contacts, sides, strict=True)):
-        along = oblique(fine.normals[contact], tilts_degrees[number % len(tilts_degrees)], side)
-        there = push.but(at_m=fine.nodes[contact].tolist(), force_n=(newtons * along).tolist())
-        scenes[int(contact)] = replace(compared, loads=compared.loads.but(push=Push(loads=[there])))
+    for number, (contact, side_angle) in enumerate(zip(contacts, side_angles, strict=True)):
+        direction = oblique(fine.normals[contact], tilts_degrees[number % len(tilts_degrees)], side_angle)
+        push_there = push.but(at_m=fine.nodes[contact].tolist(), force_n=(newtons * direction).tolist())
+        scenes[int(contact)] = replace(compared, loads=compared.loads.but(push=Push(loads=[push_there])))
     return scenes
 
 
@@ -137,21 +137,21 @@ def measure_places(
     grid = dict(grid) | {name: grid[name] | {"steps_per_frame": steps} for name in ("fem_coarse", "moving_modes")}
     grid["fem_coarse"] |= {"tolerances": [], "gaps": []}
     grid["moving_modes"] |= {"tolerances": []}
-    made = MadeModes.of(compared, grid["moving_modes"])
-    modes_of_scene = made.at(compared, grid["moving_modes"], grid["moving_modes"]["missed"])
+    made_modes = MadeModes.of(compared, grid["moving_modes"])
+    modes_of_scene = made_modes.at(compared, grid["moving_modes"], grid["moving_modes"]["missed"])
     rows = []
-    for contact, moved in progress(list(moved_pushes(compared, own["places"], own["tilts_degrees"], seed).items())):
+    for contact, at_place in progress(list(moved_pushes(compared, own["places"], own["tilts_degrees"], seed).items())):
         try:
-            truth = reference(moved, None, own["change_of_peak"], own["max_halvings"])
-            if truth.frames < moved.frames:
+            truth = reference(at_place, None, own["change_of_peak"], own["max_halvings"])
+            if truth.frames < at_place.frames:
                 raise NotConverged(f"{compared.name}: steps at node {contact} are not resolved to the end", [])
-            limit = None if like is None else _truth_like(like, moved)
+            limit = None if like is None else _truth_like(like, at_place)
         except NotConverged:
             rows.append(pd.DataFrame({"scene": [compared.name], "body": compared.body.name, "contact": contact}))
             continue
-        # beside the reference's own steps; nothing was fitted to another place
+        # models that need a fit are left out, as nothing was fitted to another place
         names = "fem_coarse", "detail_correction", "moving_modes"
-        table = measure(moved, None, truth, grid, names, limit=limit, made=made, other=modes_of_scene)[0]
+        table = measure(at_place, None, truth, grid, names, limit=limit, made=made_modes, other=modes_of_scene)[0]
         rows.append(table[table["varied"].isin([STEP, "place"])].assign(contact=contact, peak_m=truth.peak))
     return pd.concat(rows, ignore_index=True).reindex(columns=MOTION_PLACES.columns)
 
@@ -161,9 +161,9 @@ def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
 
     NotConverged if it is not believed.
     """
-    count = min(each.steps for each in like.tried)
-    acts = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
-    truth = motion_truth(*acts, moved.frames, count, like=like)
+    n_steps = min(each.steps for each in like.tried)
+    scene_args = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
+    truth = motion_truth(*scene_args, moved.frames, n_steps, like=like)
     if truth.rejected:
         raise NotConverged(f"{moved.name}: no truth that is believed: {truth.rejected}", [])
     return truth
@@ -181,12 +181,12 @@ def measure_strokes(
     grid : as for ``modes_of_strokes``; seed : of the strokes ``shown``, which modes are learnt from
     """
     fitted = modes_of_strokes(compared, shown, grid, seed)
-    square = grid["half_width_m"], count, seed + HELD_OUT
-    contacts = strokes.roaming(compared.particles(-1), contact_of(compared), *square)
+    region_args = grid["half_width_m"], count, seed + HELD_OUT
+    contacts = strokes.roaming(compared.particles(-1), contact_of(compared), *region_args)
     rows: list[measuring.Row] = []
     for number, contact in enumerate(progress(contacts)):
-        each = stroked(compared, contact)
-        rows += measure_stroke(each, limit_of(each), fitted, number, grid["steps_per_frame"])
+        scene = stroked(compared, contact)
+        rows += measure_stroke(scene, limit_of(scene), fitted, number, grid["steps_per_frame"])
     return MOTION_PLACES.frame(rows)
 
 
@@ -217,10 +217,10 @@ def limit_of(each: ComparedScene) -> StrokeLimit:
     """Extrapolate the motion of quadratic elements on a stroke from two lengths of steps to steps of no length."""
     fewest = max(1, round(each.duration_s / each.frames / STEP_S))
     try:
-        longer, shorter = (_of_elements(each, n * fewest) for n in (1, 2))
+        longer, shorter = (_of_elements(each, factor * fewest) for factor in (1, 2))
     except NotConverged:
         return StrokeLimit(np.zeros((0, 0, 3)), np.zeros((0, 0, 3)), np.nan)
-    truth, force = ((4.0 * b - a) / 3.0 for a, b in zip(longer, shorter, strict=True))  # their steps are of order 2
+    truth, force = ((4.0 * u2 - u1) / 3.0 for u1, u2 in zip(longer, shorter, strict=True))  # their steps are of order 2
     return StrokeLimit(truth, force, errors(shorter[0].reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak)
 
 
@@ -233,12 +233,12 @@ def _of_elements(each: ComparedScene, per_frame: int) -> tuple[np.ndarray, np.nd
     motion = strokes.elements_under(each.body, contact, each.rayleigh, strokes.points_of(each.body, [contact]))
     count = each.frames * per_frame
     reached: list[Reached] = []
-    for end in motion.touched_steps(each.duration_s / count, count, TOLERANCE):
-        if (det := motion.least_det(end.x)) <= 0.0:
+    for state in motion.touched_steps(each.duration_s / count, count, TOLERANCE):
+        if (det := motion.least_det(state.x)) <= 0.0:
             raise NotConverged(f"an element is turned inside out (det F {det:.2g}) after {len(reached) + 1} steps", [])
-        reached.append(end)
-    moved = np.array([(end.x - motion.rest)[surface] for end in reached[per_frame - 1 :: per_frame]])
-    forces = np.array([end.forces for end in reached])
+        reached.append(state)
+    moved = np.array([(state.x - motion.rest)[surface] for state in reached[per_frame - 1 :: per_frame]])
+    forces = np.array([state.forces for state in reached])
     return moved, forces.reshape(each.frames, per_frame, -1, 3).mean(axis=1)
 
 
@@ -266,7 +266,7 @@ def measure_stroke(
         return [labels]
     labels |= {"reference": "fem_p2", "reference_change": limit.change}
     labels |= {"peak_m": np.linalg.norm(limit.displacement, axis=2).max()}
-    settings = [prepared_setting(each, "region_modes", n * each.frames, fitted, "") for n in tried]
+    settings = [prepared_setting(each, "region_modes", per_frame * each.frames, fitted, "") for per_frame in tried]
     longest_s = instruments_of(each.body, contact_of(each)).crossing_s
     too_fast = NotConverged("an instrument crosses elements within a step", [])
     settings = [one._replace(solver=too_fast) if one.about["step_s"] > longest_s else one for one in settings]

@@ -33,7 +33,7 @@ def estimate(compared: ComparedScene, fitted: Fitted, steps: int, motion: Motion
     moved : its displacements (f, n_surface, 3) [m]
     The error of the step is what ``twice_as_long`` changes, that of the mesh is ``mesh_residual``, which a model on the
     reference's own mesh does not have. There is no estimate where bodies touch, yield or drift, of a model that answers
-    on the surface alone, and of iterations that end before a step is found: in longer steps they are wrong alike.
+    on the surface alone, and of iterations that are stopped early, whose error is alike in longer steps.
     """
     integrator = fitted.scene(compared, steps).integrator
     if not corrects(compared) or fitted.finish is not None or compared.frames < 2 or integrator in RELAXED:
@@ -80,21 +80,21 @@ def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
     balance; velocities and accelerations are differences of frames. Trap: the inertia of swings that are shorter than
     two frames is lost.
     """
-    moved = motion.positions - motion.rest
-    frame = int(np.linalg.norm(moved, axis=2).max(axis=1)[1:-1].argmax()) + 1
-    before, here, after = (to_fine(compared.body, level) @ moved[frame + side] for side in (-1, 0, 1))
-    h = float(motion.times[frame + 1] - motion.times[frame])
+    displacements = motion.positions - motion.rest
+    frame = int(np.linalg.norm(displacements, axis=2).max(axis=1)[1:-1].argmax()) + 1
+    before, at_frame, after = (to_fine(compared.body, level) @ displacements[frame + shift] for shift in (-1, 0, 1))
+    frame_s = float(motion.times[frame + 1] - motion.times[frame])
     particles = compared.particles(len(compared.body.levels) - 1)
     system = compose(compared.fem(compared.frames), particles)
     system.at(float(motion.times[frame]))
-    x = particles.nodes + here
-    inertia = system.masses[:, None] * (after - 2.0 * here + before) / h**2
-    residual = np.where(system.free[:, None], system.force(x, (after - before) / (2.0 * h)) - inertia, 0.0)
+    x = particles.nodes + at_frame
+    inertia = system.masses[:, None] * (after - 2.0 * at_frame + before) / frame_s**2
+    residual = np.where(system.free[:, None], system.force(x, (after - before) / (2.0 * frame_s)) - inertia, 0.0)
     matrix = system.stiffness(x, definite=True)
     assert matrix is not None  # finite elements have one
     system.hold(matrix)
-    lacking = Factor(matrix).solve(residual)[compared.body.fine.surface]
-    return float(np.sqrt(np.mean(np.sum(lacking**2, axis=1))))
+    newton_step = Factor(matrix).solve(residual)[compared.body.fine.surface]
+    return float(np.sqrt(np.mean(np.sum(newton_step**2, axis=1))))
 
 
 def estimate_in_modes(compared: ComparedScene, motion: ReducedMotion, simulated: MotionInModes) -> MotionEstimate:

@@ -43,14 +43,14 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
         low, high = axis.get_xlim()
         axis.set_xlim(min(low, 0.8), max(high, 1.25))  # real time is seen
     for scene, axis in axes.items():
-        first = tables.where(dynamic_accuracy, scene=scene).iloc[0]
-        is_truth = first["reference"] == QUADRATIC
-        of = "truth" if is_truth else f"standard on level {first['reference_level']:g}"
-        own_error(axis, first["reference_error"], of)
+        first_row = tables.where(dynamic_accuracy, scene=scene).iloc[0]
+        is_truth = first_row["reference"] == QUADRATIC
+        what = "truth" if is_truth else f"standard on level {first_row['reference_level']:g}"
+        own_error(axis, first_row["reference_error"], what)
     finish(axes.values(), {1.0: "real time"})
-    shown = handles(drawn, dict(VARIED[name] for name in VARIED if name in set(varied)))
+    legend_handles = handles(drawn, dict(VARIED[name] for name in VARIED if name in set(varied)))
     sizes = {"ncols": min(4, len(axes) + 1), "fontsize": 7, "columnspacing": 1, "handlelength": 1.5}
-    figure.legend(handles=shown, loc="outside upper center", **sizes)
+    figure.legend(handles=legend_handles, loc="outside upper center", **sizes)
     return figure
 
 
@@ -69,14 +69,14 @@ def draw_dynamic_force(dynamic_accuracy, dynamic_force) -> Figure:
         axis.plot(*_felt(true), color=style.FAINT, lw=6, solid_capstyle="round")
         with_force = tables.where(dynamic_accuracy, scene=scene).dropna(subset="force_rms_of_peak")
         for model, rows in with_force.groupby("model", sort=False):
-            best, its = rows.loc[rows["force_rms_of_peak"].idxmin()], look(model)
-            drawn[model] = its
-            axis.plot(*_felt(tables.where(of_scene, model=model, setting=best["setting"])), color=its.colour, lw=1.2)
+            best, shown = rows.loc[rows["force_rms_of_peak"].idxmin()], look(model)
+            drawn[model] = shown
+            axis.plot(*_felt(tables.where(of_scene, model=model, setting=best["setting"])), color=shown.colour, lw=1.2)
         axis.set_xlabel("time [s]")
         axis.set_title(spaced(scene))
         axis.set_ylim(bottom=0.0)
     handles = [Line2D([], [], color=style.FAINT, lw=6, label="the truth or the standard")]
-    handles += [Line2D([], [], color=its.colour, label=its.label) for its in drawn.values()]
+    handles += [Line2D([], [], color=shown.colour, label=shown.label) for shown in drawn.values()]
     figure.legend(handles=handles, loc="outside upper center", ncols=min(4, len(axes) + 1))
     return figure
 

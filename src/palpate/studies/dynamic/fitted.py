@@ -55,62 +55,63 @@ class Fitted:
 def fit_springs(
     training: ComparedScene, wanted: np.ndarray, volume: bool, step_share: float, evaluations: int
 ) -> Fitted:
-    """Fit the modulus of springs, the ratio of their dampers and a sheet's bending springs to a training motion.
+    """Fit ``logs`` to a training motion: of the springs' modulus, the dampers' ratio and, of sheets, the bending share.
 
     training, wanted : that motion, and its displacements (f, n_surface, 3) [m]
     volume : whether a volume force is added, whose stiffness follows from the Poisson ratio
     step_share : length of steps over the longest stable one; evaluations : most motions that are computed
     """
-    begin, given = perf_counter(), training.body.material
+    begin, material = perf_counter(), training.body.material
     bulk = 0.0
     if volume:
-        bulk = volume_stiffness(spring_model(particles_of(training.body, 0, surface=False)), given)
+        bulk = volume_stiffness(spring_model(particles_of(training.body, 0, surface=False)), material)
 
-    def young_pa(q: np.ndarray) -> float:
-        return float(given.young_pa * np.exp(q[0]))
+    def young_pa(logs: np.ndarray) -> float:
+        return float(material.young_pa * np.exp(logs[0]))
 
-    def scene(compared: ComparedScene, steps: int, q: np.ndarray) -> Scene:
+    def scene(compared: ComparedScene, steps: int, logs: np.ndarray) -> Scene:
         stiffness = Springs()
         if compared.thickness_m:  # the modulus times the thickness [N/m], and a share of that against bending
-            along = compared.thickness_m * young_pa(q)
-            stiffness = Springs(structural_n_m=along, shear_n_m=along, bending_n_m=float(np.exp(q[2])) * along)
-        return compared.springs(steps, stiffness, float(np.exp(q[1])), bulk * young_pa(q) / given.young_pa)
+            tension = compared.thickness_m * young_pa(logs)
+            stiffness = Springs(structural_n_m=tension, shear_n_m=tension, bending_n_m=float(np.exp(logs[2])) * tension)
+        return compared.springs(steps, stiffness, float(np.exp(logs[1])), bulk * young_pa(logs) / material.young_pa)
 
-    def misfit(q: np.ndarray) -> float:
-        limit = training.limit_s(scene(training, training.frames, q), young_pa(q))
-        return error_of(training, scene(training, training.steps(step_share * limit), q), young_pa(q), wanted)
+    def misfit(logs: np.ndarray) -> float:
+        limit = training.limit_s(scene(training, training.frames, logs), young_pa(logs))
+        return error_of(training, scene(training, training.steps(step_share * limit), logs), young_pa(logs), wanted)
 
-    start, sides, bounds = [0.0, np.log(0.1)], [-0.4, 0.7], [(-2.3, 2.3), (-6.0, 1.0)]
+    start, steps_of_start, bounds = [0.0, np.log(0.1)], [-0.4, 0.7], [(-2.3, 2.3), (-6.0, 1.0)]
     if training.thickness_m:
-        start, sides, bounds = [*start, -4.0], [*sides, 1.5], [*bounds, (-9.0, 1.0)]
-    q = _simplex(misfit, np.array(start), sides, bounds, evaluations, f"{training.name}: no springs")
-    return Fitted(lambda compared, steps: scene(compared, steps, q), young_pa(q), perf_counter() - begin)
+        start, steps_of_start, bounds = [*start, -4.0], [*steps_of_start, 1.5], [*bounds, (-9.0, 1.0)]
+    logs = _simplex(misfit, np.array(start), steps_of_start, bounds, evaluations, f"{training.name}: no springs")
+    return Fitted(lambda compared, steps: scene(compared, steps, logs), young_pa(logs), perf_counter() - begin)
 
 
 def fit_shapes(training: ComparedScene, wanted: np.ndarray, per_frame: int, evaluations: int) -> Fitted:
     """Fit α, β, the decay of velocities and a scale of the loads to a training motion, in ``per_frame`` steps a frame.
 
-    The stiffness α m/h² depends on the step. Loads are not scaled where the body falls or meets an instrument.
+    ``fitted`` : α, β, and logarithms of decay and scale, which is 1 where the body falls or meets an instrument. The
+    stiffness α m/h² of masses m depends on the step h.
     """
     begin, young, steps = perf_counter(), training.body.material.young_pa, per_frame * training.frames
     clusters = cubes(training.body.coarse)
     scaled = training.held and not training.loads.contact
 
-    def scene(compared: ComparedScene, steps: int, q: np.ndarray) -> Scene:
-        matching = ShapeMatching(mode="linear", alpha=float(q[0]), beta=float(q[1]), clusters=clusters)
-        loaded = compared.scale_loads(float(np.exp(q[3]))) if scaled else compared
-        return loaded.shapes(steps, matching, float(np.exp(q[2])))
+    def scene(compared: ComparedScene, steps: int, fitted: np.ndarray) -> Scene:
+        matching = ShapeMatching(mode="linear", alpha=float(fitted[0]), beta=float(fitted[1]), clusters=clusters)
+        loaded = compared.scale_loads(float(np.exp(fitted[3]))) if scaled else compared
+        return loaded.shapes(steps, matching, float(np.exp(fitted[2])))
 
-    def misfit(q: np.ndarray) -> float:
-        return error_of(training, scene(training, steps, q), young, wanted)
+    def misfit(fitted: np.ndarray) -> float:
+        return error_of(training, scene(training, steps, fitted), young, wanted)
 
-    bounds, sides = [(0.02, 1.0), (0.0, 0.99), (-5.0, 7.0)], [0.25, 0.3, -1.0]
+    bounds, edges = [(0.02, 1.0), (0.0, 0.99), (-5.0, 7.0)], [0.25, 0.3, -1.0]
     starts = [np.array([alpha, beta, 1.6]) for alpha, beta in product((0.3, 0.9), (0.2, 0.7))]
     if scaled:
-        bounds, sides = [*bounds, (-12.0, 12.0)], [*sides, 0.7]
+        bounds, edges = [*bounds, (-12.0, 12.0)], [*edges, 0.7]
         starts = [np.array([0.7, 0.4, 1.6, scale]) for scale in np.arange(-6.0, 6.1, 1.5)]
-    q = _simplex(misfit, min(starts, key=misfit), sides, bounds, evaluations, f"{training.name}: no shapes")
-    return Fitted(lambda compared, steps: scene(compared, steps, q), young, perf_counter() - begin)
+    fitted = _simplex(misfit, min(starts, key=misfit), edges, bounds, evaluations, f"{training.name}: no shapes")
+    return Fitted(lambda compared, steps: scene(compared, steps, fitted), young, perf_counter() - begin)
 
 
 def error_of(compared: ComparedScene, scene: Scene, young_pa: float, wanted: np.ndarray) -> float:
@@ -123,8 +124,9 @@ def error_of(compared: ComparedScene, scene: Scene, young_pa: float, wanted: np.
     return float(min(rmse, 1.0))
 
 
-def _simplex(misfit: Callable, start: np.ndarray, sides: list, bounds: list, evaluations: int, what: str) -> np.ndarray:
-    corners = np.vstack([start, start + np.diag(sides)])
+def _simplex(misfit: Callable, start: np.ndarray, edges: list, bounds: list, evaluations: int, what: str) -> np.ndarray:
+    """Minimise ``misfit`` by Nelder and Mead from ``start`` and a step along each axis; NotConverged unless below 1."""
+    corners = np.vstack([start, start + np.diag(edges)])
     options = {"maxfev": evaluations, "initial_simplex": corners, "xatol": 1e-3, "fatol": 1e-5}
     result = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options)
     if not result.fun < 1.0:
@@ -152,12 +154,12 @@ class CorrectedMotion:
     """
 
     def __init__(self, compared: ComparedScene):
-        last = len(compared.body.levels) - 1
-        (coarse, loads), (fine, fine_loads) = _responses(compared, 0), _responses(compared, last)
+        finest = len(compared.body.levels) - 1
+        (coarse, loads), (fine, fine_loads) = _responses(compared, 0), _responses(compared, finest)
         self.softness = float(np.vdot(fine_loads, fine) / np.vdot(loads, coarse))
         coarse = self.softness * coarse
         self._up = to_surface(compared.body, 0)
-        fine_up = to_surface(compared.body, last)
+        fine_up = to_surface(compared.body, finest)
         self.detail = np.array([fine_up @ u - self._up @ c for u, c in zip(fine, coarse, strict=True)])
         masses = np.sqrt(np.repeat(compared.particles(0).masses, 3))
         self._shares = np.linalg.pinv((coarse.reshape(len(coarse), -1) * masses).T) * masses
@@ -169,6 +171,7 @@ class CorrectedMotion:
         return np.array([self._corrected(x - motion.rest) for x in motion.positions[1:]])
 
     def _corrected(self, moved: np.ndarray) -> np.ndarray:
+        """Return the fine surface (n_surface, 3) [m] of coarse displacements ``moved`` (n, 3) [m]: P x_c + R Σ a D."""
         turns = (self._up @ self._rotations.at(moved).reshape(-1, 9)).reshape(-1, 3, 3)
         detail = np.tensordot(self._shares @ moved.ravel(), self.detail, axes=1)
         return self._up @ moved + (turns @ detail[:, :, None])[:, :, 0]
@@ -183,7 +186,7 @@ def fit_correction(compared: ComparedScene) -> Fitted:
 
 
 def _responses(compared: ComparedScene, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return linear responses (k, n, 3) [m] of a level to each load at its height, and the loads (k, n, 3) [N]."""
+    """Return linear responses (k, n, 3) [m] of a level to each load at its full size, and the loads (k, n, 3) [N]."""
     particles, loads = compared.particles(level), []
     singles = [Loads(gravity=compared.loads.gravity)] if compared.loads.gravity else []
     singles += [Loads(push=Push(loads=[push])) for push in compared.loads.pushes]
@@ -191,8 +194,8 @@ def _responses(compared: ComparedScene, level: int) -> tuple[np.ndarray, np.ndar
         system = compose(single.fem(single.frames), particles)
         for push in single.loads.pushes:
             system.at(push.start_s + push.press_s)
-        still = np.zeros_like(particles.nodes)
-        loads.append(system.outer_force(particles.nodes, still) + system.potential_force(particles.nodes))
+        no_velocity = np.zeros_like(particles.nodes)
+        loads.append(system.outer_force(particles.nodes, no_velocity) + system.potential_force(particles.nodes))
     matrix = system.stiffness(particles.nodes, definite=True)
     assert matrix is not None  # finite elements have one
     system.hold(matrix)
@@ -232,21 +235,21 @@ def moving_modes(
     made, other : the body at rest, and its modes for another place, if they are known; otherwise both are made here
     """
     made, counts = made or MadeModes.of(compared, grid), grid["steps_per_frame"]
-    middle = counts[len(counts) // 2] * compared.frames
+    middle_steps = counts[len(counts) // 2] * compared.frames
 
     def reduced(there: ComparedScene, missed: float) -> Prepared:
-        one = prepared({}, partial(made.at, there, grid, missed))
-        return one._replace(seconds=made.seconds + one.seconds)
+        modes = prepared({}, partial(made.at, there, grid, missed))
+        return modes._replace(seconds=made.seconds + modes.seconds)
 
-    own = reduced(compared, grid["missed"])
+    for_scene = reduced(compared, grid["missed"])
     for count in counts:
-        yield count * compared.frames, own, ""
+        yield count * compared.frames, for_scene, ""
     for missed in grid["tolerances"]:
-        yield middle, reduced(compared, missed), f"tolerance={missed:g}"
+        yield middle_steps, reduced(compared, missed), f"tolerance={missed:g}"
     if other is not None:
-        yield middle, Prepared({}, other, made.seconds + other.seconds), "place=another"
+        yield middle_steps, Prepared({}, other, made.seconds + other.seconds), "place=another"
     elif training is not None and _places(training) and _places(training) != _places(compared):
-        yield middle, reduced(training, grid["missed"]), "place=another"
+        yield middle_steps, reduced(training, grid["missed"]), "place=another"
 
 
 def _places(compared: ComparedScene) -> list[dict]:
@@ -275,12 +278,12 @@ def models_of(
         models["moving_modes"] = partial(moving_modes, compared, training, grid["moving_modes"], **made)
     if not training:
         return models
-    learnt = training, wanted
+    fit_to = training, wanted
     if not compared.loads.plasticity:
-        models["springs"] = partial(_springs, compared, *learnt, False, grid["springs"])
+        models["springs"] = partial(_springs, compared, *fit_to, False, grid["springs"])
         if not compared.thickness_m:
-            models["springs_volume"] = partial(_springs, compared, *learnt, True, grid["springs"])
-    return models | {"shape_matching": partial(_shapes, compared, *learnt, grid["shape_matching"])}
+            models["springs_volume"] = partial(_springs, compared, *fit_to, True, grid["springs"])
+    return models | {"shape_matching": partial(_shapes, compared, *fit_to, grid["shape_matching"])}
 
 
 def _coarse(compared: ComparedScene, grid: Grid) -> Settings:
@@ -340,6 +343,7 @@ def _wider(factor: float, compared: ComparedScene, steps: int) -> Scene:
 def _springs(
     compared: ComparedScene, training: ComparedScene, wanted: np.ndarray, volume: bool, grid: Grid
 ) -> Settings:
+    """Yield numbers of steps of springs, which are fitted to ``wanted`` at the longest share of a stable step."""
     shares = grid["shares_of_stable_step"]
     fitted = fit_springs(training, wanted, volume, max(shares), grid["evaluations"])
     limit = compared.limit_s(fitted.scene(compared, compared.frames), fitted.young_pa)

@@ -67,45 +67,45 @@ class LinearLimit:
         """
         if not self.until_s:
             return {"parted": f"two meshes agree at no time: {self.peaks}"}
-        space, *_, whole = self.own[:, TruthErrors._fields.index("rmse_of_peak")]
-        away = {self.levels - 1: 0.0, self.levels - 2: space}.get(level, np.nan)
+        space, *_, all_together = self.own[:, TruthErrors._fields.index("rmse_of_peak")]
+        mesh_error = {self.levels - 1: 0.0, self.levels - 2: space}.get(level, np.nan)
         force = self.own_force if self.own_force <= FELT else np.nan
-        return {"reference_error": float(whole + away), "reference_force_error": force}
+        return {"reference_error": float(all_together + mesh_error), "reference_force_error": force}
 
 
 def linear_limit(compared: ComparedScene, count: int, part: float, progress: Callable = iter) -> LinearLimit:
-    """Simulate ``compared`` on all levels, in ``count`` and twice as many steps a frame, and compare the motions.
+    """Simulate ``compared`` on all levels, in ``count`` and twice as many steps a frame; say how far these agree.
 
     part : of the peak, by which meshes and steps together may differ in a frame, at the surface and where it is pressed
     progress : wraps the sequence of motions, as ``tqdm`` does; NotConverged as ``run``
     """
     last, rate = len(compared.body.levels) - 1, 2.0**compared.order
-    moved, felt, spent = {}, {}, 0.0
-    for level, n in progress([(level, n) for level in range(last + 1) for n in (count, 2 * count)]):
-        moved[level, n], done = compared.move(compared.fem(n * compared.frames), level)
-        felt[level, n], spent = done.motion.instrument_forces(), spent + done.seconds
-    (before, end), (_, force) = (_limits(each, last, count, rate) for each in (moved, felt))
-    space, time = end - before, end - moved[last, 2 * count]
-    mixed = time - (before - moved[last - 1, 2 * count])
+    motions, forces_of, spent_s = {}, {}, 0.0
+    for level, a_frame in progress([(level, a_frame) for level in range(last + 1) for a_frame in (count, 2 * count)]):
+        motions[level, a_frame], run = compared.move(compared.fem(a_frame * compared.frames), level)
+        forces_of[level, a_frame], spent_s = run.motion.instrument_forces(), spent_s + run.seconds
+    (coarser, finest), (_, force) = (_limits(each, last, count, rate) for each in (motions, forces_of))
+    space, time = finest - coarser, finest - motions[last, 2 * count]
+    mixed = time - (coarser - motions[last - 1, 2 * count])
     patch = np.tile(pressed_nodes(compared.body, compared.loads), 1 + len(compared.shifts_m))
-    peaks, offs = np.linalg.norm(end, axis=2).max(axis=1), (space, time, mixed)
-    known = min(
-        resolved_frames(_rms(each[:, nodes] for each in offs), peaks, part) for nodes in (patch, ~patch | patch)
+    peaks, changes = np.linalg.norm(finest, axis=2).max(axis=1), (space, time, mixed)
+    resolved = min(
+        resolved_frames(_rms(each[:, nodes] for each in changes), peaks, part) for nodes in (patch, ~patch | patch)
     )
-    known = known if peaks[:known].any() else 0
-    kept = slice(known or compared.frames)
+    resolved = resolved if peaks[:resolved].any() else 0
+    frames = slice(resolved or compared.frames)
 
-    def size(off: np.ndarray) -> np.ndarray:
-        true = end[kept].reshape(-1, 3)
-        return np.array(truth_errors(true + off[kept].reshape(-1, 3), true, np.tile(patch, len(end[kept]))))
+    def size(change: np.ndarray) -> np.ndarray:
+        truth = finest[frames].reshape(-1, 3)
+        return np.array(truth_errors(truth + change[frames].reshape(-1, 3), truth, np.tile(patch, len(finest[frames]))))
 
-    parts = np.array([size(off) for off in offs])
-    forces = _limits(felt, last, count, rate)[0], felt[last, 2 * count]
-    own_force = np.linalg.norm([force_errors(each[kept], force[kept]).force_rms_of_peak for each in forces])
-    largest = np.array([np.linalg.norm(each, axis=2).max() for each in (before, end, moved[last, 2 * count])])
-    until = compared.duration_s * known / compared.frames
-    own = np.vstack([parts, np.sqrt(np.sum(parts**2, axis=0))])
-    return LinearLimit(1 + last, count * compared.frames, until, part, own, float(own_force), largest, spent)
+    own_parts = np.array([size(change) for change in changes])
+    forces = _limits(forces_of, last, count, rate)[0], forces_of[last, 2 * count]
+    own_force = np.linalg.norm([force_errors(each[frames], force[frames]).force_rms_of_peak for each in forces])
+    largest = np.array([np.linalg.norm(each, axis=2).max() for each in (coarser, finest, motions[last, 2 * count])])
+    until_s = compared.duration_s * resolved / compared.frames
+    own_errors = np.vstack([own_parts, np.sqrt(np.sum(own_parts**2, axis=0))])
+    return LinearLimit(1 + last, count * compared.frames, until_s, part, own_errors, float(own_force), largest, spent_s)
 
 
 def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
@@ -118,10 +118,10 @@ def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
 
 
 def _limits(motions: dict, last: int, count: int, rate: float) -> list[np.ndarray]:
-    """Extrapolate what was found on the last two levels to steps of no length."""
+    """Extrapolate ``motions``, by level and steps a frame, on the last two levels each to steps of no length."""
     return [limit(np.array([motions[level, count], motions[level, 2 * count]]), rate) for level in (last - 1, last)]
 
 
-def _rms(offs: Iterable[np.ndarray]) -> np.ndarray:
+def _rms(changes: Iterable[np.ndarray]) -> np.ndarray:
     """Return the RMS (f,) over nodes of what differs together, each (f, n, 3)."""
-    return np.sqrt(sum(np.mean(np.sum(off**2, axis=2), axis=1) for off in offs))
+    return np.sqrt(sum(np.mean(np.sum(change**2, axis=2), axis=1) for change in changes))

@@ -107,23 +107,23 @@ def reference(compared: ComparedScene, training: ComparedScene | None, change: f
 
 def converge(compared: ComparedScene, change: float, max_halvings: int) -> Reference:
     """Simulate a motion on the finest level in steps that are halved until they change little, see ``reference``."""
-    lengths, tried, costs, changes, forces = [], [], [], [], []
+    lengths, motions, costs, changes, forces = [], [], [], [], []
     resolved = 0
     compared.begin(compared.fem(compared.frames), len(compared.body.levels) - 1)
     for halving in range(max_halvings + 1):
         scene = compared.fem(compared.frames * 2**halving)
         displacement, run = compared.move(scene, len(compared.body.levels) - 1)
         lengths.append(scene.step_s)
-        tried.append(displacement)
+        motions.append(displacement)
         forces.append(run.motion.instrument_forces())
         costs.append((run.seconds, run.step_p95_s, run.step_max_s))
         if halving > 1:
             # the motions at steps of no length, from those at a step and at half of it
-            before, truth = _limits(tried, compared.order)
-            off = np.sqrt(np.mean(np.sum((truth - before) ** 2, axis=2), axis=1))
+            previous, truth = _limits(motions, compared.order)
+            change_m = np.sqrt(np.mean(np.sum((truth - previous) ** 2, axis=2), axis=1))
             peaks = np.linalg.norm(truth, axis=2).max(axis=1)
-            changes.append(off / peaks.max())
-            resolved = resolved_frames(off, peaks, change)
+            changes.append(change_m / peaks.max())
+            resolved = resolved_frames(change_m, peaks, change)
             if resolved == compared.frames:
                 break
     if resolved < max(1, LEAST_SHARE * compared.frames):
@@ -137,10 +137,10 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
     force_before, force = (each[:resolved] for each in _limits(forces, compared.order))
     return Reference(
         truth=truth[:resolved],
-        change=float((off[:resolved] / peaks[:resolved].max()).max()),
+        change=float((change_m[:resolved] / peaks[:resolved].max()).max()),
         step_s=lengths[-1],
         bound=change,
-        tried=np.array(tried)[:, :resolved],
+        tried=np.array(motions)[:, :resolved],
         tried_s=np.array(lengths),
         seconds=seconds,
         step_p95_s=step_p95_s,
@@ -230,12 +230,12 @@ def find_motion_truth(
         compared = compared.but(own=compared.own.but(level=truth.levels - 1))
     scene, count = compared.of(body), truth.steps_per_frame
     if truth.elements == "linear":
-        known = linear_limit(scene, count, PART, progress)
-        say(f"{scene.name}: {known.said}")
-        store(known, output.truth, compressed=True)
-        return {"table": tabulate_truth(scene, known)}
-    moved = scene.body, scene.placed_loads(), scene.rayleigh, scene.duration_s
-    result = motion_truth(*moved, scene.frames, count * scene.frames, truth.levels, progress)
+        agreed = linear_limit(scene, count, PART, progress)
+        say(f"{scene.name}: {agreed.said}")
+        store(agreed, output.truth, compressed=True)
+        return {"table": tabulate_truth(scene, agreed)}
+    motion_args = scene.body, scene.placed_loads(), scene.rayleigh, scene.duration_s
+    result = motion_truth(*motion_args, scene.frames, count * scene.frames, truth.levels, progress)
     if result.rejected:
         warnings.warn(
             f"scenes.{scene.name}: its motion has no truth that is believed ({result.rejected}); models are judged by "

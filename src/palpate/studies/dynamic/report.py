@@ -60,16 +60,16 @@ def _most_accurate(table: pd.DataFrame) -> pd.DataFrame:
 
 def _meshes(first: pd.DataFrame, pressed: pd.DataFrame | None) -> tuple[list[dict[str, Any]], list[str]]:
     """Return how wrong the mesh of each standard is itself, and the scenes of which no press shows it."""
-    known: dict[tuple[str, int, MeshError], list[str]] = {}
+    scenes_of: dict[tuple[str, int, MeshError], list[str]] = {}
     unknown = []
     for row in first.itertuples():
         error_of_mesh = mesh_error(pressed, str(row.body), int(row.reference_level))
         if error_of_mesh is None:
             unknown.append(spaced(row.scene))
         else:
-            known.setdefault((str(row.body), int(row.reference_level), error_of_mesh), []).append(spaced(row.scene))
-    parts = [
+            scenes_of.setdefault((str(row.body), int(row.reference_level), error_of_mesh), []).append(spaced(row.scene))
+    rows = [
         {"scenes": scenes, "body": body, "level": level} | error._asdict()
-        for (body, level, error), scenes in known.items()
+        for (body, level, error), scenes in scenes_of.items()
     ]
-    return parts, unknown
+    return rows, unknown

@@ -229,8 +229,8 @@ def check(config: Any, file: Path) -> None:
     for name, own in settings.items():
         place = f"{file}: dynamic.scenes"
         if name not in scenes:
-            known = ", ".join(scenes) or "there are none"
-            raise InputError(f"{place} names {name}, which is not a scene; choose from scenes: {known}.")
+            names = ", ".join(scenes) or "there are none"
+            raise InputError(f"{place} names {name}, which is not a scene; choose from scenes: {names}.")
         body = bodies.get(scenes[name].body)  # of others the scenes' check
         kind, bed, taught = getattr(body, "kind", ""), getattr(body, "bed", None), own.training or not fits(own.models)
         check_compared(place, name, scenes[name], kind, bool(taught))
@@ -283,9 +283,9 @@ def _check_elsewhere(place: str, scene: Scene, kind: str) -> None:
 
 def _check_any(file: Path, scenes: dict, bodies: dict) -> None:
     """Raise InputError where models can be compared in none of the scenes."""
-    known = {name: entry for name, entry in scenes.items() if entry.body in bodies}  # of others the scenes' check
-    fit, left_out = compared_scenes(known, bodies)
-    if not fit:
+    with_body = {name: entry for name, entry in scenes.items() if entry.body in bodies}  # of others the scenes' check
+    comparable, left_out = compared_scenes(with_body, bodies)
+    if not comparable:
         reasons = "; ".join(f"{name} {reason}" for name, reason in left_out.items()) or "there is no scene"
         raise InputError(
             f"{file}: dynamic is there and models can be compared in no scene ({reasons}); "

@@ -64,15 +64,15 @@ def modes_of_strokes(compared: ComparedScene, shown: Strokes, grid: Grid, seed: 
 
     grid : the settings of the model; of a region contact is prepared at all nodes that MORE times as many strokes pass
     """
-    asked, begin = Touching(**{key: grid[key] for key in Touching.model_fields}), perf_counter()
+    touching, begin = Touching(**{key: grid[key] for key in Touching.model_fields}), perf_counter()
     passing = None
     if "half_width_m" in grid:
         passing = learnt_from(compared, dict(grid) | {"strokes": MORE * grid["strokes"], "seed": seed})
-    system = compose(compared.touching(compared.frames, asked), compared.particles(-1))
-    body = stroke_motion.prepare(system, asked, shown.shown, passing)
+    system = compose(compared.touching(compared.frames, touching), compared.particles(-1))
+    body = stroke_motion.prepare(system, touching, shown.shown, passing)
 
     def in_modes(compared: ComparedScene, steps: int) -> Scene:
-        return compared.touching(steps, stroke_motion.Learnt(**dict(asked), learnt=body))
+        return compared.touching(steps, stroke_motion.Learnt(**dict(touching), learnt=body))
 
     spent = shown.seconds + perf_counter() - begin
     return Fitted(in_modes, compared.body.material.young_pa, spent, level=-1)

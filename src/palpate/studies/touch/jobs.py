@@ -68,17 +68,17 @@ def tabulate_touch(
 
     touches, truths : of each pair of ``bodies`` and ``instruments``; samples, settings : the tables of all models
     """
-    known, forces, errors, means = [], [], [], []
-    for body, asked, truth, instrument in zip(bodies, touches, truths, instruments, strict=True):
-        case = TouchCase(body, instrument, asked["depth_m"].max(), 0)
-        own, row = truth_rows(case, touches_of(instrument, asked), truth)
+    of_truths, forces, errors, means = [], [], [], []
+    for body, table, truth, instrument in zip(bodies, touches, truths, instruments, strict=True):
+        case = TouchCase(body, instrument, table["depth_m"].max(), 0)
+        own_errors, row = truth_rows(case, touches_of(instrument, table), truth)
         labels = row[["scene", "body", "instrument"]].iloc[0].to_dict() | asdict(instrument)
-        known.append(touch_truth_row(labels, asked, truth))
-        forces += touch_force_rows(labels, asked, truth, body.fine.nodes[asked["node"]])
-        errors.append(own)
+        of_truths.append(touch_truth_row(labels, table, truth))
+        forces += touch_force_rows(labels, table, truth, body.fine.nodes[table["node"]])
+        errors.append(own_errors)
         means.append(row)
     touch = touch_table(_joined([*means, *settings]), _joined([*errors, *samples]))
-    return {"truth": TOUCH_TRUTH.frame(known), "forces": TOUCH_FORCES.frame(forces), "touch": touch}
+    return {"truth": TOUCH_TRUTH.frame(of_truths), "forces": TOUCH_FORCES.frame(forces), "touch": touch}
 
 
 def _joined(parts: list[pd.DataFrame]) -> pd.DataFrame:
@@ -138,18 +138,18 @@ def touch_truth_row(labels: dict[str, Any], touches: pd.DataFrame, truth: TouchT
 
     labels : scene, body, instrument and its lengths; touches : k rows with TOUCH_COLUMNS
     """
-    kept = truth.believed
-    row = labels | {"samples": int(kept.sum()), "rejected": int((~kept).sum())}
+    sound = truth.believed
+    row = labels | {"samples": int(sound.sum()), "rejected": int((~sound).sum())}
     depth = touches["depth_m"].to_numpy()
     row |= {"lowered": int((depth < (1.0 - 1e-9) * touches["asked_m"].to_numpy()).sum())}
     for name, column in _OWN.items():
-        own = truth.own[kept, TouchErrors._fields.index(name)]
-        row |= {column: over(np.mean, own), f"{column}_max": over(np.max, own)}
+        errors = truth.own[sound, TouchErrors._fields.index(name)]
+        row |= {column: over(np.mean, errors), f"{column}_max": over(np.max, errors)}
     for name, values in (("depth", depth), ("force", truth.force[:, -1])):
         unit = "m" if name == "depth" else "n"
-        row |= {f"{name}_min_{unit}": over(np.min, values[kept]), f"{name}_max_{unit}": over(np.max, values[kept])}
-    row |= {name: over(np.median, getattr(truth, name)[kept]) for name in ("order", "force_order")}
-    row |= {"overlap": over(np.max, truth.overlap[kept]), "least_det": over(np.min, truth.least_det[kept])}
+        row |= {f"{name}_min_{unit}": over(np.min, values[sound]), f"{name}_max_{unit}": over(np.max, values[sound])}
+    row |= {name: over(np.median, getattr(truth, name)[sound]) for name in ("order", "force_order")}
+    row |= {"overlap": over(np.max, truth.overlap[sound]), "least_det": over(np.min, truth.least_det[sound])}
     row |= {
         "nodes": int(truth.nodes.max()),
         "mesh_edge_m": over(np.max, truth.edge_m),
@@ -179,29 +179,29 @@ def touch_table(settings: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:
 
     samples : rows of touches with their errors, those of the truth itself among them
     """
-    own = samples[samples["model"] == TRUTH].set_index(["scene", "sample"])[list(BOUNDED)]
+    own_errors = samples[samples["model"] == TRUTH].set_index(["scene", "sample"])[list(BOUNDED)]
     keys = ["scene", "model", "setting"]
-    rows = {names: _mean_sizes_and_bounds(part, own) for names, part in samples.groupby(keys, sort=False)}
-    more = pd.DataFrame([rows.get(names, {}) for names in settings[keys].itertuples(index=False, name=None)])
-    kept = settings.reset_index(drop=True).drop(columns=more.columns, errors="ignore")
-    return pd.concat([kept, more], axis=1)[TOUCH.columns]
+    rows = {names: _mean_sizes_and_bounds(part, own_errors) for names, part in samples.groupby(keys, sort=False)}
+    bounds = pd.DataFrame([rows.get(names, {}) for names in settings[keys].itertuples(index=False, name=None)])
+    other_columns = settings.reset_index(drop=True).drop(columns=bounds.columns, errors="ignore")
+    return pd.concat([other_columns, bounds], axis=1)[TOUCH.columns]
 
 
-def _mean_sizes_and_bounds(part: pd.DataFrame, own: pd.DataFrame) -> dict[str, float]:
+def _mean_sizes_and_bounds(part: pd.DataFrame, own_errors: pd.DataFrame) -> dict[str, float]:
     """Return means of absolute errors of one setting in one scene, and bounds that a touch elsewhere stays below.
 
-    part : its rows of touches; own : the truth's own errors by scene and sample, which are added to those of models
+    part : its rows of touches; own_errors : the truth's, by scene and sample, which are added to those of models
     Bounds are NaN where a touch has no answer.
     """
     answered = part[part["failure"].fillna("") == ""]
     row = {f"{name}_size": answered[name].astype(float).abs().mean() for name in SIGNED}
     places = pd.MultiIndex.from_frame(answered[["scene", "sample"]])
-    of_truth = 0.0 if (part["model"] == TRUTH).all() else own.reindex(places).to_numpy(dtype=float)
+    of_truth = 0.0 if (part["model"] == TRUTH).all() else own_errors.reindex(places).to_numpy(dtype=float)
     errors = answered[list(BOUNDED)].to_numpy(dtype=float)
-    errors, whole = np.abs(errors) + of_truth, len(answered) == len(part)
+    errors, all_answered = np.abs(errors) + of_truth, len(answered) == len(part)
     touch = answered["sample"].to_numpy()
     for name, values in zip(BOUNDED, errors.T, strict=True):
-        known = whole and np.isfinite(values).all()
+        known = all_answered and np.isfinite(values).all()
         row[f"{name}_bound"] = finite(bound_factor(values, touch)) if known else np.nan
         if known and name == "force_error":
             # the bound is one number for all touches, so that the estimate of each is 1

@@ -56,16 +56,16 @@ def _taken(touch: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for limit in (*map(Limit, FRAMES_MS), Limit()):
         row: dict[str, Any] = {"within": f"{limit.budget_ms:g}\u00a0ms" if limit.time else "any time"}
-        taken = choice(touches(touch), limit)
-        if taken["model"] == NONE:
-            near = f"fastest: {seconds(taken['nearest_s'])}" if taken["nearest_s"] > 0 else taken["why"]
-            row |= {"take": NONE, "setting": near}
+        advised = choice(touches(touch), limit)
+        if advised["model"] == NONE:
+            fastest = f"fastest: {seconds(advised['nearest_s'])}" if advised["nearest_s"] > 0 else advised["why"]
+            row |= {"take": NONE, "setting": fastest}
         else:
-            took = taken["preparation_s"]
-            row |= {"take": look(curve_of(taken["model"], taken["setting"])).label, "setting": taken["setting"]}
-            row |= {name: 100 * taken[column] for name, column in SHARES.items()}
-            row |= {"median": seconds(taken["online_median_s"]), "slowest touch": seconds(taken["online_max_s"])}
-            row |= {"place prepared in": seconds(took) if took > 1e-4 else "–"}
+            prepared_s = advised["preparation_s"]
+            row |= {"take": look(curve_of(advised["model"], advised["setting"])).label, "setting": advised["setting"]}
+            row |= {name: 100 * advised[column] for name, column in SHARES.items()}
+            row |= {"median": seconds(advised["online_median_s"]), "slowest touch": seconds(advised["online_max_s"])}
+            row |= {"place prepared in": seconds(prepared_s) if prepared_s > 1e-4 else "–"}
         rows.append(row)
     names = dict.fromkeys(name for row in rows for name in row)
     return pd.DataFrame([{name: row.get(name, "–") for name in names} for row in rows])
@@ -93,17 +93,17 @@ def draw_touch_precision(touch, *, scene: str) -> Figure:
     shown = answers(rows)
     looks = {"curve": [curve_of(*each) for each in _settings(shown)], "hollow": shown["failures"] > 0}
     looks |= {"prepared": shown["prepared"].astype(bool)}
-    drawn = [points(shown, "online_median_s", column, **looks) for column in PANELS]
+    drawn_points = [points(shown, "online_median_s", column, **looks) for column in PANELS]
     figure = Figure(figsize=(12.5, 5.9), layout="constrained")
     parts = figure.subplot_mosaic([list(PANELS), ["legend"] * len(PANELS)], height_ratios=[4.6, 0.9])
     axes = [parts[column] for column in PANELS]
     for axis, name in zip(axes, PANELS.values(), strict=True):
         axis.set(xlabel="time of an answer [ms]", ylabel=name)
     _felt(parts[FORCE])
-    panels(axes, drawn, tables.where(rows, model=TRUTH)[list(PANELS)].mean(), frames())
+    panels(axes, drawn_points, tables.where(rows, model=TRUTH)[list(PANELS)].mean(), frames())
     axes[0].set_title(title_of(rows), pad=18)
-    every = pd.concat(drawn, ignore_index=True)
-    shown_as = [*handles(every), *meanings("place prepared before", "failed on some touches")]
+    all_points = pd.concat(drawn_points, ignore_index=True)
+    shown_as = [*handles(all_points), *meanings("place prepared before", "failed on some touches")]
     failed = shown[shown["failures"] > 0]
     names = [f"{named(row.model, row.setting)} on {row.failures} of {row.samples}" for row in failed.itertuples()]
     words = f"failed: {', '.join(names)}" if names else "no setting failed on any touch"

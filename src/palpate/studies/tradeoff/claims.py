@@ -16,18 +16,18 @@ def local(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     table = tables["accuracy_vs_time"]
     table = table[table["split"] == table["split"].min()]
     names = ["fem_local", "fem_p1", "fem_p2"]
-    known = table[table["model"].isin(names)].reset_index(drop=True)
-    settings = known.join(fields_of(known, "level", "depth", "order", "start", "iterations", "target"))
+    elements = table[table["model"].isin(names)].reset_index(drop=True)
+    settings = elements.join(fields_of(elements, "level", "depth", "order", "start", "iterations", "target"))
     if settings["depth"].isna().all():
         return
     # all stop in the same way, one iteration from the frame before, and none is corrected to the limit
     settings = settings[(settings["start"] == "frame") & (settings["iterations"] == 1) & settings["target"].isna()]
     for order, rows in settings[settings["model"] == "fem_local"].groupby("order"):
-        whole = settings[settings["model"] == f"fem_p{order:g}"].set_index(["scene", "level"])
-        both = rows[rows["depth"].isin(whole.index.get_level_values("level"))]
-        if len(both):
-            deepest = both[both["depth"] == both["depth"].max()]
-            yield _claim(order, deepest, whole[["patch_rms_of_peak", "online_median_s"]])
+        whole_meshes = settings[settings["model"] == f"fem_p{order:g}"].set_index(["scene", "level"])
+        compared = rows[rows["depth"].isin(whole_meshes.index.get_level_values("level"))]
+        if len(compared):
+            deepest = compared[compared["depth"] == compared["depth"].max()]
+            yield _claim(order, deepest, whole_meshes[["patch_rms_of_peak", "online_median_s"]])
 
 
 def _claim(order: float, rows: pd.DataFrame, whole: pd.DataFrame) -> Claim:
@@ -42,13 +42,13 @@ def _claim(order: float, rows: pd.DataFrame, whole: pd.DataFrame) -> Claim:
     scenes = local.index.intersection(coarse.index).intersection(fine.index)
     coarse, local, fine = (table.loc[scenes, [error, time]] for table in (coarse, local, fine))
     holds = bool((local[error] < coarse[error]).all() and (local[time] < fine[time]).all())
-    ours = []
+    results = []
     for scene in scenes:
-        three = (table.loc[scene] for table in (coarse, local, fine))
-        said = ", ".join(f"{percent(each[error])} in {two_digits(1e3 * each[time])} ms" for each in three)
-        ours.append(f"{scene.replace('_', ' ')}: {said}")
+        three_rows = (table.loc[scene] for table in (coarse, local, fine))
+        told = ", ".join(f"{percent(each[error])} in {two_digits(1e3 * each[time])} ms" for each in three_rows)
+        results.append(f"{scene.replace('_', ' ')}: {told}")
     claim = "a fine model only where force acts is more precise there than a coarse one, and faster than a fine one"
     premise = f"elements of order {order:g}, level {depth:g} near the contact; errors at the patch: coarse, local, fine"
     return Claim(
-        3, "1, of Bao and others", claim, premise, "no figure", "; ".join(ours) or "not measured", verdict(holds)
+        3, "1, of Bao and others", claim, premise, "no figure", "; ".join(results) or "not measured", verdict(holds)
     )

@@ -66,17 +66,17 @@ class _SceneErrors:
         errors = scene.errors[~scene.errors["model"].isin(BOUNDS)]
         own = np.nan_to_num(self.own(errors["sample"].to_numpy()))
         errors = errors.assign(**{KINDS[kind]: errors[KINDS[kind]] + own})
-        complete = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
-        given = errors.dropna(subset=KINDS[kind]).set_index(_ASKED).groupby(_SETTING, sort=True)[KINDS[kind]]
-        self.errors: dict[tuple[str, str], pd.Series] = {key: values for key, values in given if key in complete}
+        answering = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
+        of_settings = errors.dropna(subset=KINDS[kind]).set_index(_ASKED).groupby(_SETTING, sort=True)[KINDS[kind]]
+        self.errors: dict[tuple[str, str], pd.Series] = {key: values for key, values in of_settings if key in answering}
         self.estimates = {key: {CONSTANT: (np.ones(len(values)), 0.0)} for key, values in self.errors.items()}
         estimates = _estimates(scene.estimates, errors, kind)
         for (model, setting, name), values in estimates.groupby([*_SETTING, "estimate"], sort=False):
             value, seconds = values.set_index(_ASKED)["value"], float(values["seconds"].median())
             for key in self.errors if model == EVERY else self.errors.keys() & {(model, setting)}:
-                there = np.maximum(value.reindex(self.errors[key].index).to_numpy(), EXACT)
-                if np.isfinite(there).all():
-                    self.estimates[key][str(name)] = there, seconds
+                estimated = np.maximum(value.reindex(self.errors[key].index).to_numpy(), EXACT)
+                if np.isfinite(estimated).all():
+                    self.estimates[key][str(name)] = estimated, seconds
 
     def contact(self, key: tuple[str, str]) -> np.ndarray:
         """Return the contact (n,) of each error of a setting."""
@@ -89,17 +89,17 @@ def _estimates(measured: pd.DataFrame, errors: pd.DataFrame, kind: str) -> pd.Da
     measured : of ``error_estimates.estimates``; errors : of samples, with what the models say and what is apart
     Those that do not look at the answer come first.
     """
-    second = measured["estimate"] == COARSER
+    is_coarser = measured["estimate"] == COARSER
     seconds, estimated = (
-        measured.loc[second, "seconds"].median(),
-        measured[~second].assign(value=measured.loc[~second, kind]),
+        measured.loc[is_coarser, "seconds"].median(),
+        measured[~is_coarser].assign(value=measured.loc[~is_coarser, kind]),
     )
-    every = estimated["model"] == EVERY
-    own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
-    apart = errors.dropna(subset=APART[kind])
-    apart = apart.assign(estimate=COARSER, seconds=seconds, value=apart[APART[kind]])
+    is_general = estimated["model"] == EVERY
+    by_model = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
+    by_coarser = errors.dropna(subset=APART[kind])
+    by_coarser = by_coarser.assign(estimate=COARSER, seconds=seconds, value=by_coarser[APART[kind]])
     columns = [*_SETTING, *_ASKED, "estimate", "value", "seconds"]
-    return pd.concat([part[columns] for part in (estimated[every], estimated[~every], own, apart)])
+    return pd.concat([part[columns] for part in (estimated[is_general], estimated[~is_general], by_model, by_coarser)])
 
 
 def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
@@ -108,40 +108,40 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
     A bound is a factor times the estimate, found by conformal prediction with contacts as the unit: empty where these
     are too few. Other bodies are those in the same regime.
     """
-    whole = list(scenes)
+    all_scenes = list(scenes)
     rows: list[dict] = []
     for kind in KINDS:
-        scored = [_SceneErrors(scene, kind) for scene in whole]
-        for scene, here in zip(whole, scored, strict=True):
-            others = [each for each in scored if each.regime == here.regime and each.body != here.body]
+        scored = [_SceneErrors(scene, kind) for scene in all_scenes]
+        for scene, scene_errors in zip(all_scenes, scored, strict=True):
+            others = [each for each in scored if each.regime == scene_errors.regime and each.body != scene_errors.body]
             labels = scene.settings[["scene", "body", "regime"]].iloc[0].to_dict()
-            for key in _chosen(scene.settings, here, kind):
-                for name, (values, seconds) in here.estimates[key].items():
+            for key in _chosen(scene.settings, scene_errors, kind):
+                for name, (values, seconds) in scene_errors.estimates[key].items():
                     row = labels | dict(zip(_SETTING, key, strict=True)) | {"error": kind, "estimate": name}
-                    row |= _row(here, key, values) | {"estimate_s": seconds}
-                    rows.append(row | {"coverage_elsewhere": _elsewhere(here, others, key, name)})
+                    row |= _row(scene_errors, key, values) | {"estimate_s": seconds}
+                    rows.append(row | {"coverage_elsewhere": _elsewhere(scene_errors, others, key, name)})
     return ERROR_BOUNDS.frame(rows)
 
 
 def _row(scored: _SceneErrors, key: tuple[str, str], estimate: np.ndarray) -> dict:
     """Return how well an estimate (n,) of the errors of a setting orders them, and the bound that it gives."""
     errors, contact = scored.errors[key].to_numpy(), scored.contact(key)
-    own = scored.own(scored.errors[key].index.get_level_values("sample").to_numpy())
-    row = {"contacts": len(np.unique(contact)), "samples": len(errors), "own_of_peak": np.median(own)}
-    row |= {"error_of_peak": np.median(errors - np.nan_to_num(own))} | bound_row(errors, estimate, contact)
+    truth_own = scored.own(scored.errors[key].index.get_level_values("sample").to_numpy())
+    row = {"contacts": len(np.unique(contact)), "samples": len(errors), "own_of_peak": np.median(truth_own)}
+    row |= {"error_of_peak": np.median(errors - np.nan_to_num(truth_own))} | bound_row(errors, estimate, contact)
     return row | {"bound_of_peak": np.median(row["bound_factor"] * estimate)}
 
 
 def _elsewhere(here: _SceneErrors, others: list[_SceneErrors], key: tuple[str, str], estimate: str) -> float:
     """Return the share of the errors of a setting below the bound that is found on other bodies; NaN without one."""
-    there = [each for each in others if key in each.errors and estimate in each.estimates[key]]
-    if not there:
+    known = [each for each in others if key in each.errors and estimate in each.estimates[key]]
+    if not known:
         return np.nan
-    scores = np.concatenate([each.errors[key].to_numpy() / each.estimates[key][estimate][0] for each in there])
-    apart = 1 + max(each.contact(key).max() for each in there)  # so that contacts of two bodies have two numbers
-    factor = bound_factor(scores, np.concatenate([each.contact(key) + i * apart for i, each in enumerate(there)]))
-    below = here.errors[key].to_numpy() <= factor * here.estimates[key][estimate][0]
-    return float(np.mean(below)) if np.isfinite(factor) else np.nan
+    scores = np.concatenate([each.errors[key].to_numpy() / each.estimates[key][estimate][0] for each in known])
+    shift = 1 + max(each.contact(key).max() for each in known)  # so that contacts of two bodies have two numbers
+    factor = bound_factor(scores, np.concatenate([each.contact(key) + i * shift for i, each in enumerate(known)]))
+    is_below = here.errors[key].to_numpy() <= factor * here.estimates[key][estimate][0]
+    return float(np.mean(is_below)) if np.isfinite(factor) else np.nan
 
 
 def _chosen(settings: pd.DataFrame, scored: _SceneErrors, kind: str) -> list[tuple[str, str]]:
@@ -149,10 +149,10 @@ def _chosen(settings: pd.DataFrame, scored: _SceneErrors, kind: str) -> list[tup
 
     The front and the best are by validation errors; special is an estimate from the residual, or by the model itself.
     """
-    first = settings[settings["split"] == settings["split"].min()].set_index(_SETTING, drop=False)
-    first = first[first.index.isin(list(scored.errors)) & (first["failures"] == 0)]
-    error = first[f"validation_{KINDS[kind]}"]
-    front = lasting(first["online_median_s"].to_numpy(), error.to_numpy())
-    least = error == error.groupby(first["model"].to_numpy()).transform("min")
-    special = np.array([not {RESIDUAL, OWN}.isdisjoint(scored.estimates[key]) for key in first.index], dtype=bool)
-    return list(first.index[front | least.to_numpy() | special])
+    rows = settings[settings["split"] == settings["split"].min()].set_index(_SETTING, drop=False)
+    rows = rows[rows.index.isin(list(scored.errors)) & (rows["failures"] == 0)]
+    error = rows[f"validation_{KINDS[kind]}"]
+    front = lasting(rows["online_median_s"].to_numpy(), error.to_numpy())
+    best = error == error.groupby(rows["model"].to_numpy()).transform("min")
+    special = np.array([not {RESIDUAL, OWN}.isdisjoint(scored.estimates[key]) for key in rows.index], dtype=bool)
+    return list(rows.index[front | best.to_numpy() | special])

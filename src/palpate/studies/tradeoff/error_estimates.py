@@ -42,8 +42,8 @@ def estimates(case: Case, judge: Judge) -> pd.DataFrame:
         one, of SOLVED
     coarser : the time of a second answer, without a value, as that differs from model to model
     """
-    whole = [_of_samples(case, part) for part in (judge, judge.training) if part]
-    return pd.concat(whole, ignore_index=True)
+    tables = [_of_samples(case, part) for part in (judge, judge.training) if part]
+    return pd.concat(tables, ignore_index=True)
 
 
 def read_estimates(path: str | Path) -> pd.DataFrame:
@@ -72,13 +72,13 @@ def _of_stored_response(case: Case, loads: list[Load]) -> Iterator[tuple]:
     for i, load in enumerate(loads):
         contact, force = load.single()
         begin = perf_counter()
-        flat, warped = linear.predict(None, contact, force), turned.answer(contact, force)[0]
-        peak = float(np.linalg.norm(flat, axis=1).max())
-        change = float(np.sqrt(np.mean(np.sum((warped - flat) ** 2, axis=1)))) / peak
+        straight, warped = linear.predict(None, contact, force), turned.answer(contact, force)[0]
+        peak = float(np.linalg.norm(straight, axis=1).max())
+        change = float(np.sqrt(np.mean(np.sum((warped - straight) ** 2, axis=1)))) / peak
         seconds = perf_counter() - begin
         others = training[training != contact]
-        away = float(np.linalg.norm(nodes[others] - nodes[contact], axis=1).min())
-        for name, value in zip(CHEAP, (peak / size, change, away / size), strict=True):
+        distance = float(np.linalg.norm(nodes[others] - nodes[contact], axis=1).min())
+        for name, value in zip(CHEAP, (peak / size, change, distance / size), strict=True):
             yield i, EVERY, "", name, value, value, seconds
 
 
@@ -87,38 +87,35 @@ def _second(case: Case, loads: list[Load]) -> Iterator[tuple]:
     level = len(case.body.levels) - 2
     if level < 0:
         return
-    coarser, up = Simulation(case, level, _ENOUGH, None, 2, FastEquilibrium), to_surface(case.body, level, 2)
+    coarser, surface_map = Simulation(case, level, _ENOUGH, None, 2, FastEquilibrium), to_surface(case.body, level, 2)
     chosen = np.unique(np.linspace(0, len(loads) - 1, _TIMED).round().astype(int))
-    for turn, i in enumerate((chosen[0], *chosen)):
+    for call, i in enumerate((chosen[0], *chosen)):
         begin = perf_counter()
         try:
-            up @ coarser.displacement(loads[i])
+            surface_map @ coarser.displacement(loads[i])
         except NotConverged:
             continue
-        if turn:  # the first call compiles, and fills caches
+        if call:  # the first call compiles, and fills caches
             yield i, EVERY, "", COARSER, np.nan, np.nan, perf_counter() - begin
 
 
 def _residuals(case: Case, judge: Judge, loads: list[Load]) -> Iterator[tuple]:
     """Yield a row of the residual estimate for each load and each of SOLVED, elements on the coarse level."""
-    last = len(case.body.levels) - 1
-    fine, surface = Simulation(case, last, case.tolerance, order=2), case.body.fine.surface
+    finest = len(case.body.levels) - 1
+    fine, surface = Simulation(case, finest, case.tolerance, order=2), case.body.fine.surface
     setting = FEM(level=0, tolerance=case.tolerance).text
     for model in SOLVED:
-        for i, (load, moved) in enumerate(zip(loads, _coarse(case, loads, int(model[-1])), strict=True)):
+        for i, (load, answer) in enumerate(zip(loads, _coarse(case, loads, int(model[-1])), strict=True)):
             begin = perf_counter()
-            lengths = np.linalg.norm(fine.correction(load, moved)[surface], axis=1)
-            peak = float(np.linalg.norm(moved[surface], axis=1).max())
+            lengths = np.linalg.norm(fine.correction(load, answer)[surface], axis=1)
+            peak = float(np.linalg.norm(answer[surface], axis=1).max())
             seconds = perf_counter() - begin
             rms, patch = (float(np.sqrt(np.mean(part**2))) / peak for part in (lengths, lengths[judge.patch[i]]))
             yield i, model, setting, RESIDUAL, rms, patch, seconds
 
 
 def _coarse(case: Case, loads: list[Load], order: int) -> Iterator[np.ndarray]:
-    """Yield converged answers of elements of ``order`` on the coarse level, at the nodes of the finest quadratic ones.
-
-    Displacements (n_nodes, 3) [m].
-    """
+    """Yield answers (n_nodes, 3) [m] of coarse elements of ``order``, at the nodes of the finest quadratic ones."""
     whole = with_unknowns(case.body, len(case.body.levels) - 1, 2)
     coarse, up = Simulation(case, 0, case.tolerance, order=order), to_fine(whole, 0, order)
     return (up @ coarse.displacement(load) for load in loads)

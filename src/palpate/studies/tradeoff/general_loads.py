@@ -59,11 +59,11 @@ def questions(case: Case, judge: Judge, count: int, tolerance: float, progress: 
     chosen = tests[np.unique(np.linspace(0, len(tests) - 1, count).round().astype(int))]
     samples, body = judge.samples, case.body
     operator = StaticSolver(body, len(body.levels) - 1, 2)
-    alone = [Load.at(samples.contact[i], samples.force[i]) for i in chosen]
-    collected = [_question(case, PREPARED, load, samples.fine[i]) for i, load in zip(chosen, alone, strict=True)]
-    asked = [(NEW, load) for load in _between(case, judge, count)]
-    asked += [(TWO, load) for load in _pairs(case, judge, chosen)] + [(DEPTH, load) for load in alone]
-    for kind, load in progress(asked):
+    single_loads = [Load.at(samples.contact[i], samples.force[i]) for i in chosen]
+    collected = [_question(case, PREPARED, load, samples.fine[i]) for i, load in zip(chosen, single_loads, strict=True)]
+    to_solve = [(NEW, load) for load in _between(case, judge, count)]
+    to_solve += [(TWO, load) for load in _pairs(case, judge, chosen)] + [(DEPTH, load) for load in single_loads]
+    for kind, load in progress(to_solve):
         sample = Sample(0, load, case.radius_m)
         try:
             solution, (least_det, _) = operator.solve(sample, tolerance)
@@ -94,20 +94,20 @@ def _between(case: Case, judge: Judge, count: int) -> Iterator[Load]:
     body = case.body
     contact = np.concatenate([case.database.contact, judge.samples.contact])
     force = np.concatenate([case.database.force, judge.samples.force])
-    known = case.prepared_contacts if len(case.prepared_contacts) else np.unique(contact)
-    for node in places_between(body, count, known):
-        near = np.argmin(np.linalg.norm(body.coarse.nodes[contact] - body.fine.nodes[node], axis=1))
-        yield Load.at(int(node), -np.linalg.norm(force[near]) * body.fine.normals[node])
+    prepared = case.prepared_contacts if len(case.prepared_contacts) else np.unique(contact)
+    for node in places_between(body, count, prepared):
+        nearest = np.argmin(np.linalg.norm(body.coarse.nodes[contact] - body.fine.nodes[node], axis=1))
+        yield Load.at(int(node), -np.linalg.norm(force[nearest]) * body.fine.normals[node])
 
 
 def _pairs(case: Case, judge: Judge, chosen: np.ndarray) -> Iterator[Load]:
     """Yield presses at two contacts at once: that of each of the ``chosen`` samples, and the nearest one APART."""
     nodes, samples = case.body.coarse.nodes, judge.samples
     for i in chosen:
-        away = np.linalg.norm(nodes[samples.contact] - nodes[samples.contact[i]], axis=1)
-        away[away < APART * max(case.radius_m, 1e-9)] = np.inf
-        if np.isfinite(away).any():
-            pair = (i, int(np.argmin(away)))
+        distance = np.linalg.norm(nodes[samples.contact] - nodes[samples.contact[i]], axis=1)
+        distance[distance < APART * max(case.radius_m, 1e-9)] = np.inf
+        if np.isfinite(distance).any():
+            pair = (i, int(np.argmin(distance)))
             yield Load(tuple(Press(int(samples.contact[j]), SHARE * samples.force[j]) for j in pair))
 
 
@@ -171,8 +171,8 @@ class AnyLoad(Kind):
         columns |= {"failures": reasons.count(FAILED)}
         answered = {self._nodes(i) for i, reason in enumerate(reasons) if not reason}
         if answered:
-            took = [self._places.get(nodes) for nodes in {self._nodes(i) for i in range(len(rows))}]
-            columns["preparation_s"] = float(np.median([each for each in took if each is not None] or [0.0]))
+            times_s = [self._places.get(nodes) for nodes in {self._nodes(i) for i in range(len(rows))}]
+            columns["preparation_s"] = float(np.median([each for each in times_s if each is not None] or [0.0]))
         return columns | {"contacts": len(answered)}, []
 
     def _nodes(self, i: int) -> tuple[int, ...]:
@@ -204,12 +204,12 @@ def measure_any(
     """
     rows = []
     place = models[0].place if models else ""
-    for one in prepared_settings(case, name, models, pattern, progress):
+    for setting in prepared_settings(case, name, models, pattern, progress):
         places: dict[tuple[int, ...], float | None] = {}
-        whole = one._replace(used=dict(one.used))  # what loads prepare later is no part of the offline time
+        frozen = setting._replace(used=dict(setting.used))  # what loads prepare later is no part of the offline time
         for kind in dict.fromkeys(question.kind for question in loads):
             of_kind = labels_of(case) | {"kind": kind}, [question for question in loads if question.kind == kind]
-            rows += measure(AnyLoad(*of_kind, place, places), [whole], repeats, budget_s)[1]
+            rows += measure(AnyLoad(*of_kind, place, places), [frozen], repeats, budget_s)[1]
     return ANY_LOAD.frame(rows)
 
 
@@ -239,17 +239,17 @@ def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = it
     of it is inverted.
     """
     body, samples = case.body, judge.samples
-    tests = np.flatnonzero(judge.side == "test")
-    size = np.linalg.norm(samples.force, axis=1)
-    contacts = [tests[samples.contact[tests] == node] for node in np.unique(samples.contact[tests])]
-    hardest = [each[np.argmax(size[each])] for each in contacts]
+    test_rows = np.flatnonzero(judge.side == "test")
+    newtons = np.linalg.norm(samples.force, axis=1)
+    contacts = [test_rows[samples.contact[test_rows] == node] for node in np.unique(samples.contact[test_rows])]
+    hardest = [samples_there[np.argmax(newtons[samples_there])] for samples_there in contacts]
     chosen = np.unique(np.linspace(0, len(hardest) - 1, count).round().astype(int))
-    operator, asked = _Beyond(case), []
-    for i in progress([hardest[k] for k in chosen]):
+    operator, collected = _Beyond(case), []
+    for i in progress([hardest[row] for row in chosen]):
         node = int(samples.contact[i])
         for kind, force in _forces(samples.force[i], body.coarse.normals[node]):
-            asked.append(_question(case, kind, Load.at(node, force), operator.answer(node, force)))
-    return asked
+            collected.append(_question(case, kind, Load.at(node, force), operator.answer(node, force)))
+    return collected
 
 
 def measure_beyond(
@@ -257,16 +257,16 @@ def measure_beyond(
 ) -> pd.DataFrame:
     """Judge the models in whose text ``pattern`` is found: a row for each kind of press, as BEYOND_DESIGN has it."""
     rows = []
-    for one in prepared_settings(case, name, models, pattern):
-        if isinstance(one.solver, NotConverged):
-            raise one.solver
-        labels = labels_of(case) | one.about
+    for setting in prepared_settings(case, name, models, pattern):
+        if isinstance(setting.solver, NotConverged):
+            raise setting.solver
+        labels = labels_of(case) | setting.about
         for kind in dict.fromkeys(press.kind for press in asked):
-            presses = [press for press in asked if press.kind == kind]
-            verdicts, *errors = zip(*(_judged(one.solver, press) for press in presses), strict=True)
-            row = labels | {"kind": kind, "samples": len(presses)}
+            of_kind = [press for press in asked if press.kind == kind]
+            verdicts, *errors = zip(*(_judged(setting.solver, press) for press in of_kind), strict=True)
+            row = labels | {"kind": kind, "samples": len(of_kind)}
             row |= {name: verdicts.count(name) for name in ("right", "needless", "wrong")}
-            row |= {"unsound": sum(press.truth is None for press in presses)}
+            row |= {"unsound": sum(press.truth is None for press in of_kind)}
             row |= {"doubted": verdicts.count("doubted") + verdicts.count("needless")}
             row["rmse_most"], row["patch_max_most"] = map(np.fmax.reduce, errors)
             rows.append(row)
@@ -281,17 +281,14 @@ def _judged(solver: Solver, press: Question) -> tuple[str, float, float]:
     except NotConverged:
         return "doubted", np.nan, np.nan
     error = press.errors(answer.displacement)
-    right = error.rmse_of_peak <= RIGHT and error.patch_max_of_peak <= RIGHT_AT_PATCH
+    is_right = error.rmse_of_peak <= RIGHT and error.patch_max_of_peak <= RIGHT_AT_PATCH
     if doubt:
-        return "needless" if right else "doubted", np.nan, np.nan
-    return "right" if right else "wrong", error.rmse_of_peak, error.patch_max_of_peak
+        return "needless" if is_right else "doubted", np.nan, np.nan
+    return "right" if is_right else "wrong", error.rmse_of_peak, error.patch_max_of_peak
 
 
 def _forces(force: np.ndarray, normal: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield a kind of press and its force (3,) [N] each: ``force`` times TIMES, and as large a one along the surface.
-
-    The last pulls outward.
-    """
+    """Yield kinds of press and their forces (3,) [N]: ``force`` times TIMES, one along the surface, and outward."""
     for kind, times in TIMES.items():
         yield kind, times * force
     across = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
@@ -310,12 +307,12 @@ class _Beyond:
 
     def answer(self, node: int, force: np.ndarray) -> np.ndarray | None:
         """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N], or None where there is no sound one."""
-        before, last = self._levels.elements(self._last - 1), self._levels.elements(self._last)
-        load = before.nodal(*self._levels.disc(node, self._last - 1), force)
-        start = before.settle(load, np.zeros_like(before.rest), MOST_ITERATIONS, LEFT)
-        load = last.nodal(*self._levels.disc(node, self._last), force)
-        moved = last.settle(load, self._up @ start, MOST_ITERATIONS, LEFT)
-        left = np.linalg.norm(last.force(moved) + load)
-        if not (left <= LEFT * np.linalg.norm(load) and last.least_det(moved) > 0.0):
+        coarser, finest = self._levels.elements(self._last - 1), self._levels.elements(self._last)
+        load = coarser.nodal(*self._levels.disc(node, self._last - 1), force)
+        start = coarser.settle(load, np.zeros_like(coarser.rest), MOST_ITERATIONS, LEFT)
+        load = finest.nodal(*self._levels.disc(node, self._last), force)
+        moved = finest.settle(load, self._up @ start, MOST_ITERATIONS, LEFT)
+        residual = np.linalg.norm(finest.force(moved) + load)
+        if not (residual <= LEFT * np.linalg.norm(load) and finest.least_det(moved) > 0.0):
             return None
         return moved[self._body.fine.surface]

@@ -18,6 +18,7 @@ from palpate.benchmark.settings import FitOptions
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.bodies.settings import Smooth
+from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
 from palpate.stores import store, stored
 from palpate.studies.tradeoff.settings import Advice, Families
@@ -34,9 +35,9 @@ def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool,
     from palpate.studies.tradeoff.truth_table import other_element, widened
 
     body, samples, folds = load(input.body), samples_in(pd.read_csv(input.loads)), read_folds(input.samples)
-    asked, tested = asked_samples(folds, splits)
+    judged, tested = asked_samples(folds, splits)
     training = training_presses(folds, splits[0]) if more else np.empty(0, dtype=int)
-    chosen = [sample for sample in samples if sample.number in {*asked, *training}]
+    chosen = [sample for sample in samples if sample.number in {*judged, *training}]
     progress = steps(say, f"{body.name}, {wildcards.regime}: truth, solution")
     truth, check = truth_of(body, chosen, set(tested), progress, TRUTH_TOLERANCE), pd.DataFrame()
     if check_samples:
@@ -59,8 +60,8 @@ def measure_models(
     tables = []
     for name, recipe in models.items():
         progress = steps(say, f"{wildcards.body}, {wildcards.regime}, {name}: setting")
-        asked = judge, repeats, budget_s, progress, more_of.get(name)
-        tables.append(measure(case, name, load_model(name, **recipe).tried(case, grid), *asked))
+        measure_args = judge, repeats, budget_s, progress, more_of.get(name)
+        tables.append(measure(case, name, load_model(name, **recipe).tried(case, grid), *measure_args))
         if input.get("own"):
             warn_unanswered(name, tables[-1][1])
     return dict(zip(("samples", "settings"), map(pd.concat, zip(*tables, strict=True)), strict=True))
@@ -116,8 +117,8 @@ def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], spl
         rows = table[(table["scene"] == scene) & (table["split"] == split) & ~table["model"].isin(BOUNDS)]
         for path in paths:
             scored = score_answers(Path(path), questions, questions.truth)
-            for said in scored.warnings:
-                warnings.warn(said, stacklevel=1)
+            for warning in scored.warnings:
+                warnings.warn(warning, stacklevel=1)
             scores = score_table(scored.settings, floor_of(questions.truth), rows)
             parts.append(scores[scores["engine"] != OWN])
     return {"table": pd.concat(parts)}
@@ -185,17 +186,17 @@ def measure_other_loads(
 
     place, beyond = f"{wildcards.body}, {wildcards.regime}", wildcards.kind == "beyond_design"
     case, judge = read_judged(input, wildcards.regime, split, radius_m, options, tolerance)
-    asked: Any
+    asked_loads: Any
     if beyond:
-        asked = presses_beyond(case, judge, samples, steps(say, f"{place}: contact"))
+        asked_loads = presses_beyond(case, judge, samples, steps(say, f"{place}: contact"))
     else:
         progress = steps(say, f"{place}: answer of the fine operator")
-        asked = questions(case, judge, samples, reference, progress)
+        asked_loads = questions(case, judge, samples, reference, progress)
     tables = []
     for name, (recipe, pattern) in models.items():
-        of_model = case, name, load_model(name, **recipe).tried(case, grid), pattern, asked
-        rest = repeats, budget_s, steps(say, f"{place}, {name}: setting")
-        tables.append(measure_beyond(*of_model) if beyond else measure_any(*of_model, *rest))
+        of_model = case, name, load_model(name, **recipe).tried(case, grid), pattern, asked_loads
+        timing_args = repeats, budget_s, steps(say, f"{place}, {name}: setting")
+        tables.append(measure_beyond(*of_model) if beyond else measure_any(*of_model, *timing_args))
     return pd.concat(tables)
 
 
@@ -214,11 +215,9 @@ def accuracy_vs_time(settings: pd.DataFrame, commit: str) -> pd.DataFrame:
 
     That is offline_s over the time that a query saves against fine FEM in the same split; inf where it saves nothing.
     """
-    from palpate.models.model_registry import SAVED_AGAINST  # whoever measures one model needs no names of the others
-
-    whose = ["scene", "split"]
-    fine = settings[settings["model"] == SAVED_AGAINST].groupby(whose)["online_median_s"].last()
-    against = settings[whose].merge(fine.rename("fine"), left_on=whose, right_index=True, how="left")["fine"]
-    saved = against.to_numpy() - settings["online_median_s"].to_numpy()
-    queries = np.where(saved > 0, settings["offline_s"] / np.where(saved > 0, saved, 1.0), np.inf)
+    keys = ["scene", "split"]
+    fine_s = settings[settings["model"] == SAVED_AGAINST].groupby(keys)["online_median_s"].last()
+    fine_of_row = settings[keys].merge(fine_s.rename("fine"), left_on=keys, right_index=True, how="left")["fine"]
+    saved_s = fine_of_row.to_numpy() - settings["online_median_s"].to_numpy()
+    queries = np.where(saved_s > 0, settings["offline_s"] / np.where(saved_s > 0, saved_s, 1.0), np.inf)
     return settings.assign(break_even_queries=queries, commit=commit)[ACCURACY_VS_TIME.columns]

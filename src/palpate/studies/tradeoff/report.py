@@ -54,10 +54,10 @@ def numbers(report: Report) -> dict[str, Any]:
     names = {scene: scene_words(settings, scene) for scene in tables.scenes(settings)}
     hardest = hardest_of(settings)
     families: Any = read_yaml(Path(__file__).with_name("models.yaml"))
-    what = {name: family["short"] for family in families for name in family["names"]}
+    short_words = {name: family["short"] for family in families for name in family["names"]}
     return {
         "budgets": budgets(tables.where(advice, error="rms")),
-        "answer_of": answer(tables.where(advice, scene=hardest), what),
+        "answer_of": answer(tables.where(advice, scene=hardest), short_words),
         "hardest": {"scene": hardest, "words": names[hardest]} | _situation(settings, hardest),
         "known_there": _known(tables.where(settings, scene=hardest), tables.where(truth, scene=hardest)),
         "tied": TIED,
@@ -139,12 +139,12 @@ def answer(advice: pd.DataFrame, what: dict[str, str]) -> dict[str, Any]:
     what : a few words on what each model does
     """
     rows = [row for _, row in tables.where(advice, error="rms").iterrows()]
-    timed, exact = ([row for row in rows if np.isfinite(row["budget_ms"]) == given] for given in (True, False))
+    timed, by_error = ([row for row in rows if np.isfinite(row["budget_ms"]) == is_timed] for is_timed in (True, False))
     at_finger = tables.where(advice, error="patch").dropna(subset="budget_ms")
     at_finger = at_finger[at_finger["model"] != NONE].drop_duplicates(subset=["model", "setting"])
     return {
         "within": [_answer(same) | _within(same, what) for same in _alike(timed)],
-        "under": [_answer(same) | _under(same) for same in _alike(exact)],
+        "under": [_answer(same) | _under(same) for same in _alike(by_error)],
         "dent": [
             f"{percent(row['patch_rms_of_peak'])} within {row['budget_ms']:g}\u00a0ms "
             f"({label(row['model'], 'default')}{_below(row)})"
@@ -191,9 +191,9 @@ def _under(rows: list[pd.Series]) -> dict[str, Any]:
 def snaps(limit_points: pd.DataFrame) -> dict[str, Any]:
     """Return how many contacts snap, and which of them first."""
     snapping = jumps(limit_points)
-    count, every = (len(table.groupby(["body", "contact"])) for table in (snapping, limit_points))
-    first = snapping.loc[snapping["pressure_of_young_after"].idxmin()].to_dict() if len(snapping) else {}
-    return {"count": count, "every": every, "first": first}
+    n_snapping, n_contacts = (len(table.groupby(["body", "contact"])) for table in (snapping, limit_points))
+    first_snap = snapping.loc[snapping["pressure_of_young_after"].idxmin()].to_dict() if len(snapping) else {}
+    return {"count": n_snapping, "every": n_contacts, "first": first_snap}
 
 
 def counted(models: pd.DataFrame) -> str:
@@ -235,14 +235,14 @@ def dent_table(advice: pd.DataFrame, truth: pd.DataFrame, names: dict[str, str])
     taken = advice[advice["model"] != NONE].drop_duplicates(["scene", "model", "setting"])
     factor = (taken["patch_rms_of_peak"] / taken["rmse_of_peak"]).groupby(taken["scene"], sort=False)
     radius = truth.set_index("scene")["radius_m"]
-    parts = {names[scene]: (f"{1e3 * radius[scene]:g}", part) for scene, part in factor}
-    parts["all of these"] = ("", taken["patch_rms_of_peak"] / taken["rmse_of_peak"])
+    ratios_of = {names[scene]: (f"{1e3 * radius[scene]:g}", ratios) for scene, ratios in factor}
+    ratios_of["all of these"] = ("", taken["patch_rms_of_peak"] / taken["rmse_of_peak"])
     return pd.DataFrame(
         [
-            {"scene": scene, "radius of the finger [mm]": mm, "settings": len(part), "least factor": part.min()}
-            | {"median factor": part.median(), "largest factor": part.max()}
-            for scene, (mm, part) in parts.items()
-            if len(part)
+            {"scene": scene, "radius of the finger [mm]": mm, "settings": len(ratios), "least factor": ratios.min()}
+            | {"median factor": ratios.median(), "largest factor": ratios.max()}
+            for scene, (mm, ratios) in ratios_of.items()
+            if len(ratios)
         ]
     )
 
@@ -262,10 +262,10 @@ def facets(truth: pd.DataFrame) -> str:
 def _bounds(bounds: pd.DataFrame, hardest: str) -> pd.DataFrame:
     """Select the bounds of single answers in one scene: of each setting the sharpest cheap and dear ones."""
     of_scene = tables.where(bounds, scene=hardest, error="rms").dropna(subset="sharpness")
-    dear = of_scene["estimate"].isin(DEAR).rename("dear")
-    of_scene = of_scene.loc[of_scene.groupby(["model", "setting", dear], sort=False)["sharpness"].idxmin()]
-    least = of_scene.groupby(["model", "setting"])["bound_of_peak"].transform("min")
-    of_scene = of_scene.assign(least=least).sort_values(["least", "model", "setting", "estimate_s"])
+    is_dear = of_scene["estimate"].isin(DEAR).rename("dear")
+    of_scene = of_scene.loc[of_scene.groupby(["model", "setting", is_dear], sort=False)["sharpness"].idxmin()]
+    least_bound = of_scene.groupby(["model", "setting"])["bound_of_peak"].transform("min")
+    of_scene = of_scene.assign(least=least_bound).sort_values(["least", "model", "setting", "estimate_s"])
     return _labelled(of_scene).assign(estimate=of_scene["estimate"].replace(SOURCES))
 
 
@@ -293,9 +293,9 @@ def _any_load(table: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
         loads, own = tables.where(table, scene=scene), operator_error(tables.where(settings, scene=scene), KINDS["rms"])
         for kind in dict.fromkeys(loads["kind"]):
             asked = other_loads(loads, kind, own=own)
-            cells = [say("taken", choice(asked, Limit(max_error=most))) for most in LIMITS]
+            cells = [say("taken", choice(asked, Limit(max_error=max_error))) for max_error in LIMITS]
             cells = [SAME if i and each == cells[i - 1] != NONE else each for i, each in enumerate(cells)]
-            heads = [f"error of at most {percent(most)}" for most in LIMITS]
+            heads = [f"error of at most {percent(max_error)}" for max_error in LIMITS]
             rows.append({"scene": spaced(scene), "load": kind} | dict(zip(heads, cells, strict=True)))
     return pd.DataFrame(rows)
 
@@ -307,19 +307,19 @@ def _refusals(table: pd.DataFrame) -> pd.DataFrame:
         answered = table[(table["model"] == name) & (table["refused"] == 0)]
         never = [kind for kind in dict.fromkeys(refused["kind"]) if kind not in set(answered["kind"])]
         if never:
-            said = refused[refused["kind"].isin(never)].drop_duplicates("kind")["failure"]
-            what = "; ".join(dict.fromkeys(said.str.replace(r"^contact \d+", "the place", regex=True)))
-            rows.append({"model": label(str(name), "default"), "refuses": listed(never), "in its words": what})
+            reasons = refused[refused["kind"].isin(never)].drop_duplicates("kind")["failure"]
+            refusal = "; ".join(dict.fromkeys(reasons.str.replace(r"^contact \d+", "the place", regex=True)))
+            rows.append({"model": label(str(name), "default"), "refuses": listed(never), "in its words": refusal})
     return pd.DataFrame(rows)
 
 
 def models_table(models: pd.DataFrame, families: list[dict]) -> pd.DataFrame:
     """Describe the models that were measured: a row for each family, and for each model of the user's own."""
-    measured = models.groupby("model", sort=False)["setting"].nunique()
-    lost = models.groupby("model", sort=False)[["rejected", "rejected_answered"]].sum()
-    known = {name for family in families for name in family["names"]}
-    rows = [(family["family"], family, [name for name in family["names"] if name in measured]) for family in families]
-    rows += [(named(name), _OWN, [name]) for name in measured.index if name not in known]
+    n_settings = models.groupby("model", sort=False)["setting"].nunique()
+    rejected = models.groupby("model", sort=False)[["rejected", "rejected_answered"]].sum()
+    of_families = {name for family in families for name in family["names"]}
+    rows = [(family["family"], family, [name for name in family["names"] if name in n_settings]) for family in families]
+    rows += [(named(name), _OWN, [name]) for name in n_settings.index if name not in of_families]
     rows = [row for row in rows if row[2]]
     table = pd.DataFrame(
         {
@@ -328,11 +328,11 @@ def models_table(models: pd.DataFrame, families: list[dict]) -> pd.DataFrame:
             "preparation": words["before"],
             "setting": words["setting"],
             "variants": len(names),
-            "settings of each": int(measured[names].max()),
+            "settings of each": int(n_settings[names].max()),
         }
         for title, words, names in rows
     )
-    sums = pd.DataFrame([lost.loc[names].sum() for _, _, names in rows], columns=lost.columns)
+    sums = pd.DataFrame([rejected.loc[names].sum() for _, _, names in rows], columns=rejected.columns)
     return table.assign(**_without_truth(sums))
 
 
@@ -354,10 +354,10 @@ def given_table(settings: pd.DataFrame) -> pd.DataFrame:
 
 def variants_table(settings: pd.DataFrame) -> pd.DataFrame:
     """Tabulate the variants that share a curve in the diagrams: the least error of each."""
-    known = settings[settings["model"].isin(FAMILY_OF) & whole(settings)]
-    if known.empty:
-        return known
-    wide = pd.concat([averaged(tables.where(known, scene=scene)) for scene in tables.scenes(known)])
+    variants = settings[settings["model"].isin(FAMILY_OF) & whole(settings)]
+    if variants.empty:
+        return variants
+    wide = pd.concat([averaged(tables.where(variants, scene=scene)) for scene in tables.scenes(variants)])
     wide = wide.pivot_table("rmse_of_peak", "model", "scene", aggfunc="min", sort=False)
     wide = wide.map(percent).rename(index=named, columns=spaced).rename_axis("variant").rename_axis(None, axis=1)
     return wide.reset_index()

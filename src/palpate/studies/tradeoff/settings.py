@@ -306,8 +306,8 @@ def _check_bodies(file: Path, config: Any) -> None:
     if wrong := describe_unknown(config.tradeoff.regimes or [], list(config.regimes)):
         raise InputError(f"{file}: tradeoff.regimes names {wrong}")
     grown = config.tradeoff.limit_points
-    named = [*(config.tradeoff.bodies or []), *([grown.body] if grown else [])]
-    check_refined(f"{file}: tradeoff", named, config.bodies)
+    body_names = [*(config.tradeoff.bodies or []), *([grown.body] if grown else [])]
+    check_refined(f"{file}: tradeoff", body_names, config.bodies)
     if not pressed_bodies(config):
         raise InputError(f"{file}: tradeoff is there and no body is refined; give one refinements of at least 1.")
     if wrong := describe_unknown(config.tradeoff.in_depth or [], pressed_bodies(config)):

@@ -57,11 +57,11 @@ def truth_row(
     and have columns of their own. Extreme ratios and determinants are of all samples, rejected ones too.
     other : rows of ``other_element``; geometry : rows of ``geometry_share``; or None where these were not tried
     """
-    kept = truth.believed & np.isfinite(truth.levels[:, -1]).all(axis=(1, 2))
-    less = truth.believed & ~kept & np.isfinite(truth.displacement).all(axis=(1, 2))
-    row: dict = {"scene": scene, "samples": int(kept.sum()), "rejected": int((~truth.believed).sum())}
-    row |= _counted(truth, kept) | _own(truth, kept, _MEANS) | _own(truth, less, KINDS.values(), "validation_")
-    row |= {"validation_samples": int(less.sum())}
+    finest = truth.believed & np.isfinite(truth.levels[:, -1]).all(axis=(1, 2))
+    coarser = truth.believed & ~finest & np.isfinite(truth.displacement).all(axis=(1, 2))
+    row: dict = {"scene": scene, "samples": int(finest.sum()), "rejected": int((~truth.believed).sum())}
+    row |= _counted(truth, finest) | _own(truth, finest, _MEANS) | _own(truth, coarser, KINDS.values(), "validation_")
+    row |= {"validation_samples": int(coarser.sum())}
     if other is not None and len(other):
         own = _own(truth, np.isin(truth.sample, other["sample"]), _MEANS)
         row |= _means(other, "other_element", "other_element_patch")
@@ -127,35 +127,35 @@ def other_element(
     error of the finest linear answer itself. ``progress`` wraps the sequence of all solutions, as ``tqdm`` does. A
     sample that linear elements do not answer has no row.
     """
-    last = truth_levels(body)[-1] + 1
-    levels = range(last - 2, last + 1)
-    whole = finer(body, last + 1 - len(body.levels))
+    finest = truth_levels(body)[-1] + 1
+    levels = range(finest - 2, finest + 1)
+    refined_body = finer(body, finest + 1 - len(body.levels))
     rows = truth.rows(np.asarray(samples))
-    asked = _numbered(presses, truth.sample[rows])
-    limits: list[list[np.ndarray]] = [[] for _ in asked]
-    starts: list[np.ndarray | None] = [None] * len(asked)
+    samples_asked = _numbered(presses, truth.sample[rows])
+    limits: list[list[np.ndarray]] = [[] for _ in samples_asked]
+    starts: list[np.ndarray | None] = [None] * len(samples_asked)
     solver: Equilibrium | None = None
-    lost: set[int] = set()
-    for level, i in progress([(level, i) for level in levels for i in range(len(asked))]):
+    unsolved: set[int] = set()
+    for level, i in progress([(level, i) for level in levels for i in range(len(samples_asked))]):
         if i == 0 or solver is None:
             solver = None  # before the next one is made, which is eight times as large
-            solver = Equilibrium(whole, level)
-        if i in lost:
+            solver = Equilibrium(refined_body, level)
+        if i in unsolved:
             continue
         try:
-            rest, start = solver.mesh.nodes, starts[i]
-            forces = asked[i].nodal(body, level, whole=whole)
-            moved = solver.solve(forces, NEXT, None if start is None else rest + start).x - rest
+            rest_nodes, start = solver.mesh.nodes, starts[i]
+            forces = samples_asked[i].nodal(body, level, whole=refined_body)
+            displacement = solver.solve(forces, NEXT, None if start is None else rest_nodes + start).x - rest_nodes
         except NotConverged:
-            lost.add(i)
+            unsolved.add(i)
             continue
-        starts[i] = whole.prolongations[level] @ moved if level < last else None
-        limits[i].append(_on_surface(body, whole, level, moved))
+        starts[i] = refined_body.prolongations[level] @ displacement if level < finest else None
+        limits[i].append(_on_surface(body, refined_body, level, displacement))
     return pd.DataFrame(
         [
-            _row(body, sample, np.array(u), truth.displacement[row])
-            for i, (sample, u, row) in enumerate(zip(asked, limits, rows, strict=True))
-            if i not in lost
+            _row(body, sample, np.array(answers), truth.displacement[row])
+            for i, (sample, answers, row) in enumerate(zip(samples_asked, limits, rows, strict=True))
+            if i not in unsolved
         ],
         columns=OTHER_ELEMENT_COLUMNS,
     )
@@ -175,11 +175,11 @@ def widened(truth: Truth, check: pd.DataFrame) -> Truth:
     if check.empty:
         return truth
     rows = [int(np.flatnonzero(truth.sample == sample)[0]) for sample in check["sample"]]
-    distances, said = check[list(OWN)].to_numpy(), truth.own[rows]
-    factors = np.fmax(1.0, distances.mean(axis=0) / said.mean(axis=0))
-    own = truth.own * factors
-    own[rows] = np.fmax(own[rows], distances)
-    return replace(truth, own=own)
+    distances, own_errors = check[list(OWN)].to_numpy(), truth.own[rows]
+    factors = np.fmax(1.0, distances.mean(axis=0) / own_errors.mean(axis=0))
+    grown = truth.own * factors
+    grown[rows] = np.fmax(grown[rows], distances)
+    return replace(truth, own=grown)
 
 
 def _on_surface(body: Body, whole: Body, level: int, moved: np.ndarray) -> np.ndarray:
@@ -221,16 +221,16 @@ def geometry_share(
     level = max(LEVEL, len(body.levels) - 2)
     rows = truth.rows(np.asarray(samples))
     asked = _numbered(presses, truth.sample[rows])
-    other = finer(replace(body.up_to(0), smooth=surface if body.smooth is None else None), len(body.levels) - 1)
-    answers, _ = ascend(other, asked, [range(level, level + 1)] * len(asked), FIRST, progress)
+    other_body = finer(replace(body.up_to(0), smooth=surface if body.smooth is None else None), len(body.levels) - 1)
+    answers, _ = ascend(other_body, asked, [range(level, level + 1)] * len(asked), FIRST, progress)
     shares = []
     for row, answer in zip(rows, answers, strict=True):
         if answer.failure:
             continue
-        own, limit = truth.levels[row, level - truth_levels(body)[0]], truth.displacement[row]
-        moved = (answer.surface[0] - own) / (1.0 - 2.0 ** (-ORDER * level))
+        body_answer, truth_limit = truth.levels[row, level - truth_levels(body)[0]], truth.displacement[row]
+        change = (answer.surface[0] - body_answer) / (1.0 - 2.0 ** (-ORDER * level))
         patch = answer.sample.pressed(body)
-        shares.append([truth.sample[row], *truth_errors(limit + moved, limit, patch), answer.seconds])
+        shares.append([truth.sample[row], *truth_errors(truth_limit + change, truth_limit, patch), answer.seconds])
     return pd.DataFrame(shares, columns=GEOMETRY_COLUMNS)
 
 
@@ -275,22 +275,22 @@ def limit_points(
     whole = body if level + 1 < len(body.levels) else finer(body)
     problem = Equilibrium(whole, level, order=2)
     rows: list[list] = []
-    for contact in progress([int(c) for c in chosen]):
-        inward = -body.fine.normals[contact] * body.material.young_pa * np.pi * radius_m**2 / 2.0
-        unit = nodal_load(whole, level, contact, inward, radius_m, order=2)
-        rows += [[body.name, contact, *step] for step in _curve(problem, unit, pressures, body.fine.size)]
+    for contact in progress([int(node) for node in chosen]):
+        force_at_young = -body.fine.normals[contact] * body.material.young_pa * np.pi * radius_m**2 / 2.0
+        unit_load = nodal_load(whole, level, contact, force_at_young, radius_m, order=2)
+        rows += [[body.name, contact, *step] for step in _curve(problem, unit_load, pressures, body.fine.size)]
     return LIMIT_POINTS.frame(rows)
 
 
-def _curve(problem: Equilibrium, unit: np.ndarray, pressures: Sequence[float], size: float) -> list[list]:
+def _curve(problem: Equilibrium, unit_load: np.ndarray, pressures: Sequence[float], size: float) -> list[list]:
     """Return pressure, peak over ``size`` [m], smallest det F and success of each step."""
     steps: list[list] = []
-    x = None
+    positions = None
     for pressure in pressures:
         try:
-            x = problem.solve(pressure * unit, TOLERANCE, start=x).x
+            positions = problem.solve(pressure * unit_load, TOLERANCE, start=positions).x
         except NotConverged:
             return [*steps, [pressure, np.nan, np.nan, False]]
-        peak = float(np.linalg.norm(x - problem.mesh.nodes, axis=1).max())
-        steps.append([pressure, peak / size, problem.least_det(x), True])
+        peak = float(np.linalg.norm(positions - problem.mesh.nodes, axis=1).max())
+        steps.append([pressure, peak / size, problem.least_det(positions), True])
     return steps

@@ -28,23 +28,23 @@ def draw_advice(advice, accuracy_vs_time) -> Figure:
     The upper panels are for the error over the surface, the lower ones for that at the patch; each has a row per scene.
     """
     names = tables.scenes(accuracy_vs_time)
-    asked = advice[advice["scene"].isin(names)].dropna(subset="budget_ms")
-    kinds = [kind for kind in KINDS if kind in set(asked["error"])]
-    budgets = list(dict.fromkeys(asked["budget_ms"]))
+    budget_rows = advice[advice["scene"].isin(names)].dropna(subset="budget_ms")
+    kinds = [kind for kind in KINDS if kind in set(budget_rows["error"])]
+    budgets = list(dict.fromkeys(budget_rows["budget_ms"]))
     rows = {scene: averaged(tables.where(accuracy_vs_time, scene=scene)) for scene in names}
     size = (1.4 + 3.3 * len(budgets), 0.6 + len(kinds) * (0.75 + 0.56 * len(names)))
     figure, panels = style.panels(len(kinds), len(budgets), size, sharex="row", sharey=True)
     for line, kind in zip(panels, kinds, strict=True):
         column = KINDS[kind]
         for axis, budget in zip(line, budgets, strict=True):
-            for place, scene in enumerate(names):
-                advised = tables.where(asked, error=kind, budget_ms=budget, scene=scene)
+            for row_number, scene in enumerate(names):
+                advised = tables.where(budget_rows, error=kind, budget_ms=budget, scene=scene)
                 for row in advised.itertuples():
-                    _row(axis, place, row, rows[scene], column)
+                    _row(axis, row_number, row, rows[scene], column)
             axis.set(xscale="log", title=f"within {budget:g} ms", xlabel=f"{NAMES[kind]} [% of peak]")
             axis.grid(axis="y", visible=False)
-        low, high = line[0].get_xlim()
-        line[0].set_xlim(low / 4, high * 4)  # room for the names beside the points
+        least_x, largest_x = line[0].get_xlim()
+        line[0].set_xlim(least_x / 4, largest_x * 4)  # room for the names beside the points
         for axis in line:
             _truth(axis, rows, column)
             style.plain_log(axis.xaxis)
@@ -84,8 +84,8 @@ def _row(axis, place: int, row, settings, column: str) -> None:
         axis.plot(rival, place, marker=look(row.rival).marker, mfc="white", mec=style.FAINT, ms=6, zorder=2)
         times = f"{float(f'{row.factor:.2g}'):g}×" if row.factor < 1000 else "over 1000×"
         _beside(axis, rival, place, f"{label(row.rival, 'default')}: {times} the bound", -1, "#666666")
-    ends = [max(100 * row.error_low, LEAST_PERCENT), max(100 * row.error_high, LEAST_PERCENT)]
-    axis.plot(ends, [place, place], color=shown.colour, lw=3, alpha=0.45)
+    interval = [max(100 * row.error_low, LEAST_PERCENT), max(100 * row.error_high, LEAST_PERCENT)]
+    axis.plot(interval, [place, place], color=shown.colour, lw=3, alpha=0.45)
     if row.bound_of_peak > 0:
         axis.plot(max(100 * row.bound_of_peak, LEAST_PERCENT), place, "|", color=shown.colour, ms=11, mew=1.5, zorder=3)
     size = 11 if shown.marker == "*" else 7
@@ -154,23 +154,23 @@ WIDE = 64
 def draw_break_even(accuracy_vs_time, advice) -> Figure:
     """Draw the time of preparation and answers together, for every setting advised by RMSE; a panel per scene."""
     names, advice = tables.scenes(accuracy_vs_time), tables.where(advice, error="rms")
-    taken = {
+    advised_of = {
         scene: advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene))
         for scene in names
     }
-    legends = {scene: [_named(row) for row in rows.itertuples()] for scene, rows in taken.items()}
-    most = max("\n".join(texts).count("\n") + 1 for texts in legends.values())
-    figure, axes = style.panel_each(names, 2, 5, 2.8 + 0.15 * most)
+    legends = {scene: [_named(row) for row in rows.itertuples()] for scene, rows in advised_of.items()}
+    most_lines = max("\n".join(texts).count("\n") + 1 for texts in legends.values())
+    figure, axes = style.panel_each(names, 2, 5, 2.8 + 0.15 * most_lines)
     for scene, axis in axes.items():
         drawn: list[str] = []
-        for row, text in zip(taken[scene].itertuples(), legends[scene], strict=True):
+        for row, text in zip(advised_of[scene].itertuples(), legends[scene], strict=True):
             shown = look(row.model)
             total = row.offline_s + ANSWERS * row.online_median_s
             axis.loglog(ANSWERS, total, DASHES[drawn.count(row.model) % 4], color=shown.colour, label=text, zorder=2)
             drawn.append(row.model)
             if ANSWERS[0] <= row.break_even_queries <= ANSWERS[-1]:
-                paid = row.offline_s + row.break_even_queries * row.online_median_s
-                axis.plot(row.break_even_queries, paid, "o", color=shown.colour, mec="white", ms=6, zorder=3)
+                time_then = row.offline_s + row.break_even_queries * row.online_median_s
+                axis.plot(row.break_even_queries, time_then, "o", color=shown.colour, mec="white", ms=6, zorder=3)
         axis.set(title=spaced(scene), xlabel="answers", ylabel="preparation and answers [s]")
         axis.legend(fontsize=7, loc="upper left", bbox_to_anchor=(0, -0.17), borderaxespad=0)  # no line is hidden
         style.plain_log(axis.xaxis, axis.yaxis)

@@ -55,26 +55,26 @@ LEVELLED = ("fem_p1", "fem_p2")
 
 def _levels(axis, rows: pd.DataFrame, drawn: pd.DataFrame) -> None:
     """Join the front of each level of a finite-element model, and write the level at its end."""
-    for level, part in rows.groupby(fields_of(rows, "level")["level"].astype(float)):
-        part = drawn.loc[part.index]
-        best = part.iloc[front(part["time"], np.round(np.log(part["error"]), 2))]
+    for level, points in rows.groupby(fields_of(rows, "level")["level"].astype(float)):
+        points = drawn.loc[points.index]
+        best = points.iloc[front(points["time"], np.round(np.log(points["error"]), 2))]
         colour = look(best["model"].iloc[0]).colour
         axis.plot(best["time"], best["error"], color=colour, lw=0.6, alpha=0.6, zorder=1)
-        place = (best["time"].iloc[-1], best["error"].iloc[-1])
-        axis.annotate(f"L{level:g}", place, (2, 4), textcoords="offset points", fontsize=7, color=colour, zorder=4)
+        end_point = (best["time"].iloc[-1], best["error"].iloc[-1])
+        axis.annotate(f"L{level:g}", end_point, (2, 4), textcoords="offset points", fontsize=7, color=colour, zorder=4)
 
 
 def _numbers(axis, best: pd.DataFrame) -> None:
     """Draw a number at each point that is on the front in other runs too."""
-    before: list[np.ndarray] = []
-    for number, place in enumerate(best[["time", "error"]].to_numpy(), start=1):
-        axis.plot(*place, "o", mfc="none", mec=style.INK, mew=0.9, ms=14, zorder=4)
-        near = sum(bool((np.abs(np.log(place) - other) < np.log((1.5, 1.25))).all()) for other in before)
-        before.append(np.log(place))
-        x, y = _CORNERS[near % len(_CORNERS)]
+    numbered: list[np.ndarray] = []
+    for number, point in enumerate(best[["time", "error"]].to_numpy(), start=1):
+        axis.plot(*point, "o", mfc="none", mec=style.INK, mew=0.9, ms=14, zorder=4)
+        n_near = sum(bool((np.abs(np.log(point) - earlier) < np.log((1.5, 1.25))).all()) for earlier in numbered)
+        numbered.append(np.log(point))
+        x, y = _CORNERS[n_near % len(_CORNERS)]
         aligned: dict = {"ha": "right" if x < 0 else "left", "va": "top" if y < 0 else "bottom"}
         looks: dict = {"textcoords": "offset points", "fontsize": 8, "fontweight": "bold", "color": style.INK}
-        axis.annotate(str(number), place, (9 * x, 9 * y), zorder=5, **aligned, **looks)
+        axis.annotate(str(number), point, (9 * x, 9 * y), zorder=5, **aligned, **looks)
 
 
 _WHERE = {"rms": "over the surface, RMSE", "patch": "at the patch, RMS"}
@@ -145,7 +145,7 @@ def _legend(axis, settings: pd.DataFrame) -> None:
     shown.append(Line2D([], [], color=style.INK, lw=0.9, drawstyle="steps-post", label="Pareto front of this run"))
     shown.append(Line2D([], [], ls="", marker="o", mfc="none", mec=style.INK, ms=10, label="on it in other runs too"))
     failed = settings[(settings["failures"] > 0) | ~np.isfinite(settings["rmse_of_peak"])]
-    failures = [f"{label(r.model, r.setting)} on {r.failures} of {r.samples}" for r in failed.itertuples()]
+    failures = [f"{label(row.model, row.setting)} on {row.failures} of {row.samples}" for row in failed.itertuples()]
     text = "failed: " + ", ".join(failures) if failures else "no setting failed on any sample"
     diagram.legend(axis, shown, text, failed=bool(failures))
 
@@ -172,16 +172,16 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
     axis.margins(0.06)
     diagram.steps(axis, drawn, style.FAINT, 2)
     lines = [_LINE * number for number in range(len(best) + 1)]  # [inch] below the first
-    for number, (line, row, place) in enumerate(
+    for number, (line, row, point) in enumerate(
         zip(lines, best.itertuples(), drawn.loc[best.index, ["time", "error"]].to_numpy(), strict=False), start=1
     ):
         bold: dict = {"fontweight": "bold", "color": look(row.model).colour}
-        axis.plot(*place, "o", color=bold["color"], mec="white", mew=0.8, ms=11, zorder=4)
+        axis.plot(*point, "o", color=bold["color"], mec="white", mew=0.8, ms=11, zorder=4)
         inside = bold | {"color": "white", "ha": "center", "va": "center", "fontsize": 8, "zorder": 5}
-        axis.annotate(str(number), place, **inside)
+        axis.annotate(str(number), point, **inside)
         name = label(row.model, "default") + (", limit" if row.target == LIMIT else "")
-        said = f"{number}  {name}: {percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"
-        figure.text(0.02, (below - 0.48 - line) / height, said, fontsize=7.4, va="top", **bold)
+        text = f"{number}  {name}: {percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"
+        figure.text(0.02, (below - 0.48 - line) / height, text, fontsize=7.4, va="top", **bold)
     remark = "grey: other settings; red: no displacement at all"
     remark += f"\n{UNKNOWN}" if np.isnan(own) else f"\nband: below the error of the truth itself, {percent(own)}"
     figure.text(0.02, (below - 0.48 - lines[-1]) / height, remark, fontsize=7.5, va="top", color="#666666")

@@ -34,13 +34,13 @@ def front_rows(settings: pd.DataFrame, column: str = "rmse_of_peak") -> pd.DataF
     column : the error that counts, on test samples; below the truth's own, errors are tied. What failed on a sample,
     a validation one too, is left out, as it is never advised
     """
-    own = own_error(settings, column)
-    floor = max(own, EXACT) if own > 0 else EXACT
-    known = answers(settings[whole(settings)])
-    known = known.assign(rmse_of_peak=known[column])
-    kept = known[lasting(known["online_median_s"], known["rmse_of_peak"], floor)]
-    rows = [alone(same, floor) for _, same in kept.groupby("model", sort=False)]
-    front = pd.concat(rows).sort_values("online_median_s") if rows else kept
+    truth_own = own_error(settings, column)
+    floor = max(truth_own, EXACT) if truth_own > 0 else EXACT
+    answered = answers(settings[whole(settings)])
+    answered = answered.assign(rmse_of_peak=answered[column])
+    lasting_rows = answered[lasting(answered["online_median_s"], answered["rmse_of_peak"], floor)]
+    rows = [alone(of_model, floor) for _, of_model in lasting_rows.groupby("model", sort=False)]
+    front = pd.concat(rows).sort_values("online_median_s") if rows else lasting_rows
     return settings.loc[front.index]
 
 
@@ -55,7 +55,7 @@ def jumps(table: pd.DataFrame) -> pd.DataFrame:
         slopes = np.diff(peak, prepend=0.0) / np.diff(pressure, prepend=0.0)
         for i in range(1, len(curve)):
             if not curve["converged"].iloc[i] or slopes[i] > JUMP * slopes[i - 1]:
-                least = curve["least_det"].iloc[i]
-                rows.append([body, contact, pressure[i - 1], pressure[i], peak[i - 1], peak[i], least])
+                least_det = curve["least_det"].iloc[i]
+                rows.append([body, contact, pressure[i - 1], pressure[i], peak[i - 1], peak[i], least_det])
     ends = [f"{name}_{end}" for name in ("pressure_of_young", "peak_of_size") for end in ("before", "after")]
     return pd.DataFrame(rows, columns=["body", "contact", *ends, "least_det"])

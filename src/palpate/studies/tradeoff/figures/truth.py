@@ -34,10 +34,10 @@ def draw_truth(truth) -> Figure:
     figure, ((left, right),) = style.panels(1, 2, (9.5, 1.5 + 0.36 * len(names)), sharey=True, width_ratios=[3, 2])
     rows = np.arange(len(names))
     for i, (column, (name, colour, marker)) in enumerate(COLUMNS.items()):
-        place = rows + 0.16 * (i - 1)
-        most = truth.get(f"{column}_max", truth[column])
-        left.hlines(place, 100 * truth[column], 100 * most, color=colour, lw=1.2, alpha=0.5, zorder=2)
-        left.plot(100 * truth[column], place, marker, color=colour, mec="white", mew=0.5, ms=6, label=name, zorder=3)
+        heights = rows + 0.16 * (i - 1)
+        largest = truth.get(f"{column}_max", truth[column])
+        left.hlines(heights, 100 * truth[column], 100 * largest, color=colour, lw=1.2, alpha=0.5, zorder=2)
+        left.plot(100 * truth[column], heights, marker, color=colour, mec="white", mew=0.5, ms=6, label=name, zorder=3)
     _less_known(left, truth, rows)
     _other_element(left, truth, rows)
     _facets(left, truth, rows)
@@ -50,8 +50,8 @@ def draw_truth(truth) -> Figure:
     style.plain_log(left.xaxis)
     right.axvline(SMOOTH, color="#aaaaaa", lw=1, ls=":", zorder=0)
     if {"ratio_min", "ratio_max"} <= set(truth):
-        ends = [np.log2(truth[name]) for name in ("ratio_min", "ratio_max")]
-        right.hlines(rows, *ends, color=style.INK, lw=2.5, alpha=0.3, zorder=1)
+        orders = [np.log2(truth[name]) for name in ("ratio_min", "ratio_max")]
+        right.hlines(rows, *orders, color=style.INK, lw=2.5, alpha=0.3, zorder=1)
     right.plot(truth["order"], rows, "o", color=style.INK, ms=6, zorder=2)
     right.set(xlabel="order of convergence", title="how fast quadratic elements converge")
     right.set_xlim(min(0.8, right.get_xlim()[0]), max(3.2, right.get_xlim()[1]))
@@ -77,20 +77,20 @@ def _less_known(axis, truth, rows: np.ndarray) -> None:
 def _other_element(axis, truth, rows: np.ndarray) -> None:
     """Draw how far the limit of linear elements is, with a line from the truth's own error on the same samples."""
     name = "distance of the limit of linear elements, from the own error of the same samples"
-    for place, ending, colour in ((-0.28, "", "#0072b2"), (0.28, "_patch", "#d55e00")):
+    for offset, ending, colour in ((-0.28, "", "#0072b2"), (0.28, "_patch", "#d55e00")):
         looks = {"color": colour, "label": "" if ending else name}
-        distance = _known(axis, truth, f"other_element{ending}", rows + place, marker="o", mfc="none", ms=5, **looks)
+        distance = _known(axis, truth, f"other_element{ending}", rows + offset, marker="o", mfc="none", ms=5, **looks)
         if distance is not None and f"other_element_own{ending}" in truth:
-            own = 100 * truth[f"other_element_own{ending}"]
-            axis.hlines(rows + place, own, distance, color=colour, lw=0.8, zorder=2)
-            axis.plot(own, rows + place, "|", color=colour, ms=6, zorder=3)
+            own_error = 100 * truth[f"other_element_own{ending}"]
+            axis.hlines(rows + offset, own_error, distance, color=colour, lw=0.8, zorder=2)
+            axis.plot(own_error, rows + offset, "|", color=colour, ms=6, zorder=3)
 
 
 def _facets(axis, truth, rows: np.ndarray) -> None:
     """Draw how far the answers of a body of facets and of one on the smooth surface are apart."""
-    for place, column, colour in ((-0.16, "geometry_of_peak", "#0072b2"), (0.0, "geometry_patch_of_peak", "#d55e00")):
-        looks = {"color": colour, "label": "" if place == 0.0 else "what facets change, beside the smooth shape"}
-        _known(axis, truth, column, rows + place, marker="^", mfc="none", ms=6, **looks)
+    for offset, column, colour in ((-0.16, "geometry_of_peak", "#0072b2"), (0.0, "geometry_patch_of_peak", "#d55e00")):
+        looks = {"color": colour, "label": "" if offset == 0.0 else "what facets change, beside the smooth shape"}
+        _known(axis, truth, column, rows + offset, marker="^", mfc="none", ms=6, **looks)
 
 
 def _known(axis, truth, column: str, places: np.ndarray, **looks):
@@ -128,12 +128,12 @@ def draw_error_bounds(error_bounds) -> Figure:
     bounds = tables.where(error_bounds, error="rms")
     figure, ((left, right),) = style.panels(1, 2, (9.5, 4.4), width_ratios=[3, 2.4])
     names = [name for name in SOURCES if name in set(bounds["estimate"])]
-    for place, name in enumerate(names):
+    for number, name in enumerate(names):
         rows, colour = tables.where(bounds, estimate=name).dropna(subset="sharpness"), _COLOURS[name]
         points = {"ms": 4, "mec": colour, "alpha": 0.6, "ls": "", "marker": "o"}
         ranks = rows["rank_correlation"].fillna(0.0)
         left.plot(ranks, rows["sharpness"], mfc=colour, **points)
-        spread = place + np.linspace(-_JITTER, _JITTER, max(len(rows), 2))[: len(rows)]
+        spread = number + np.linspace(-_JITTER, _JITTER, max(len(rows), 2))[: len(rows)]
         right.plot(spread - 0.2, 100 * rows["coverage"], mfc=colour, **points)
         right.plot(spread + 0.25, 100 * rows["coverage_elsewhere"], mfc="none", **points)
     left.axhline(1, color=style.FAINT, lw=1, ls=":")
@@ -186,12 +186,12 @@ def _contact(axis, rows, norm, cmap) -> None:
     pressure, peak = converged["pressure_of_young"].to_numpy(), 100 * converged["peak_of_size"].to_numpy()
     axis.plot(pressure, peak, color="#bbbbbb", lw=1, zorder=1)
     for snap in jumps(converged).itertuples():
-        ends = [snap.pressure_of_young_before, snap.pressure_of_young_after]
+        pressures = [snap.pressure_of_young_before, snap.pressure_of_young_after]
         peaks = [100 * snap.peak_of_size_before, 100 * snap.peak_of_size_after]
-        axis.plot(ends, peaks, color="#aa0000", lw=2.5, zorder=2)
+        axis.plot(pressures, peaks, color="#aa0000", lw=2.5, zorder=2)
     axis.scatter(
         pressure, peak, c=converged["least_det"], norm=norm, cmap=cmap, s=22, edgecolors="white", lw=0.4, zorder=3
     )
-    lost = rows[~rows["converged"].astype(bool)]
+    unsolved = rows[~rows["converged"].astype(bool)]
     top = peak[-1] if len(peak) else 0.0
-    axis.plot(lost["pressure_of_young"], [top] * len(lost), "x", color="#aa0000", ms=6, zorder=4)
+    axis.plot(unsolved["pressure_of_young"], [top] * len(unsolved), "x", color="#aa0000", ms=6, zorder=4)

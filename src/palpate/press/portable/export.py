@@ -202,8 +202,6 @@ VECTORS = 240
 """Vectors of the surface's basis at most; with so many the linear part of the liver's answers is known to 0.25 %."""
 SAMPLES, TOGETHER, RESPONSE_TOLERANCE = 300, 6, 1e-4
 """Places whose linear responses the compliance is fitted to, solved so many at once, and their relative residual."""
-PREPARED_MOST = 5.0
-"""How much more a contact's own columns count in that fit than those of places that are only solved for."""
 CHECKED = 9, 24
 """Fewest and most places between the contacts at which the error is measured: a quarter of their number."""
 FARTHEST = 1.5
@@ -341,14 +339,15 @@ def _responses(
 def _compliance(
     bare: PortableModel, basis: SurfaceBasis, sampled: np.ndarray, responses: np.ndarray, columns: Sequence[np.ndarray]
 ) -> np.ndarray:
-    """Fit the compliance (b, b), from means of the basis over a disc to coordinates of the response to its force.
+    """Fit the compliance (b, b) from means of the basis over a disc to coordinates of the response to a force there.
 
-    bare : the file without it; responses : at nodes ``sampled``; columns : of the contacts
-    Each response counts over its size; by reciprocity the compliance is symmetric.
+    bare : the file without it; responses : (3 n, 3 k) [m/N] to forces on discs at the k nodes ``sampled``
+    columns : responses (3 n, 3) [m/N] at each contact
+    Each response is divided by the size of its coordinates; by reciprocity the compliance is symmetric.
     """
     mean_blocks = [bare.mean_over_disc(basis.nodes[i], basis.normals[i]).T for i in sampled]
-    mean_blocks += [PREPARED_MOST * each.here.T for each in bare.contacts]
-    coordinate_blocks = [basis.coordinates(responses), *(PREPARED_MOST * basis.coordinates(each) for each in columns)]
+    mean_blocks += [contact.here.T for contact in bare.contacts]
+    coordinate_blocks = [basis.coordinates(responses), *map(basis.coordinates, columns)]
     means, coordinates = np.hstack(mean_blocks), np.hstack(coordinate_blocks)
     sizes = np.linalg.norm(coordinates, axis=0)
     compliance = np.linalg.lstsq((means / sizes).T, (coordinates / sizes).T, rcond=1e-8)[0].T

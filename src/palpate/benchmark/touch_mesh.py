@@ -122,16 +122,18 @@ def check_by_coarse_elements(body: Body, along_radius: float) -> Callable[[Touch
     return has_answer
 
 
-def refined(base: Body, places: np.ndarray, reach_m: np.ndarray, held: int) -> Body:
+def refined(base: Body, places: np.ndarray, reach_m: np.ndarray, rim_halvings: int) -> Body:
     """Return ``base`` with elements halved near ``places``, at the rim of what is held, and elsewhere less often.
 
     places : (3,) or (k, 3) [m]; reach_m : (level,) [m] distances from them within which each halving is made
-    held : number of halvings at the rim; all other elements are halved COARSER times less
+    rim_halvings : how often the rim of what is held is halved; all other elements are halved COARSER times less
     """
-    radii = np.full(max(len(reach_m), held), -1.0)
+    radii = np.full(max(len(reach_m), rim_halvings), -1.0)  # a radius a halving, −1 for nowhere
     radii[: len(reach_m)] = reach_m
-    radii[: max(0, held - COARSER)] = 2.0 * np.linalg.norm(np.ptp(base.coarse.nodes, axis=0))  # all of it
-    return LocalRefinement(base, len(radii)).around(places, radii.tolist(), held) if len(radii) else base.up_to(0)
+    radii[: max(0, rim_halvings - COARSER)] = 2.0 * np.linalg.norm(np.ptp(base.coarse.nodes, axis=0))  # everywhere
+    return (
+        LocalRefinement(base, len(radii)).around(places, radii.tolist(), rim_halvings) if len(radii) else base.up_to(0)
+    )
 
 
 class TouchedMeshes:

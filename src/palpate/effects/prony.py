@@ -55,7 +55,8 @@ def strains(x, tetrahedra, gradients):
 def energy_and_force(x, tetrahedra, gradients, stiffness, centers, force):
     """Add the nodal forces [N] to ``force`` (n, 3), and return the energy Σ stiffness ‖e − center‖² [J].
 
-    stiffness : (m,) modulus times volume [J]; centers : (m, 6) strains without force
+    gradients : (m, 4, 3) [1/m]; stiffness : (m,) modulus times volume [J]; centers : (m, 6) strains without force
+    Elements go in blocks, in which f holds deformation gradients and then, in their place, first Piola stresses.
     """
     f, q, scratch = np.empty((9, BLOCK)), np.empty((6, BLOCK)), np.empty((4, BLOCK))
     center, inner = np.empty((6, BLOCK)), np.empty((6, BLOCK))

@@ -94,7 +94,7 @@ def law_named(name: str) -> str:
 
 
 def with_law(body: Body, name: str) -> Body:
-    """Return ``body`` with palpate's law of that name and the same moduli; InputError for a law of a user's file."""
+    """Return ``body`` with palpate's law of the ``name`` that questions carry; InputError for one of a user's file."""
     law, regions = law_named(name), body.regions
     if not law:
         raise InputError(

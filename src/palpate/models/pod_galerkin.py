@@ -46,7 +46,9 @@ class Galerkin(Solver):
         elements = offline.elements(offline.level)
         answers = np.stack(displacements, axis=2)
         energies = products(answers, elements.multiply(answers))
-        mixes = independent(energies)[:, -model.modes :]  # each answer counts by itself over its own energy
+        mixes = independent(energies)[
+            :, -model.modes :
+        ]  # weights of the answers in each mode, each answer over its energy
         coordinates = mixes.T @ energies
         self._modes = answers @ mixes
         self._surface = np.tensordot(database.fine[rows], mixes, (0, 0)).reshape(-1, mixes.shape[1])
@@ -58,7 +60,7 @@ class Galerkin(Solver):
         pulls = np.stack([force @ self._pull(int(contact)) for contact, force in loads], axis=1)
         self._reduced = _reduced(elements, self._modes, coordinates, pulls, model.thinned)
         self._reach = float(np.linalg.norm(coordinates, axis=0).max())
-        for contact in case.prepared_contacts:  # what presses there pull is kept
+        for contact in case.prepared_contacts:  # computed now, so that no press has to
             self._pull(int(contact))
 
     @property

@@ -130,7 +130,10 @@ class WarpedResponse:
         return discs.answer(load, self.superpose)
 
     def _warped(self, presses: list[tuple[int, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sum (n, 3) [m] of responses to forces at contacts, turned by its rotation vectors, and these."""
+        """Return displacements (n, 3) [m] under forces at contacts, warped linear responses, and rotation vectors.
+
+        Each force is turned back by the rotation of its contact under all presses before the responses are summed.
+        """
         rows = [(row_of(self._contacts, contact), force) for contact, force in presses]
         spins, displacements = [], []
         for (row, force), (contact, _) in zip(rows, presses, strict=True):

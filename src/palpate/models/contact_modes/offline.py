@@ -370,7 +370,10 @@ def _sum_of_powers(ratio: float, count: int) -> float:
 
 
 def _ratio(offline: Offline, case: Case, node: int) -> float:
-    """Return the change of the linear response at ``node`` between two levels over that from the second to a third."""
+    """Return the ratio of convergence of the linear response at ``node``: its change between two levels over the next.
+
+    Responses are extrapolated to elements of no size by it.
+    """
     if offline.gap == 1 and offline.level > 0 and node in case.prepared_contacts:
         levels = [offline.reduced_columns(node, 1), offline.reduced_columns(node), _fine_columns(offline, case, node)]
     else:

@@ -89,6 +89,7 @@ def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, train
     unexplained = _inner(missing - detail, missing - detail) / peaks**2
 
     def solve(samples: np.ndarray, penalty: float, bounded: bool) -> Scale:
+        """Fit the scale 1 + β · (ratios − 1) of the detail by ridge regression; ``bounded`` by those of the samples."""
         regressors = ratios[samples] - 1.0
         normal = regressors.T @ (regressors * detail_square[samples, None])
         if not normal.trace() > 0.0:

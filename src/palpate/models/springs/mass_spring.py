@@ -207,7 +207,10 @@ class _Search:
         minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
 
     def _evaluate(self, unknowns: np.ndarray, count: int) -> tuple[float, np.ndarray]:
-        """Return the misfit and its gradient by ``unknowns``, of which the first ``count`` are moduli."""
+        """Return the misfit and its gradient by ``unknowns``, and keep the best so far.
+
+        The first ``count`` unknowns are moduli, of the whole body or of each node; the last is κ where there is one.
+        """
         nodes, samples = len(self._network.rest), len(self._peaks)
         young = self._young * np.exp(np.broadcast_to(unknowns[:count], nodes))
         volume = float(unknowns[-1]) * self.stiff

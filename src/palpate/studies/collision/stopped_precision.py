@@ -237,7 +237,7 @@ def _judge(contacts: Contacts, frame: Frame, true: np.ndarray) -> dict[str, floa
 
 
 def _errors(judged: pd.DataFrame, course: list[Frame]) -> dict[str, float]:
-    """Summarise the comparisons of all frames in the columns of COLLISION_PRECISION."""
+    """Summarise the comparisons of all frames in the columns of COLLISION_PRECISION; ``response`` is a square [m²]."""
     judged = judged.reindex(columns=["reported", "false", "missed", "response", "place", "angle", "depth", "velocity"])
     is_apart = np.array([not len(frame.pairs) for frame in course])
     gaps = np.array([frame.distance for frame in course])

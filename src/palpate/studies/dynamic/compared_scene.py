@@ -168,7 +168,8 @@ SHARE = 0.5
 def training_of(compared: ComparedScene, training: Training | None, share: float = SHARE) -> ComparedScene:
     """Return the motion that models are fitted to: as ``training`` describes it, or under a share of the loads.
 
-    training : blocks that replace or complete those of the scene, ``others`` and ``duration_s``; None for the share
+    training : its gravity, push and contact change keys of the scene's; its ``others`` move other bodies at the start,
+        and ``duration_s`` replaces the duration, if they are given; None for all loads times ``share``
     Its frames are as long as those of ``compared``, since what is fitted may depend on the step.
     """
     if training is None:

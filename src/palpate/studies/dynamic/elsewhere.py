@@ -157,9 +157,9 @@ def measure_places(
 
 
 def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
-    """Find the truth of ``moved``, a scene whose push is elsewhere, with the ratio of ``like``, the scene's own truth.
+    """Find the truth of ``moved``, a scene whose push is elsewhere, by ``like``, the scene's own truth.
 
-    NotConverged if it is not believed.
+    The ratio of convergence of ``like`` is taken over, so that few steps do. NotConverged if it is not believed.
     """
     n_steps = min(each.steps for each in like.tried)
     scene_args = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s

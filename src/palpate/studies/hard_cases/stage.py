@@ -321,8 +321,8 @@ def weight(system: System) -> np.ndarray:
 def free_flight(model: str, particles: Particles, v: np.ndarray, tolerance: float) -> Answer:
     """Simulate a free body over 20 steps from its rest shape and velocities ``v`` (n, 3) [m/s], judged by its momentum.
 
-    The error is the larger of two changes of the total momentum, over the sum of the nodes' initial momenta: of that at
-    the end by velocities, and of the mean one by the displacement of the centre of mass in 0.2 s.
+    The error is the larger of two differences from the initial momentum, over Σ ‖m v‖: of the momentum at the end, and
+    of the mass times the mean velocity of the centre of mass, from its displacement in 0.2 s.
     """
     x, masses = particles.nodes, particles.masses[:, None]
     flown = np.array(Stepper(model, particles, tolerance=tolerance).advance(x, v, 0.01, 20))

@@ -114,7 +114,7 @@ POWERS_OF_SOFTNESS = {"sink_m": 1.0, "move_m": 1.0, "frequency_hz": -0.5}
 
 
 def uncertainties(table: pd.DataFrame, experiment: ExperimentSettings, observed: Mapping[str, Observed]) -> pd.Series:
-    """Return the standard uncertainty of each ``error``; NaN where a value is fitted or its exponent is not known.
+    """Return the standard uncertainty of each ``error``, a share; NaN for a fitted value or an unknown exponent.
 
     A displacement is as uncertain as the held state, a frequency as half of the range of the repeats. A fitted softness
     is as uncertain as the displacement that it was fitted to, and passes that on to predictions. ``part`` and

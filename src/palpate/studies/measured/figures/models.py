@@ -80,6 +80,7 @@ def _panel(axis: Axes, rows: pd.DataFrame, kinds: pd.DataFrame) -> None:
 
 
 def _handles(rows: pd.DataFrame) -> list:
+    """Return handles: dots are white for the modulus as given and full for a fitted one, bands are uncertainties."""
     calibrated = [case for case in dict.fromkeys(rows["calibrated"]) if case != GIVEN]
     faces = {"Young's modulus as given": "white"}
     faces |= {f"fitted to {spaced(case)} alone (× what was fitted)": style.INK for case in calibrated}

@@ -239,11 +239,14 @@ def _recognised(asked: argparse.Namespace) -> "Data":
 
 
 def _given(arguments: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
-    """Return the data's paths, and labels; InputError for an unknown --hold."""
+    """Return the data's paths, and labels; InputError for an unknown --hold, and a --threshold from high to low."""
     from palpate.init.recognise import HOLDS
 
     if arguments.hold not in (None, *HOLDS):
         raise InputError(f"--hold {arguments.hold} is no side; choose from {', '.join(HOLDS)}.")
+    if arguments.threshold and not arguments.threshold[0] < arguments.threshold[1]:
+        low, high = arguments.threshold
+        raise InputError(f"--threshold is {low:g} {high:g}; give the lower number first.")
     paths = [Path(path) for path in (arguments.data, arguments.mask) if path is not None]
     return paths, [int(label) if label.isdecimal() else label for label in arguments.label]
 

@@ -55,9 +55,12 @@ def advise(request: Asked, scene: str | None) -> str:
 
     InputError for tables that the run lacks, for a scene that they lack, and where no scene has such a limit.
     """
+    if not request.results.is_dir():
+        raise InputError(f"--results {request.results} is no folder; type make, which fills results, or give another.")
     measured = {name: table for name in request.sources if (table := request.table(name)) is not None}
     if request.load and not measured:
-        raise InputError(f"{request.results} has no any_load.csv; type make full, or give tradeoff an any_load.")
+        remedy = "type make full and say --results .full/results, or give tradeoff an any_load"
+        raise InputError(f"{request.results} has no any_load.csv; {remedy}.")
     measured = measured or {name: tables.read(request.results / f"tables/{name}.csv") for name in request.sources[:1]}
     if request.error == "force" and MOTIONS in measured:
         measured[MOTIONS] = measured[MOTIONS].dropna(subset="force_rms_of_peak")

@@ -229,6 +229,7 @@ def test_it_is_written_beside_the_data_and_never_over_another(capsys, data):
         (["scan.nii.gz", "organs.seg.nrrd", "--label", "livre"], "no voxel of label livre (did you mean liver?)"),
         (["scan.nii.gz", "organs.seg.nrrd", "--threshold", "1", "2"], "with a mask the threshold is not used"),
         (["scan.nii.gz", "--threshold", "2000", "3000"], "no voxel lies between 2000 and 3000 HU"),
+        (["scan.nii.gz", "--threshold", "120", "30"], "--threshold is 120 30; give the lower number first."),
         (["scan.nii.gz", "--threshold", "low"], "expected 2 arguments; see palpate init --help."),
     ],
 )

@@ -47,7 +47,7 @@ def test_a_budget_gets_a_model_with_its_error_time_and_reason(capsys, trade_off_
         (["--speed", "20", "--budget-ms", "1"], "leave --budget-ms or --speed out"),
         (["--scene", "all", "--speed", "20"], "has no speed"),
         ([], r"advice\.csv is missing; type make"),
-        (["--budget-ms", "1", "--results", "nowhere"], r"accuracy_vs_time\.csv is missing; type make"),
+        (["--budget-ms", "1", "--results", "nowhere"], r"--results nowhere is no folder; type make"),
     ],
 )
 def test_bad_input_gets_one_sentence(capsys, trade_off_folder, words, wrong):

@@ -1,5 +1,7 @@
 """Linear springs between nodes, the elasticity of mass-spring models: edges of tetrahedra, or springs of a surface."""
 
+from collections.abc import Sequence
+
 import numba
 import numpy as np
 from scipy import sparse
@@ -24,11 +26,16 @@ def volume_springs(particles: Particles) -> tuple[np.ndarray, np.ndarray]:
     return pairs, particles.material.young_pa * around / rest_lengths(particles.nodes, pairs) ** 2
 
 
-def sum_around_edges(tetrahedra: np.ndarray, amounts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the edges (n_edges, 2) of ``tetrahedra`` (m, 4), and sum the ``amounts`` (m,) of those around each edge."""
-    ends = np.sort(tetrahedra[:, EDGES].reshape(-1, 2), axis=1)
+def sum_around_edges(
+    elements: np.ndarray, amounts: np.ndarray, edges: Sequence[tuple[int, int]] | np.ndarray = EDGES
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the edges (n_edges, 2) of ``elements``, and sum the ``amounts`` (m,) of those around each edge.
+
+    elements : nodes (m, 4) of tetrahedra or (m, 3) of triangles; edges : pairs of corners, those of a tetrahedron
+    """
+    ends = np.sort(elements[:, edges].reshape(-1, 2), axis=1)
     pairs, edge = np.unique(ends, axis=0, return_inverse=True)
-    return pairs, np.bincount(edge.ravel(), np.repeat(amounts, len(EDGES)), minlength=len(pairs))
+    return pairs, np.bincount(edge.ravel(), np.repeat(amounts, len(edges)), minlength=len(pairs))
 
 
 def surface_springs(triangles: np.ndarray, n_nodes: int) -> dict[str, np.ndarray]:

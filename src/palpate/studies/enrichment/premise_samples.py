@@ -18,7 +18,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.bodies.settings import Body as BodySettings
 from palpate.effects.bending import hinges
-from palpate.effects.springs import Springs, rest_lengths
+from palpate.effects.springs import Springs, rest_lengths, sum_around_edges
 from palpate.effects.triangles import Triangles, shape_gradients
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import scatter, shared_pattern
@@ -84,9 +84,7 @@ def shell_stiffness(
 def edge_springs(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Springs:
     """Return springs along the edges, of stiffness E t ΣA/l² with A the areas beside an edge (Van Gelder 1998)."""
     _, areas = shape_gradients(nodes, triangles)
-    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    pairs, edge_numbers = np.unique(edges, axis=0, return_inverse=True)
-    areas_beside = np.bincount(edge_numbers.ravel(), np.repeat(areas, 3))
+    pairs, areas_beside = sum_around_edges(triangles, areas, [(0, 1), (1, 2), (2, 0)])
     length = rest_lengths(nodes, pairs)
     return Springs(pairs, material.young_pa * thickness_m * areas_beside / length**2, length)
 

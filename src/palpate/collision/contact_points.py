@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from palpate.bodies.mesh import corner_normals
 from palpate.collision.trees.build_tree import FIRST, LAST
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import Counts, StoppedTree, crossing_pairs, overlaps, volume_pairs
@@ -72,7 +73,7 @@ def ways_out(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     directions, depths, best = np.zeros((len(a), 3)), np.zeros(len(a)), np.full(len(a), np.inf)
     for mover, plane, sign in ((a, b, 1.0), (b, a, -1.0)):
-        normals = np.cross(plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0])
+        normals = corner_normals(plane)
         lengths = np.linalg.norm(normals, axis=1)
         normals /= np.where(lengths > 0.0, lengths, 1.0)[:, None]
         below = np.einsum("ki,kci->kc", normals, plane[:, :1] - mover).max(axis=1)

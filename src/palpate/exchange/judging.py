@@ -144,11 +144,11 @@ def module_of(questions: Questions) -> ModuleType:
 
 
 def score_answers(
-    path: Path, questions: Questions, truth: Arrays, own_law: Callable[[str], Arrays | None] | None = None
+    path: Path, questions: Questions, truth: Arrays, own_law: Callable[[str], Arrays] | None = None
 ) -> Scored:
     """Score a file of answers to ``questions`` against their ``truth``.
 
-    own_law : returns the truth of another law than the body's by its name, or None where there is none
+    own_law : returns the truth of another law than the body's by its name; None where that is not asked for
     InputError for answers that cannot be used.
     """
     module = module_of(questions)
@@ -220,19 +220,19 @@ def _odd(
 
 
 def _own_law_truth(
-    path: Path, law: str, of_body: str, own_law: Callable[[str], Arrays | None] | None
+    path: Path, law: str, of_body: str, own_law: Callable[[str], Arrays] | None
 ) -> tuple[Arrays | None, str]:
     """Return the truth of an engine's ``law``, and a warning where errors include the difference of laws.
 
-    The truth is None where the law is that ``of_body``, or where ``own_law`` finds no truth of it.
+    The truth is None where the law is that ``of_body``, or where ``own_law``, which finds it, is None.
     InputError for a law that palpate does not have, where its truth is asked for.
     """
     if law == of_body:
         return None, ""
     is_known, laws = bool(law_named(law)), ", ".join((*NAMED, *FURTHER))
-    if own_law is not None and not is_known:
-        raise InputError(f"{path}: law is {law}, which palpate does not have; name {laws}, or leave --own-law out.")
-    if own_law is not None and (truth := own_law(law)) is not None:
-        return truth, ""
+    if own_law is not None:
+        if not is_known:
+            raise InputError(f"{path}: law is {law}, which palpate does not have; name {laws}, or leave --own-law out.")
+        return own_law(law), ""
     remedy = "ask for it with --own-law" if is_known else f"palpate has no law of that name, but {laws}"
     return None, f"the law is {law} and that of the body {of_body}: errors have both in them ({remedy})."

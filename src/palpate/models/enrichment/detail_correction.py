@@ -171,8 +171,7 @@ class DetailCorrection(Method):
         plain_errors = np.sqrt(np.mean(np.sum(residual**2, axis=2), axis=1)) / db.peaks
         turns_back = [q.turned.transpose(0, 2, 1) for q in queries if q.turned is not None]
         unturned = np.array([_turn(*pair).ravel() for pair in zip(turns_back, residual, strict=True)])
-        described = training.coarse[:, self._surface].reshape(len(queries), -1)
-        learnt = KernelRidge(described, unturned, training)
+        learnt = KernelRidge(training.described, unturned, training)
         if convinces(learnt.errors, plain_errors, training.fold):
             self._residual, self.sigma_m = learnt, learnt.sigma_m
         return self

@@ -30,7 +30,7 @@ class PodRbf(Method):
 
     def __init__(self, training: Training, modes: int | None = None):
         self._surface = training.db.coarse_surface
-        described = training.coarse[:, self._surface].reshape(len(training.coarse), -1)
+        described = training.described
         # unit median distance: RBFInterpolator's ε and its constant term then mean the same for every body
         self._scale = median_distance(squared_distances(described, described))
         fine = training.db.fine.reshape(len(described), -1)

@@ -42,11 +42,6 @@ def _solve(kernel: np.ndarray, targets: np.ndarray, relative: float) -> np.ndarr
     return dual_weights(kernel, np.eye(len(kernel)), np.array([relative]))[0] @ targets
 
 
-def _described(training: Training) -> np.ndarray:
-    """Return the coarse surface displacements of the training samples, (k, 3m) [m]."""
-    return training.coarse[:, training.db.coarse_surface].reshape(len(training.coarse), -1)
-
-
 def _detail(training: Training) -> np.ndarray:
     """Return what linear interpolation lacks, fine − P coarse, (k, 3n) [m]."""
     interpolated = np.array([training.db.prolongation @ coarse for coarse in training.coarse])
@@ -60,7 +55,7 @@ class RidgeUpsampling(Method):
     """
 
     def __init__(self, training: Training):
-        self._surface, self._described = training.db.coarse_surface, _described(training)
+        self._surface, self._described = training.db.coarse_surface, training.described
         kernel = self._described @ self._described.T
         fine, detail = training.db.fine.reshape(len(kernel), -1), _detail(training)
         (to_zero, zero_lambda), (to_linear, linear_lambda) = (
@@ -107,7 +102,7 @@ class KernelRidgeDetail(Method):
 
     def __init__(self, training: Training):
         self._surface, self._prolongation = training.db.coarse_surface, training.db.prolongation
-        self._learnt = KernelRidge(_described(training), _detail(training), training)
+        self._learnt = KernelRidge(training.described, _detail(training), training)
         self.sigma_m = self._learnt.sigma_m
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:

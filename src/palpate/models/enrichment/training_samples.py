@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,11 @@ class Training:
         """The displacements of all coarse nodes, (k, N, 3) [m]."""
         return self.db.coarse(self.protocol)
 
+    @property
+    def described(self) -> np.ndarray:
+        """The displacements of the coarse surface's nodes, flat, (k, 3 c) [m]."""
+        return self.coarse[:, self.db.coarse_surface].reshape(len(self.coarse), -1)
+
     def linear(self) -> Compliance:
         """Return the linear responses; InputError where there are none."""
         if self.responses is None:
@@ -47,7 +53,7 @@ class Training:
             self._shared[name] = make()
         return self._shared[name]
 
-    @property
+    @cached_property
     def folds(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """The numbers of the samples that are learnt from and of those that are held out, for each fold."""
         held_out = [self.fold == part for part in range(self.fold.max() + 1)]

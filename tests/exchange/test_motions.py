@@ -15,10 +15,9 @@ from palpate.bodies.make_body import make_body
 from palpate.effects.settings import Ball, Loads
 from palpate.errors import InputError
 from palpate.exchange import motions
-from palpate.exchange.ask import ask
+from palpate.exchange.ask import ask, readme
 from palpate.exchange.folder import packed, read
 from palpate.exchange.judging import score_answers
-from palpate.exchange.readme import readme
 from palpate.exchange.suspects import over_time
 from palpate.run.settings import complete, read_settings
 from palpate.stores import store

@@ -14,10 +14,10 @@ from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.effects.instrument import Instrument, Pose
 from palpate.errors import InputError
 from palpate.exchange import touches as asking
+from palpate.exchange.ask import readme
 from palpate.exchange.asked_body import pictures
 from palpate.exchange.folder import read, write
 from palpate.exchange.judging import score_answers
-from palpate.exchange.readme import readme
 from palpate.models.touch import fem
 
 pytestmark = pytest.mark.slow

@@ -16,19 +16,19 @@ from palpate.benchmark.moving_scene import MovingScene
 from palpate.benchmark.presses import choose_presses, samples_in
 from palpate.benchmark.settings import Instrument as ToolSettings
 from palpate.benchmark.settings import instrument_name, pressed_bodies
-from palpate.benchmark.touch import TOUCH_COLUMNS, TouchTruth, choose_touches, touches_of
+from palpate.benchmark.touch import BEFORE, TOUCH_COLUMNS, TouchTruth, choose_touches, touches_of
 from palpate.benchmark.touch_mesh import check_by_coarse_elements
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.bodies.contacts import contacts_by_area
 from palpate.bodies.make_body import make_body
+from palpate.bodies.material import LAWS
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, suggest
 from palpate.exchange import motions, presses, touches
-from palpate.exchange.asked_body import pictures, with_law
+from palpate.exchange.asked_body import FURTHER, formula, law_named, pictures, with_law
 from palpate.exchange.folder import Questions, write
-from palpate.exchange.readme import readme
-from palpate.files import read_table
+from palpate.files import read_table, templates
 from palpate.run.job import steps
 from palpate.run.settings import complete, read_settings
 from palpate.setting_types import plain
@@ -150,3 +150,14 @@ def _made(target: str, *files: Path) -> None:
 
 def _body(settings: Any, name: str, config: Path) -> Body:
     return make_body(name, settings.bodies[name].seen_from(config.parent))
+
+
+def readme(questions: Questions, law: str) -> bytes:
+    """Return README.md of a folder of questions, which suffices for who knows nothing of palpate.
+
+    law : the body's, a name or a file
+    """
+    environment = templates(Path(__file__).parent / "pages")
+    others = {name: formula(law_named(name)) for name in (*LAWS, *FURTHER) if name != questions.info["law"]}
+    names = {"questions": questions, "info": questions.info, "formula": formula(law), "others": others}
+    return environment.get_template(f"{questions.kind}.md").render(names | {"before": BEFORE}).encode()

@@ -62,15 +62,15 @@ def read(file: Any, kind: Any) -> Any:
     return body_file.load(file) if kind is Body else stored(kind, file)
 
 
-def write(found: Any, file: str) -> None:
+def write(returned: Any, file: str) -> None:
     """Write what a function returned: a table, a database, or a record."""
-    kind = type(found).__name__
+    kind = type(returned).__name__
     if kind == "DataFrame":
-        write_table(found, file)
+        write_table(returned, file)
     elif kind == "Database":
-        resolve_name("palpate.benchmark.database:write")(found, file)
+        resolve_name("palpate.benchmark.database:write")(returned, file)
     else:
-        resolve_name("palpate.stores:store")(found, file)
+        resolve_name("palpate.stores:store")(returned, file)
 
 
 def draw(figures: dict[str, dict[str, Any]]) -> None:
@@ -94,9 +94,9 @@ def draw(figures: dict[str, dict[str, Any]]) -> None:
 
 with job(snakemake.log[0], snakemake.output.get("warned")) as say:
     function = resolve_name(snakemake.params.call)
-    found = function(**arguments(function, say))
-    if found is not None:  # several things with the names of outputs, or one for the first output
-        several = found if isinstance(found, dict) else {0: found}
+    returned = function(**arguments(function, say))
+    if returned is not None:  # several things with the names of outputs, or one for the first output
+        several = returned if isinstance(returned, dict) else {0: returned}
         for key, each in several.items():
             write(each, snakemake.output[key])
     if figures := snakemake.params.get("figures"):
